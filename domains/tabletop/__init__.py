@@ -1,0 +1,1 @@
+"""Pick, place and unstack at a table."""

@@ -1,0 +1,1 @@
+"""Tasks, their objects, and the generators that made them."""

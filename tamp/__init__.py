@@ -1,0 +1,1 @@
+"""Task and motion planning for a robot arm at a cluttered table."""

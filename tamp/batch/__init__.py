@@ -1,0 +1,1 @@
+"""Many tasks, many workers, one results file."""

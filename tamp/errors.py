@@ -1,0 +1,25 @@
+"""The user's mistakes. Not finding a plan is a value, never an exception; bugs propagate as they are."""
+
+
+class TampError(Exception):
+    """Base of every error that one sentence to the user can mend."""
+
+
+class TaskError(TampError):
+    """A task, its meshes or its goals are not usable: says file, line and field, and what would be valid."""
+
+
+class DomainError(TampError):
+    """A domain or stream file cannot be read: says file, line and column, and what was expected."""
+
+
+class RobotError(TampError):
+    """A robot is unknown or its data is incomplete."""
+
+
+class SamplerError(TampError):
+    """A sampler's signature or its outputs do not fit its stream."""
+
+
+class PlanError(TampError):
+    """A plan file cannot be read: says file and field, and what would be valid."""

@@ -1,0 +1,1 @@
+"""The simulator, and the executor that runs a timed plan in it."""

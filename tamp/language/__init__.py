@@ -1,0 +1,1 @@
+"""PDDL and stream PDDL: text to typed, immutable structures."""

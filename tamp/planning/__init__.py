@@ -1,0 +1,1 @@
+"""The stream planner. Knows no robot."""

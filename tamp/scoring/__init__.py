@@ -1,0 +1,1 @@
+"""EDE and its relatives, and their baselines."""

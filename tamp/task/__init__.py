@@ -1,0 +1,28 @@
+"""The nouns every other room shares: Task, Object, Pose, Goal, RobotSpec, Plan, Trajectory. No geometry, no search."""
+
+from tamp.task.model import (
+    At,
+    Box,
+    Capsule,
+    Cylinder,
+    Goal,
+    In,
+    Limits,
+    Mesh,
+    Object,
+    On,
+    Region,
+    Shape,
+    Sphere,
+    Table,
+    Task,
+)
+from tamp.task.plan import Action, Attachment, Grip, Move, Plan, Release, Step, Trajectory
+from tamp.task.pose import Pose
+from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
+
+__all__ = [
+    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Limits", "Mesh", "Move",
+    "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step", "Table", "Task",
+    "Trajectory", "load_robot", "robot_names",
+]  # fmt: skip

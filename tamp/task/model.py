@@ -1,0 +1,152 @@
+"""What is to be done: objects, where they stand, where they should stand, and who moves them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from tamp.task.pose import Pose, Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box centred at the object's origin, `size` along x, y, z [m]."""
+
+    size: Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder along z, centred at the object's origin [m]."""
+
+    radius: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A sphere centred at the object's origin [m]."""
+
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """A capsule along z, centred at the object's origin; `height` is between the centres of its caps [m]."""
+
+    radius: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A mesh file (OBJ, STL, PLY) in metres after `scale`; an OBJ's groups are its convex parts."""
+
+    path: Path
+    scale: float = 1.0
+
+
+Shape = Box | Cylinder | Sphere | Capsule | Mesh
+
+
+@dataclass(frozen=True, slots=True)
+class At:
+    """The object shall stand at a pose in the world frame."""
+
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class On:
+    """The object shall stand on a region or on another object."""
+
+    target: str
+
+
+@dataclass(frozen=True, slots=True)
+class In:
+    """The object shall lie inside another object."""
+
+    target: str
+
+
+Goal = At | On | In
+
+
+@dataclass(frozen=True, slots=True)
+class Object:
+    """A rigid thing on the table. Without a goal it must simply not be harmed: it may be moved aside."""
+
+    name: str
+    shape: Shape
+    pose: Pose
+    goal: Goal | None = None
+    mass: float = 0.1
+    friction: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """A rectangle on the table top, axis-aligned; centre and size along x, y [m]."""
+
+    name: str
+    center: tuple[float, float]
+    size: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The table's top face at z = 0: a rectangle by centre and size along x, y [m]. Default: OCRTOC 2021's."""
+
+    center: tuple[float, float] = (-0.12, 0.0)
+    size: tuple[float, float] = (0.84, 1.2)
+    thickness: float = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How long planning [wall seconds] and execution [simulated seconds] may take."""
+
+    planning_s: float = 60.0
+    execution_sim_s: float = 600.0
+
+
+@dataclass(frozen=True)
+class Task:
+    """A rearrangement task X = {O, C_initial, C_goal} (OCRTOC paper, section III-A).
+
+    World frame: origin at the table's top, x away from the robot, z up; metres, radians, kilograms.
+
+    Attributes:
+        name: what results are filed under.
+        objects: what lies on the table.
+        robot: the name of a folder in robots/.
+        regions: named rectangles that goals may refer to.
+        table: the table top.
+        samplers: stream name -> "package.module:function", replacing the domain's own samplers.
+        limits: budgets of planning and execution.
+        path: the file it came from, or None for a task built in code.
+    """
+
+    name: str
+    objects: tuple[Object, ...]
+    robot: str = "panda"
+    regions: tuple[Region, ...] = ()
+    table: Table = Table()
+    samplers: Mapping[str, str] = field(default_factory=dict)
+    limits: Limits = Limits()
+    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "objects", tuple(self.objects))
+        object.__setattr__(self, "regions", tuple(self.regions))
+        object.__setattr__(self, "samplers", MappingProxyType(dict(self.samplers)))
+
+    def object(self, name: str) -> Object:
+        """The object called `name`; KeyError with the valid names where there is none."""
+        for candidate in self.objects:
+            if candidate.name == name:
+                return candidate
+        raise KeyError(f"no object {name!r}; the task has {', '.join(o.name for o in self.objects)}")

@@ -1,0 +1,149 @@
+"""A plan as data: timed arm motions and gripper commands, grouped by action. Planner, checker and executor share it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from tamp.task.pose import Pose
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A timed arm motion; between samples it is the cubic Hermite curve through positions and velocities.
+
+    Attributes:
+        times: shape (n,), strictly increasing from 0 [s].
+        positions: shape (n, joints) [rad].
+        velocities: shape (n, joints) [rad/s]; zero at both ends.
+    """
+
+    times: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for array in (self.times, self.positions, self.velocities):
+            array.setflags(write=False)
+
+    @property
+    def duration(self) -> float:
+        """Length in time [s]."""
+        return float(self.times[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """A held object, rigid in the tool frame from grasp to release."""
+
+    object: str
+    T_tool_object: Pose
+
+
+@dataclass(frozen=True)
+class Move:
+    """The arm follows a trajectory while the fingers stand still.
+
+    Attributes:
+        phase: "transit" (empty hand, free), "transfer" (holding, free), "approach" (empty hand to the grasp),
+            "lift" (holding, away from the support), "lower" (holding, onto the support), "retreat" (empty hand away).
+        trajectory: the motion.
+        opening: distance between the finger pads [m].
+        held: what the gripper holds, or None.
+        contacts: pairs of bodies that may touch during this motion, such as the held object and its support;
+            every other contact is a collision. The table is "table", the robot "robot".
+    """
+
+    phase: str
+    trajectory: Trajectory
+    opening: float
+    held: Attachment | None = None
+    contacts: frozenset[tuple[str, str]] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """The fingers close on an object; from here it is held.
+
+    Attributes:
+        attachment: object and where it lies in the tool frame.
+        width: distance between the finger pads when they touch the object [m].
+    """
+
+    attachment: Attachment
+    width: float
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """The fingers open to `opening` [m] and the object stays behind at `pose` (world frame)."""
+
+    object: str
+    pose: Pose
+    opening: float
+
+
+Step = Move | Grip | Release
+
+
+@dataclass(frozen=True)
+class Action:
+    """One symbolic action and the steps that carry it out.
+
+    Attributes:
+        name: the action's name in the domain: "pick", "unstack", "place", "stack", "move".
+        arguments: names of the objects and regions it is about, the moved object first.
+        steps: what the robot does, in order.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    steps: tuple[Step, ...]
+
+    def __str__(self) -> str:
+        return f"{self.name}({', '.join(self.arguments)})"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Actions that bring a task from `start` to its goals.
+
+    Attributes:
+        task: the task's name.
+        robot: the robot's name.
+        seed: the seed it was planned with.
+        start: object -> pose (world frame) the plan starts from: the settled scene.
+        home: arm configuration the plan starts from [rad].
+        goals: object -> the settled pose that its goal means (world frame); objects without a goal are absent.
+        actions: in order.
+        report: what planning cost and tried, JSON-like; no part of the plan's identity.
+    """
+
+    task: str
+    robot: str
+    seed: int
+    start: Mapping[str, Pose]
+    home: tuple[float, ...]
+    goals: Mapping[str, Pose]
+    actions: tuple[Action, ...]
+    report: Mapping[str, Any] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("start", "goals", "report"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """All steps of all actions, in order."""
+        return tuple(step for action in self.actions for step in action.steps)
+
+    @property
+    def duration(self) -> float:
+        """Time of all arm motions together [s]; fingers not counted."""
+        return sum(step.trajectory.duration for step in self.steps if isinstance(step, Move))

@@ -1,0 +1,1 @@
+"""Meshes, robot model, collision, kinematics, paths and timing. Knows no PDDL."""
