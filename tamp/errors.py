@@ -23,3 +23,17 @@ class SamplerError(TampError):
 
 class PlanError(TampError):
     """A plan file cannot be read: says file and field, and what would be valid."""
+
+
+class PlanningFailure(Exception):
+    """No plan was found within the limits; not a mistake of the user's.
+
+    Attributes:
+        status: "timeout", "infeasible" (proven) or "failed".
+        report: the planner's report: per stream, how often it was called, succeeded, and why it failed.
+    """
+
+    def __init__(self, status: str, report: object) -> None:
+        super().__init__(f"no plan ({status})\n{report}")
+        self.status = status
+        self.report = report

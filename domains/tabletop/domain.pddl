@@ -1,0 +1,95 @@
+; Pick, place and unstack at a table, in the names of PDDLStream's tabletop examples.
+;
+; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
+; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
+; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
+(define (domain tabletop)
+  (:requirements :strips :equality :negative-preconditions :existential-preconditions :derived-predicates)
+
+  (:predicates
+    ; what streams and the task certify
+    (Movable ?o) (Region ?s) (Placeable ?o ?s) (Stackable ?o ?s) (Insertable ?o ?s)
+    (Grasp ?o ?g) (Placement ?o ?p) (Conf ?q)
+    (OnTable ?o ?p)                ; rests on nothing that moves
+    (InRegion ?o ?p ?s)
+    (RestsOn ?o ?p ?s ?ps)         ; ?o at ?p stands on ?s at ?ps
+    (Contained ?o ?p ?s ?ps)
+    (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
+    (FreeMotion ?q1 ?q2 ?t)
+    (HoldingMotion ?o ?g ?q1 ?q2 ?t)
+    (CFreePlacements ?o ?p ?o2 ?p2)
+    (CFreeHandling ?o ?h ?o2 ?p2)
+    ; what actions change
+    (AtPose ?o ?p) (AtGrasp ?o ?g) (HandEmpty) (AtConf ?q)
+    ; what follows from those
+    (Covered ?o) (Unsupported ?o ?p) (UnsafePlacement ?o ?p) (UnsafeHandling ?o ?h)
+    (On ?o ?s) (In ?o ?s) (Holding ?o))
+
+  (:action move-free
+    :parameters (?q1 ?q2 ?t)
+    :precondition (and (FreeMotion ?q1 ?q2 ?t) (AtConf ?q1) (HandEmpty))
+    :effect (and (AtConf ?q2) (not (AtConf ?q1))))
+
+  (:action move-holding
+    :parameters (?o ?g ?q1 ?q2 ?t)
+    :precondition (and (HoldingMotion ?o ?g ?q1 ?q2 ?t) (AtConf ?q1) (AtGrasp ?o ?g))
+    :effect (and (AtConf ?q2) (not (AtConf ?q1))))
+
+  (:action pick
+    :parameters (?o ?p ?g ?a ?l ?h)
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+                       (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                       (not (Covered ?o)) (not (UnsafeHandling ?o ?h)))
+    :effect (and (AtGrasp ?o ?g) (AtConf ?l)
+                 (not (AtPose ?o ?p)) (not (HandEmpty)) (not (AtConf ?a))))
+
+  (:action unstack
+    :parameters (?o ?p ?s ?ps ?g ?a ?l ?h)
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (RestsOn ?o ?p ?s ?ps)
+                       (AtPose ?o ?p) (AtPose ?s ?ps) (HandEmpty) (AtConf ?a)
+                       (not (Covered ?o)) (not (UnsafeHandling ?o ?h)))
+    :effect (and (AtGrasp ?o ?g) (AtConf ?l)
+                 (not (AtPose ?o ?p)) (not (HandEmpty)) (not (AtConf ?a))))
+
+  (:action place
+    :parameters (?o ?p ?g ?a ?l ?h)
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+                       (AtGrasp ?o ?g) (AtConf ?l)
+                       (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
+    :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                 (not (AtGrasp ?o ?g)) (not (AtConf ?l))))
+
+  (:action stack
+    :parameters (?o ?p ?s ?ps ?g ?a ?l ?h)
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (RestsOn ?o ?p ?s ?ps)
+                       (AtGrasp ?o ?g) (AtConf ?l) (AtPose ?s ?ps) (not (Unsupported ?o ?p))
+                       (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
+    :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                 (not (AtGrasp ?o ?g)) (not (AtConf ?l))))
+
+  ; What stands on something must leave before it ...
+  (:derived (Covered ?s)
+    (exists (?o ?p ?ps) (and (RestsOn ?o ?p ?s ?ps) (AtPose ?o ?p) (AtPose ?s ?ps))))
+
+  ; ... and what a placement rests on must be there before it, all of it.
+  (:derived (Unsupported ?o ?p)
+    (exists (?s ?ps) (and (RestsOn ?o ?p ?s ?ps) (not (AtPose ?s ?ps)))))
+
+  (:derived (UnsafePlacement ?o ?p)
+    (exists (?o2 ?p2) (and (Placement ?o ?p) (Placement ?o2 ?p2) (not (= ?o ?o2))
+                           (AtPose ?o2 ?p2) (not (CFreePlacements ?o ?p ?o2 ?p2)))))
+
+  (:derived (UnsafeHandling ?o ?h)
+    (exists (?o2 ?p2) (and (HandlingOf ?o ?h) (Placement ?o2 ?p2) (not (= ?o ?o2))
+                           (AtPose ?o2 ?p2) (not (CFreeHandling ?o ?h ?o2 ?p2)))))
+
+  (:derived (On ?o ?s)
+    (or (exists (?p) (and (InRegion ?o ?p ?s) (AtPose ?o ?p)))
+        (exists (?p ?ps) (and (RestsOn ?o ?p ?s ?ps) (AtPose ?o ?p) (AtPose ?s ?ps)))))
+
+  (:derived (In ?o ?s)
+    (exists (?p ?ps) (and (Contained ?o ?p ?s ?ps) (AtPose ?o ?p) (AtPose ?s ?ps))))
+
+  (:derived (Holding ?o)
+    (exists (?g) (and (Grasp ?o ?g) (AtGrasp ?o ?g))))
+)

@@ -1,0 +1,56 @@
+; The samplers of the tabletop domain. Each is a plain function in tamp.streams that a researcher may replace.
+(define (stream tabletop)
+  (:stream sample-grasp
+    :inputs (?o)
+    :domain (Movable ?o)
+    :outputs (?g)
+    :certified (Grasp ?o ?g))
+
+  (:stream sample-placement
+    :inputs (?o ?s)
+    :domain (Placeable ?o ?s)
+    :outputs (?p)
+    :certified (and (Placement ?o ?p) (OnTable ?o ?p) (InRegion ?o ?p ?s)))
+
+  (:stream sample-stacking
+    :inputs (?o ?s ?ps)
+    :domain (and (Stackable ?o ?s) (Placement ?s ?ps))
+    :outputs (?p)
+    :certified (and (Placement ?o ?p) (RestsOn ?o ?p ?s ?ps)))
+
+  (:stream sample-insertion
+    :inputs (?o ?s ?ps)
+    :domain (and (Insertable ?o ?s) (Placement ?s ?ps))
+    :outputs (?p)
+    :certified (and (Placement ?o ?p) (RestsOn ?o ?p ?s ?ps) (Contained ?o ?p ?s ?ps)))
+
+  (:stream inverse-kinematics
+    :inputs (?o ?p ?g)
+    :domain (and (Placement ?o ?p) (Grasp ?o ?g))
+    :outputs (?a ?l ?h)
+    :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Handling ?o ?p ?g ?a ?l ?h)))
+
+  (:stream plan-free-motion
+    :inputs (?q1 ?q2)
+    :domain (and (Conf ?q1) (Conf ?q2))
+    :fluents (AtPose)
+    :outputs (?t)
+    :certified (FreeMotion ?q1 ?q2 ?t))
+
+  (:stream plan-holding-motion
+    :inputs (?o ?g ?q1 ?q2)
+    :domain (and (Grasp ?o ?g) (Conf ?q1) (Conf ?q2))
+    :fluents (AtPose)
+    :outputs (?t)
+    :certified (HoldingMotion ?o ?g ?q1 ?q2 ?t))
+
+  (:stream test-cfree-placements
+    :inputs (?o ?p ?o2 ?p2)
+    :domain (and (Placement ?o ?p) (Placement ?o2 ?p2))
+    :certified (CFreePlacements ?o ?p ?o2 ?p2))
+
+  (:stream test-cfree-handling
+    :inputs (?o ?h ?o2 ?p2)
+    :domain (and (HandlingOf ?o ?h) (Placement ?o2 ?p2))
+    :certified (CFreeHandling ?o ?h ?o2 ?p2))
+)
