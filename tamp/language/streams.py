@@ -1,0 +1,71 @@
+"""A stream file as data: streams, functions, predicates and rules, and what each takes and promises."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tamp.language.formula import Atom, Variable
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """A conditional generator: for inputs that satisfy `domain` its sampler yields outputs that satisfy `certified`.
+
+    Attributes:
+        name: as in the file, in lower case.
+        inputs: in the order in which the sampler takes them.
+        domain: facts about the inputs that must hold before the sampler is called.
+        outputs: in the order in which the sampler yields them; none for a test stream, whose sampler returns a bool.
+        certified: facts about inputs and outputs that hold for what the sampler yields.
+        fluents: predicates whose current facts the sampler is told.
+    """
+
+    name: str
+    inputs: tuple[Variable, ...]
+    domain: tuple[Atom, ...]
+    outputs: tuple[Variable, ...] = ()
+    certified: tuple[Atom, ...] = ()
+    fluents: tuple[str, ...] = ()
+
+    @property
+    def is_test(self) -> bool:
+        """Whether it only answers yes or no."""
+        return not self.outputs
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionStream:
+    """A function whose sampler computes a number, such as a cost; 0 or more."""
+
+    name: str
+    inputs: tuple[Variable, ...]
+    domain: tuple[Atom, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PredicateStream:
+    """A predicate whose sampler computes whether it holds; unlike a test's, its negation may be planned for."""
+
+    name: str
+    inputs: tuple[Variable, ...]
+    domain: tuple[Atom, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """An inference: wherever the facts of `domain` hold, those of `certified` do."""
+
+    inputs: tuple[Variable, ...]
+    domain: tuple[Atom, ...]
+    certified: tuple[Atom, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StreamFile:
+    """All that a stream file declares, each in the order of the file."""
+
+    name: str
+    streams: tuple[Stream, ...] = ()
+    functions: tuple[FunctionStream, ...] = ()
+    predicates: tuple[PredicateStream, ...] = ()
+    rules: tuple[Rule, ...] = ()
