@@ -1,0 +1,125 @@
+"""From a task in its world to a planning problem: initial facts, goal, samplers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from tamp.planning import Problem, StreamInfo
+from tamp.streams.values import Configuration, Grasp, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import At, In, Object, On
+
+Fact = tuple[Any, ...]
+
+FOLDER = Path(str(files("tamp"))) / "domains" / "tabletop"
+DOMAIN = FOLDER / "domain.pddl"
+STREAMS = FOLDER / "stream.pddl"
+
+DEFAULT_SAMPLERS = {
+    "sample-grasp": "tamp.streams.grasps:sample_grasp",
+    "sample-placement": "tamp.streams.placements:sample_placement",
+    "sample-stacking": "tamp.streams.placements:sample_stacking",
+    "sample-insertion": "tamp.streams.placements:sample_insertion",
+    "inverse-kinematics": "tamp.streams.reachability:inverse_kinematics",
+    "plan-free-motion": "tamp.streams.motions:plan_free_motion",
+    "plan-holding-motion": "tamp.streams.motions:plan_holding_motion",
+    "test-cfree-placements": "tamp.streams.collisions:test_cfree_placements",
+    "test-cfree-handling": "tamp.streams.collisions:test_cfree_handling",
+}
+
+
+def tabletop_problem(
+    workspace: Workspace,
+    samplers: Mapping[str, Callable[..., Any]],
+    configuration: Configuration,
+    held: tuple[str, Grasp] | None = None,
+) -> Problem:
+    """The planning problem of a workspace as it is now.
+
+    Args:
+        workspace: what stands where, and where it shall stand.
+        samplers: one function for each stream of stream.pddl.
+        configuration: where the arm is.
+        held: the object in the hand and its grasp, or None.
+    """
+    return Problem(
+        domain=DOMAIN,
+        streams=STREAMS,
+        samplers=dict(samplers),
+        init=[*_robot_facts(configuration, held), *_object_facts(workspace), *_goal_facts(workspace)],
+        goal=_goal(workspace),
+        scene=workspace,
+        info={"test-cfree-placements": StreamInfo(eager=True)},
+    )
+
+
+def _robot_facts(configuration: Configuration, held: tuple[str, Grasp] | None) -> Iterator[Fact]:
+    yield ("Conf", configuration)
+    yield ("AtConf", configuration)
+    if held is None:
+        yield ("HandEmpty",)
+    else:
+        yield ("Grasp", *held)
+        yield ("AtGrasp", *held)
+
+
+def _object_facts(workspace: Workspace) -> Iterator[Fact]:
+    for name, placement in workspace.start.items():
+        yield ("Movable", name)
+        yield ("Placeable", name, TABLE)
+        yield from _placement_facts(workspace.start, name, placement)
+        yield ("AtPose", name, placement)
+        for region in workspace.task.regions:
+            if TABLE in placement.on and _centre_inside(region, placement):
+                yield ("InRegion", name, placement, region.name)
+    yield ("Region", TABLE)
+    for region in workspace.task.regions:
+        yield ("Region", region.name)
+
+
+def _goal_facts(workspace: Workspace) -> Iterator[Fact]:
+    regions = {region.name for region in workspace.task.regions}
+    for name, placement in workspace.goals.items():
+        if placement != workspace.start[name]:
+            yield from _placement_facts({**workspace.start, **workspace.goals}, name, placement)
+    for obj in workspace.task.objects:
+        match obj.goal:
+            case On(target) if target in regions or target == TABLE:
+                yield ("Placeable", obj.name, target)
+            case On(target):
+                yield ("Stackable", obj.name, target)
+            case In(target):
+                yield ("Insertable", obj.name, target)
+
+
+def _placement_facts(around: Mapping[str, Placement], name: str, placement: Placement) -> Iterator[Fact]:
+    """What is certified of a placement whose supports stand as `around` says."""
+    yield ("Placement", name, placement)
+    supports = [support for support in placement.on if support != TABLE]
+    if not supports:
+        yield ("OnTable", name, placement)
+    for support in supports:
+        yield ("RestsOn", name, placement, support, around[support])
+
+
+def _goal(workspace: Workspace) -> tuple[Any, ...]:
+    return ("and", *(_goal_of(workspace, obj) for obj in workspace.task.objects if obj.goal is not None), ("HandEmpty",))
+
+
+def _goal_of(workspace: Workspace, obj: Object) -> Fact:
+    match obj.goal:
+        case At():
+            return ("AtPose", obj.name, workspace.goals[obj.name])
+        case On(target):
+            return ("On", obj.name, target)
+        case In(target):
+            return ("In", obj.name, target)
+    raise ValueError(f"{obj.name} has no goal")
+
+
+def _centre_inside(region: Any, placement: Placement) -> bool:
+    offsets = (placement.pose.xyz[0] - region.center[0], placement.pose.xyz[1] - region.center[1])
+    return all(abs(offset) <= size / 2 for offset, size in zip(offsets, region.size, strict=True))

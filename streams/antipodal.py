@@ -1,0 +1,157 @@
+"""Antipodal contacts on any union of convex parts: where two pads can pinch it.
+
+From a surface point a ray runs along the inward normal; every place where it leaves the solid within the gripper's
+stroke is a partner. Rims, handles, walls and outer diameters come out by themselves (the antipodal condition of
+Nguyen, "Constructing force-closure grasps", IJRR 1988: both contact normals within the friction cone of the line).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.task.mesh import Part
+
+PERTURBED_SHARE = 0.5  # of the rays leave the normal by a random tilt, to find pairs on curved and slanted faces
+TILT = 0.25
+SEAM = 5e-4  # gaps between parts thinner than this are modelling seams, not hollows [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Pairs of opposite contacts, in the object's frame.
+
+    Attributes:
+        centers: midpoints, shape (n, 3) [m].
+        axes: unit vectors from the first contact to the second, shape (n, 3).
+        widths: distances between the two contacts, shape (n,) [m].
+        slants: the larger angle between the axis and either surface normal, shape (n,) [rad].
+    """
+
+    centers: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    widths: NDArray[np.float64]
+    slants: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points on the outside of a union of parts with outward normals; shapes (n, 3), and the area each stands for [m^2]."""
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    area: float
+
+
+def surface_points(parts: Sequence[Part], count: int, rng: np.random.Generator) -> SurfacePoints:
+    """Sample about `count` points uniformly by area; those hidden inside other parts are dropped."""
+    corners = np.concatenate([part.vertices[part.faces] for part in parts])
+    middles = np.concatenate([np.repeat(part.vertices.mean(0)[None], len(part.faces), 0) for part in parts])
+    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = 0.5 * np.linalg.norm(crosses, axis=1)
+    chosen = rng.choice(len(areas), size=count, p=areas / areas.sum())
+    u, v = rng.random((2, count))
+    flipped = u + v > 1
+    u, v = np.where(flipped, 1 - u, u), np.where(flipped, 1 - v, v)
+    first, second, third = corners[chosen].transpose(1, 0, 2)
+    points = first + u[:, None] * (second - first) + v[:, None] * (third - first)
+    normals = crosses[chosen] / (2 * areas[chosen, None])
+    outward = np.einsum("ij,ij->i", normals, points - middles[chosen])
+    normals = np.where(outward[:, None] < 0, -normals, normals)
+    hidden = np.zeros(count, bool)
+    for part in parts:
+        A, b = half_spaces(part)
+        hidden |= (points @ A.T - b).max(axis=1) < -1e-4
+    return SurfacePoints(points[~hidden], normals[~hidden], float(areas.sum()) / count)
+
+
+def half_spaces(part: Part) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The part as {x : A x <= b}; A has unit rows, shapes (m, 3) and (m,)."""
+    corners = part.vertices[part.faces]
+    A = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(A, axis=1)
+    kept = lengths > 1e-14
+    A, first = A[kept] / lengths[kept, None], corners[kept, 0]
+    A *= np.where(np.einsum("ij,ij->i", A, part.vertices.mean(0) - first) > 0, -1.0, 1.0)[:, None]
+    return A, np.einsum("ij,ij->i", A, first)
+
+
+def antipodal_contacts(
+    parts: Sequence[Part], surface: SurfacePoints, *, max_width: float, friction_angle: float, rng: np.random.Generator
+) -> Contacts:
+    """Pair every surface point with each later exit of its inward ray.
+
+    Args:
+        parts: the convex parts of the object.
+        surface: where the rays start.
+        max_width: the widest pair kept [m].
+        friction_angle: the widest angle between the line and either normal [rad].
+        rng: source of the tilts.
+    """
+    count = len(surface.points)
+    tilt = TILT * rng.normal(size=(count, 3)) * (rng.random(count) < PERTURBED_SHARE)[:, None]
+    directions = tilt - surface.normals
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    entry_angle = _angle(directions, -surface.normals)
+    enter, leave, normals = _crossings(parts, surface.points, directions)
+    rays, widths, exit_normals = [], [], []
+    for ray in np.flatnonzero(entry_angle < friction_angle):
+        for part in _exits(enter[:, ray], leave[:, ray]):
+            if 1e-3 < leave[part, ray] <= max_width:
+                rays.append(ray)
+                widths.append(leave[part, ray])
+                exit_normals.append(normals[part, ray])
+    if not rays:
+        return Contacts(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
+    index, width = np.array(rays), np.array(widths)
+    axes = directions[index]
+    slants = np.maximum(entry_angle[index], _angle(axes, np.array(exit_normals)))
+    kept = slants < friction_angle
+    centers = surface.points[index] + 0.5 * width[:, None] * axes
+    return Contacts(centers[kept], axes[kept], width[kept], slants[kept])
+
+
+def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.arccos(np.clip(np.einsum("ij,ij->i", a, b), -1.0, 1.0))
+
+
+def _crossings(
+    parts: Sequence[Part], origins: NDArray[np.float64], directions: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Where each ray enters and leaves each part, (parts, rays) [m], and the normal where it leaves, (parts, rays, 3)."""
+    enter, leave, normals = [], [], []
+    for part in parts:
+        A, b = half_spaces(part)
+        speed = directions @ A.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (b - origins @ A.T) / speed
+        outside = (np.abs(speed) < 1e-12) & (origins @ A.T > b + 1e-9)
+        t_in = np.where(speed < -1e-12, t, -np.inf).max(axis=1)
+        exits = np.where(speed > 1e-12, t, np.inf)
+        face = exits.argmin(axis=1)
+        t_out = exits[np.arange(len(t)), face]
+        missed = (t_in >= t_out) | outside.any(axis=1) | (t_out <= 0)
+        enter.append(np.where(missed, np.inf, t_in))
+        leave.append(np.where(missed, -np.inf, t_out))
+        normals.append(A[face])
+    return np.array(enter), np.array(leave), np.array(normals)
+
+
+def _exits(enter: NDArray[np.float64], leave: NDArray[np.float64]) -> list[int]:
+    """Parts whose far side is a far side of the union, along one ray."""
+    exits: list[int] = []
+    for part in np.argsort(enter, kind="stable"):
+        if enter[part] == np.inf:
+            break
+        if exits and enter[part] <= leave[exits[-1]] + SEAM:
+            if leave[part] > leave[exits[-1]]:
+                exits[-1] = int(part)
+        else:
+            exits.append(int(part))
+    return exits

@@ -1,0 +1,100 @@
+"""The hand as a few boxes in the tool frame: coarse, but thousands of grasps are sieved with it at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.robot_model import RobotModel
+
+SLICES = 3  # boxes along the approach direction that a link is cut into
+
+
+@dataclass(frozen=True, eq=False)
+class HandBoxes:
+    """Boxes in the tool frame: the palm's, then the fingers' with the pads touching each other.
+
+    Attributes:
+        lower, upper: corners, shape (n, 3) [m].
+        side: -1, 0 or 1 along the closing axis: a box moves outwards by side * opening / 2, shape (n,).
+        axis: the closing direction, shape (3,).
+    """
+
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    side: NDArray[np.float64]
+    axis: NDArray[np.float64]
+
+    def opened(self, opening: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper corners for each opening [m], shapes (k, n, 3)."""
+        shift = (0.5 * opening[:, None] * self.side)[:, :, None] * self.axis
+        return self.lower + shift, self.upper + shift
+
+
+def hand_boxes(robot: RobotModel) -> HandBoxes:
+    """Cut the hand's and fingers' hulls into slices along the approach and box each slice."""
+    axis = np.array(robot.spec.gripper.axis)
+    lower, upper, side = [], [], []
+    for points in robot.hand_points(opening=0.0):
+        along = points @ axis
+        which = 0.0 if along.min() < -1e-3 and along.max() > 1e-3 else float(np.sign(along.mean()))
+        for low, high in _slices(points):
+            lower.append(low)
+            upper.append(high)
+            side.append(which)
+    return HandBoxes(np.array(lower), np.array(upper), np.array(side), axis)
+
+
+def _slices(points: NDArray[np.float64]) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Boxes round slices of a convex point cloud between cuts along z."""
+    cuts = np.linspace(points[:, 2].min(), points[:, 2].max(), SLICES + 1)
+    start, end = (grid.ravel() for grid in np.meshgrid(np.arange(len(points)), np.arange(len(points))))
+    boxes = []
+    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        inside = [points[(points[:, 2] >= low - 1e-9) & (points[:, 2] <= high + 1e-9)]]
+        # Segments between any two points of a convex body lie in it: where they cross a cut bounds the slice.
+        for cut in (low, high):
+            a, b = points[start], points[end]
+            crossing = (a[:, 2] < cut) & (b[:, 2] > cut)
+            t = (cut - a[crossing, 2]) / (b[crossing, 2] - a[crossing, 2])
+            inside.append(a[crossing] + t[:, None] * (b[crossing] - a[crossing]))
+        slab = np.concatenate(inside)
+        boxes.append((slab.min(axis=0), slab.max(axis=0)))
+    return boxes
+
+
+def points_hit(
+    boxes: HandBoxes, openings: NDArray[np.float64], T_tool_points: NDArray[np.float64], margin: float = 0.0
+) -> NDArray[np.bool_]:
+    """Whether any point lies inside any box.
+
+    Args:
+        boxes: the hand.
+        openings: one for each grasp, shape (k,) [m].
+        T_tool_points: points in each grasp's tool frame, shape (k, m, 3) [m].
+        margin: boxes grow by this on every side [m].
+
+    Returns:
+        One answer for each grasp, shape (k,).
+    """
+    lower, upper = boxes.opened(openings)
+    hit = np.zeros(len(openings), bool)
+    for box in range(lower.shape[1]):
+        low, high = lower[:, box, None] - margin, upper[:, box, None] + margin
+        hit |= ((low < T_tool_points) & (high > T_tool_points)).all(axis=2).any(axis=1)
+    return hit
+
+
+def lowest_point(
+    boxes: HandBoxes, openings: NDArray[np.float64], T_world_tool: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Height of the lowest corner of the hand above the world's z = 0 for each grasp, shape (k,) [m]."""
+    lower, upper = boxes.opened(openings)
+    up = T_world_tool[:, 2, :3]
+    corner = np.where(up[:, None, :] > 0, lower, upper)
+    return (np.einsum("kj,kbj->kb", up, corner) + T_world_tool[:, 2, 3, None]).min(axis=1)

@@ -1,0 +1,175 @@
+"""Where an object can be put: on a region of the table, on another object, inside another object."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Context, Workspace, standing
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+RELEASE_HEIGHT = 0.001  # objects are let go this far above what they will stand on [m]
+ROOM_FOR_FINGERS = 0.035  # wanted between an object and its neighbours [m]
+DRAWS = 32  # positions compared at a time
+EDGE = 0.01  # footprints stay this far inside the table's edge [m]
+REACH = (0.32, 0.68)  # distances from the base, along the table, where an arm of this size works best [m]
+
+
+def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placement]:
+    """Yield placements of an object on a region of the table ("table" is all of it), without end.
+
+    Positions with room for fingers beside everything that the plan has already placed come first, and, for the
+    table as a buffer, those that no start and no goal will need. Every third draw ignores what is known: what the
+    plan has settled so far is advice, not truth.
+    """
+    workspace: Workspace = context.scene
+    taken = {n: p for n, p in standing(context.bound).items() if n != obj}
+    wanted = _wanted(workspace, obj) if region == TABLE else []
+    rect = workspace.region(region)
+    center, half = np.array(rect.center), np.array(rect.size) / 2
+    draw = 0
+    while True:
+        R = _orientation(workspace, obj, context.rng, draw if region == TABLE else 0)
+        lower, upper = _extent(workspace, obj, R)
+        margin = EDGE if region == TABLE else 0.0
+        low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
+        if (low > high).any():
+            context.fail(f"{obj} does not fit on {region} in this orientation")
+            draw += 1
+            if draw > DRAWS:
+                return
+            continue
+        blind = draw % 3 == 2
+        others = [] if blind else [_rectangle(workspace, n, p) for n, p in taken.items()] + wanted
+        xy = context.rng.uniform(low, high, size=(DRAWS, 2))
+        best = xy[_ranking(workspace, xy, lower, upper, others)[0]]
+        T = np.eye(4)
+        T[:3, :3] = R
+        T[:3, 3] = (*best, RELEASE_HEIGHT - lower[2])
+        yield Placement(Pose.from_matrix(T), (TABLE,))
+        draw += 1
+
+
+def sample_stacking(context: Context, obj: str, support: str, below: Placement) -> Iterator[Placement]:
+    """Yield placements of an object on top of another one that stands at `below`: over its middle first."""
+    workspace: Workspace = context.scene
+    for draw in range(4 * DRAWS):
+        spread = 0.0 if draw == 0 else 0.25
+        placement = _drop(context, workspace, obj, support, below, spread, draw)
+        if placement is not None:
+            yield placement
+
+
+def sample_insertion(context: Context, obj: str, container: str, around: Placement) -> Iterator[Placement]:
+    """Yield placements of an object inside another one that stands at `around`: the deepest of a few tries each."""
+    workspace: Workspace = context.scene
+    lower, upper = _extent(workspace, container, around.pose.matrix[:3, :3])
+    top = around.pose.xyz[2] + upper[2]
+    for draw in range(DRAWS):
+        tries = [_drop(context, workspace, obj, container, around, 0.8, 4 * draw + k) for k in range(4)]
+        inside = [p for p in tries if p is not None and p.pose.xyz[2] < top]
+        if inside:
+            yield min(inside, key=lambda p: p.pose.xyz[2])
+        else:
+            context.fail(f"{obj} does not sink into {container}")
+
+
+def _orientation(workspace: Workspace, obj: str, rng: np.random.Generator, draw: int) -> NDArray[np.float64]:
+    """A stable orientation (3, 3): as it stands now, as its goal has it, then its other stable faces, turned about z."""
+    known = [p.pose.matrix[:3, :3] for p in workspace.placements_of(obj)]
+    if draw < len(known) or draw % 2 == 0:
+        R = known[draw % len(known)]
+    else:
+        faces = _stable_rotations(workspace, obj)
+        R = faces[int(rng.integers(len(faces)))]
+    # The first draws keep the object as it is turned: the grasp that fits here then fits there.
+    angle = 0.0 if draw < len(known) else rng.uniform(-np.pi, np.pi)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ R
+
+
+def _stable_rotations(workspace: Workspace, obj: str) -> list[NDArray[np.float64]]:
+    from tamp.world.geometry import stable_poses
+
+    key = ("stable", obj)
+    if key not in workspace.memory:
+        poses = stable_poses(workspace.world.geometries[obj])
+        workspace.memory[key] = [pose.R for pose in poses if pose.probability > 0.02]
+    rotations: list[NDArray[np.float64]] = workspace.memory[key]
+    return rotations
+
+
+def _extent(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Bounds of the turned object about its origin, each (3,) [m]."""
+    key = ("extent", obj, R.round(6).tobytes())
+    if key not in workspace.memory:
+        points = np.concatenate([part.vertices for part in workspace.world.geometries[obj].parts]) @ R.T
+        workspace.memory[key] = (points.min(axis=0), points.max(axis=0))
+    extent: tuple[NDArray[np.float64], NDArray[np.float64]] = workspace.memory[key]
+    return extent
+
+
+def _rectangle(workspace: Workspace, name: str, placement: Placement) -> NDArray[np.float64]:
+    """Footprint of a placed object as (x_min, y_min, x_max, y_max)."""
+    T = placement.pose.matrix
+    lower, upper = _extent(workspace, name, T[:3, :3])
+    return np.array([*(T[:2, 3] + lower[:2]), *(T[:2, 3] + upper[:2])])
+
+
+def _wanted(workspace: Workspace, obj: str) -> list[NDArray[np.float64]]:
+    """Footprints where objects stand at the start or shall stand at the end; a buffer keeps away from all of them."""
+    placed = [*workspace.start.items(), *workspace.goals.items()]
+    return [_rectangle(workspace, name, placement) for name, placement in placed if name != obj]
+
+
+def _ranking(
+    workspace: Workspace,
+    xy: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    others: list[NDArray[np.float64]],
+) -> NDArray[np.intp]:
+    """Positions by room around them and by reach, best first; equal ones keep their random order."""
+    base = np.array(workspace.world.robot.spec.T_world_base.xyz[:2])
+    distance = np.linalg.norm(xy - base, axis=1)
+    cost = 10.0 * (np.maximum(REACH[0] - distance, 0) + np.maximum(distance - REACH[1], 0))
+    if others:
+        rect = np.array(others)
+        gap_x = np.maximum(rect[:, 0] - (xy[:, :1] + upper[0]), xy[:, :1] + lower[0] - rect[:, 2])
+        gap_y = np.maximum(rect[:, 1] - (xy[:, 1:] + upper[1]), xy[:, 1:] + lower[1] - rect[:, 3])
+        room = np.maximum(gap_x, gap_y)
+        cost = cost + np.maximum(ROOM_FOR_FINGERS - room, 0).sum(axis=1) / ROOM_FOR_FINGERS
+        cost = cost + 10.0 * (room < 0.002).sum(axis=1)
+    return np.argsort(cost, kind="stable")
+
+
+def _drop(
+    context: Context, workspace: Workspace, obj: str, support: str, below: Placement, spread: float, draw: int
+) -> Placement | None:
+    """Lower the object over the support until it touches; None where it slides past it to the table."""
+    T_support = below.pose.matrix
+    R = _orientation(workspace, obj, context.rng, draw // 2)
+    lower, upper = _extent(workspace, obj, R)
+    base_lower, base_upper = _extent(workspace, support, T_support[:3, :3])
+    middle = T_support[:2, 3] + (base_lower + base_upper)[:2] / 2
+    reach = spread * (base_upper - base_lower)[:2] / 2
+    T = np.eye(4)
+    T[:3, :3] = R
+    T[:2, 3] = middle + context.rng.uniform(-reach, reach) - (lower + upper)[:2] / 2
+    T[2, 3] = T_support[2, 3] + base_upper[2] - lower[2] + 0.01
+    for _ in range(64):
+        gap = workspace.world.separation(obj, T, support, T_support)
+        if gap < 2 * RELEASE_HEIGHT:
+            break
+        # Lowering by the distance cannot make them touch, whatever their shapes (conservative advancement).
+        T[2, 3] -= gap - RELEASE_HEIGHT
+        if T[2, 3] + lower[2] < 0:
+            context.fail(f"{obj} would miss {support}")
+            return None
+    return Placement(Pose.from_matrix(T), (support,))

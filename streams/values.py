@@ -1,0 +1,82 @@
+"""What the tabletop streams hand to each other: grasps, placements, handlings and paths. All immutable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """Where the arm and the fingers are.
+
+    Attributes:
+        q: joint positions in the robot's order [rad].
+        opening: distance between the pads [m].
+    """
+
+    q: tuple[float, ...]
+    opening: float
+
+
+@dataclass(frozen=True, slots=True)
+class Grasp:
+    """Where the tool stands when it holds an object.
+
+    Attributes:
+        T_object_tool: tool frame in the object's frame; the tool's z approaches, the gripper's axis closes.
+        width: distance between the pads when they touch the object [m].
+    """
+
+    T_object_tool: Pose
+    width: float
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Where an object stands, and on what.
+
+    Attributes:
+        pose: T_world_object.
+        on: names of what it rests on: "table" or objects, sorted.
+    """
+
+    pose: Pose
+    on: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Handling:
+    """The arm's way to an object and away with it; read backwards, it puts the object down.
+
+    Attributes:
+        object: the object's name.
+        placement: where it stands.
+        grasp: how it is held.
+        opening: distance between the pads before closing and after opening [m].
+        approach: empty hand, from clear of the object to the grasp; shape (n, joints) [rad].
+        lift: holding, from the grasp to clear of the support; shape (m, joints) [rad].
+    """
+
+    object: str
+    placement: Placement
+    grasp: Grasp
+    opening: float
+    approach: NDArray[np.float64]
+    lift: NDArray[np.float64]
+
+    def __str__(self) -> str:
+        return f"handling of {self.object}"
+
+
+@dataclass(frozen=True, eq=False)
+class ArmPath:
+    """A collision-free path between two configurations; shape (n, joints) [rad], straight between its points."""
+
+    points: NDArray[np.float64]

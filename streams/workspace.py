@@ -1,0 +1,91 @@
+"""What the samplers see of a task: its world, where everything stands and where it shall stand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from tamp.streams.values import Placement
+from tamp.task import Region, Task
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.world import World
+
+TABLE = "table"
+
+
+class Context(Protocol):
+    """What a sampler receives first. The planner's own context fits; a test may pass any object that does.
+
+    Attributes:
+        rng: a generator derived from (seed, stream, inputs), so that samples do not depend on the order of calls.
+        deadline: when to stop, on the clock of time.monotonic [s].
+        fluents: facts that hold where the output will be used, for streams with `:fluents`.
+        bound: facts that the plan under construction has already settled.
+    """
+
+    @property
+    def scene(self) -> Any: ...  # noqa: D102
+    @property
+    def rng(self) -> np.random.Generator: ...  # noqa: D102
+    @property
+    def deadline(self) -> float: ...  # noqa: D102
+    @property
+    def fluents(self) -> Any: ...  # noqa: D102
+    @property
+    def bound(self) -> Any: ...  # noqa: D102
+
+    def fail(self, reason: str, because: Any = ()) -> None:
+        """Say why nothing comes: a reason for the report and, where known, the facts that suffice for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """A task in its world.
+
+    Attributes:
+        task: the task.
+        world: collision geometry and robot.
+        start: object -> where it stands now.
+        goals: object -> the placement that its goal pose means; only objects whose goal is a pose.
+        memory: values that samplers derive once from an object and reuse, by (sampler, key).
+    """
+
+    task: Task
+    world: World
+    start: Mapping[str, Placement]
+    goals: Mapping[str, Placement]
+    memory: dict[Any, Any] = field(default_factory=dict, repr=False)
+
+    def placements_of(self, name: str) -> Iterator[Placement]:
+        """Where the object is known to stand: its start, then its goal pose if it has one."""
+        yield self.start[name]
+        if name in self.goals:
+            yield self.goals[name]
+
+    def region(self, name: str) -> Region:
+        """A named region; "table" is the whole table top."""
+        if name == TABLE:
+            return Region(TABLE, self.task.table.center, self.task.table.size)
+        return next(region for region in self.task.regions if region.name == name)
+
+    @cached_property
+    def surface(self) -> Mapping[str, NDArray[np.float64]]:
+        """Object -> points on its surface in its own frame, shape (n, 3); the same for every seed."""
+        from tamp.streams.antipodal import surface_points
+
+        return {
+            name: surface_points(geometry.parts, 160, np.random.default_rng(0)).points
+            for name, geometry in self.world.geometries.items()
+        }
+
+
+def standing(facts: Any) -> dict[str, Placement]:
+    """Object -> placement, of the `AtPose` facts among `facts`."""
+    return {fact[1]: fact[2] for fact in facts if str(fact[0]).lower() == "atpose"}
