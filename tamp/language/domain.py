@@ -1,4 +1,4 @@
-"""A planning domain as data: types, predicates, functions, actions and axioms. Names are in lower case, as PDDL ignores case."""
+"""A planning domain as data: types, predicates, functions, actions, axioms. All names are in lower case."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action schema. Its cost is the sum of the terms of `cost`; None where it has no `(increase (total-cost) ...)`."""
+    """An action schema. It costs the sum of `cost`; None where it has no `(increase (total-cost) ...)`."""
 
     name: str
     parameters: tuple[Parameter, ...]
@@ -57,10 +57,7 @@ class Action:
 
 @dataclass(frozen=True, slots=True)
 class Axiom:
-    """A derived predicate: `predicate(parameters)` holds where `condition` does. Several axioms of one predicate are a disjunction.
-
-    The variables of `condition` that are not parameters are bound by its own quantifiers.
-    """
+    """A derived predicate: `predicate(parameters)` holds where `condition` does, or that of another of its axioms."""
 
     predicate: str
     parameters: tuple[Parameter, ...]
@@ -71,13 +68,14 @@ class Axiom:
 class Domain:
     """A PDDL domain.
 
-    Types are also predicates of one argument: the fact `("block", b)` gives `b` the type `block` and all its supertypes.
+    Types are also predicates of one argument: the fact `("block", b)` gives `b` the type `block` and all its
+    supertypes; `("object", b)` holds for everything. No variable is bound twice along any path into a formula.
 
     Attributes:
-        types: name -> its direct supertypes; `object` has none.
+        types: name -> its direct supertypes; `object` is always there and has none.
         constants: name -> its types.
         predicates: name -> declaration; derived predicates and types are included.
-        functions: name -> declaration; `total-cost` is not included.
+        functions: name -> declaration, or how it is used where the file does not declare it; without `total-cost`.
         actions: name -> schema, in the order of the file.
         axioms: in the order of the file.
         uses_costs: whether the file mentions `total-cost`; otherwise each action costs 1.
@@ -119,7 +117,7 @@ class Domain:
         return tuple(found)
 
     def constant(self, value: Any) -> Constant:
-        """The object that a Python value stands for: a text that spells a constant of the domain, in any case, is it."""
+        """The object that a Python value stands for; a text that spells a constant of the domain is that constant."""
         if isinstance(value, str) and value.lower() in self.constants:
             return Constant(value.lower())
         return Constant(value)

@@ -30,6 +30,8 @@ class Constant:
     __slots__ = ("_hash", "_identity", "value")
 
     value: Any
+    _hash: int
+    _identity: bool
 
     def __init__(self, value: Any) -> None:
         object.__setattr__(self, "value", value)

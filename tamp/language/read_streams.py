@@ -1,0 +1,174 @@
+"""A stream file in PDDLStream's form -> StreamFile (Garrett et al., PDDLStream, ICAPS 2020)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tamp.language.domain import Domain
+from tamp.language.formula import OBJECT, Atom, Parameter, Variable
+from tamp.language.read_action import read_attributes
+from tamp.language.read_domain import read_define
+from tamp.language.read_formula import FormulaReader, Scope
+from tamp.language.sexpr import Group, Node, Symbol, load, read, show, suggest
+from tamp.language.streams import FunctionStream, PredicateStream, Rule, Stream, StreamFile
+
+SECTIONS = (":stream", ":wild-stream", ":function", ":predicate", ":rule")
+
+
+def parse_streams(text_or_path: str | Path | None, domain: Domain | None = None) -> StreamFile:
+    """Read a stream file. Predicates that the domain does not declare are allowed, as streams may pass facts on.
+
+    Args:
+        text_or_path: stream PDDL text, the file it lies in, or None for a problem without streams.
+        domain: what predicates, types and constants are checked against; without it only against each other.
+
+    Raises:
+        DomainError: with file, line and column of what cannot be read.
+    """
+    if text_or_path is None:
+        return StreamFile("none")
+    source = load(text_or_path, "stream")
+    name, sections = read_define(source, read(source), "stream")
+    known = domain or Domain(name)
+    constants = None if domain is None else known.constants
+    reader = _StreamReader(
+        FormulaReader(source, known.types, constants, dict(known.predicates), open_world=True), known
+    )
+    for head, group in sections:
+        reader.section(head, group)
+    return StreamFile(
+        name, tuple(reader.streams), tuple(reader.functions), tuple(reader.predicates), tuple(reader.rules)
+    )
+
+
+@dataclass
+class _StreamReader:
+    """What has been read so far."""
+
+    formulas: FormulaReader
+    domain: Domain
+    streams: list[Stream] = field(default_factory=list)
+    functions: list[FunctionStream] = field(default_factory=list)
+    predicates: list[PredicateStream] = field(default_factory=list)
+    rules: list[Rule] = field(default_factory=list)
+    names: set[str] = field(default_factory=set)
+
+    def section(self, head: Symbol, group: Group) -> None:
+        """One bracket of the file."""
+        if head.text in (":stream", ":wild-stream"):
+            self.streams.append(self._stream(group))
+        elif head.text == ":function":
+            name, inputs, domain = self._external(group, "function")
+            self.functions.append(FunctionStream(name, inputs, domain))
+        elif head.text == ":predicate":
+            name, inputs, domain = self._external(group, "predicate")
+            self.predicates.append(PredicateStream(name, inputs, domain))
+        elif head.text == ":rule":
+            self.rules.append(self._rule(group))
+        elif head.text == ":optimizer":
+            raise self.formulas.source.error(
+                head,
+                "optimizers are not supported: write each of its :variables as a :stream"
+                " and each :constraint as a :stream without outputs",
+            )
+        else:
+            hint = suggest(head.text, SECTIONS, "sections")
+            raise self.formulas.source.error(head, f"unknown section {head.text!r}{hint}")
+
+    def _stream(self, group: Group) -> Stream:
+        reader = self.formulas
+        if len(group.items) < 2:
+            raise reader.source.error(group, "expected (:stream NAME ...)")
+        symbol = reader.symbol(group.items[1], "the name of a stream")
+        if symbol.text.startswith((":", "?")):
+            raise reader.source.error(symbol, f"expected the name of a stream, found {symbol.text!r}")
+        self._claim(symbol, "stream")
+        what = f"stream {symbol.text!r}"
+        valid = (":inputs", ":domain", ":fluents", ":outputs", ":certified")
+        given = read_attributes(reader, group, 2, valid, what)
+        inputs, input_facts, scope = self._variables(given.get(":inputs"), {})
+        outputs, output_facts, whole_scope = self._variables(given.get(":outputs"), scope)
+        clash = next((variable for variable in outputs if variable.name not in whole_scope), None)
+        if clash is not None:
+            raise reader.source.error(
+                given[":outputs"], f"{clash.name.rstrip(chr(39))!r} is both input and output of {what}"
+            )
+        domain = input_facts + self._facts(given.get(":domain"), scope)
+        certified = output_facts + self._facts(given.get(":certified"), whole_scope)
+        if not certified:
+            raise reader.source.error(symbol, f"{what} certifies nothing; expected :certified with at least one fact")
+        fluents = self._fluents(given[":fluents"]) if ":fluents" in given else ()
+        return Stream(symbol.text, inputs, domain, outputs, certified, fluents)
+
+    def _external(self, group: Group, what: str) -> tuple[str, tuple[Variable, ...], tuple[Atom, ...]]:
+        """(:function (NAME ?x ...) DOMAIN) or the same of a predicate."""
+        reader = self.formulas
+        form = f"(:{what} (NAME ?x ...) DOMAIN)"
+        if len(group.items) not in (2, 3):
+            raise reader.source.error(group, f"expected {form}, found {len(group.items) - 1} operands")
+        symbol, args = reader.application(group.items[1], form)
+        self._claim(symbol, what)
+        inputs, facts, scope = self._variables(Group(args, group.items[1].position), {})
+        table = self.domain.functions if what == "function" else reader.predicates
+        if symbol.text in table:
+            reader.arity(symbol, len(inputs), table[symbol.text])
+        if len(group.items) == 3:
+            facts += self._facts(group.items[2], scope)
+        return symbol.text, inputs, facts
+
+    def _rule(self, group: Group) -> Rule:
+        """(:rule :inputs (...) :domain ... :certified ...)."""
+        given = read_attributes(self.formulas, group, 1, (":inputs", ":domain", ":certified"), "a rule")
+        inputs, facts, scope = self._variables(given.get(":inputs"), {})
+        certified = self._facts(given.get(":certified"), scope)
+        if not certified:
+            raise self.formulas.source.error(group, "the rule certifies nothing; expected :certified with a fact")
+        return Rule(inputs, facts + self._facts(given.get(":domain"), scope), certified)
+
+    def _claim(self, symbol: Symbol, what: str) -> None:
+        if symbol.text in self.names:
+            raise self.formulas.source.error(symbol, f"{what} {symbol.text!r} is defined twice")
+        self.names.add(symbol.text)
+
+    def _variables(self, node: Node | None, scope: Scope) -> tuple[tuple[Variable, ...], tuple[Atom, ...], Scope]:
+        """Variables, what their types say about them, and `scope` with them in it."""
+        if node is None:
+            return (), (), scope
+        parameters, inner = self.formulas.parameters(node, scope)
+        return tuple(p.variable for p in parameters), self._type_facts(node, parameters), inner
+
+    def _type_facts(self, node: Node, parameters: tuple[Parameter, ...]) -> tuple[Atom, ...]:
+        for parameter in parameters:
+            if len(parameter.types) > 1:
+                raise self.formulas.source.error(
+                    node, "a stream's variable has one type; (either ...) is not supported"
+                )
+        return tuple(Atom(p.types[0], (p.variable,)) for p in parameters if p.types != (OBJECT,))
+
+    def _facts(self, node: Node | None, scope: Scope) -> tuple[Atom, ...]:
+        """A conjunction of facts, flattened."""
+        if node is None:
+            return ()
+        group = self.formulas.group(node, "(and FACT ...) or a fact")
+        if not group.items:
+            return ()
+        head = group.items[0]
+        if not isinstance(head, Symbol):
+            raise self.formulas.source.error(node, f"expected (and FACT ...) or a fact, found {show(node)}")
+        if head.text == "and":
+            return tuple(fact for part in group.items[1:] for fact in self._facts(part, scope))
+        return (self.formulas.atom(node, scope),)
+
+    def _fluents(self, node: Node) -> tuple[str, ...]:
+        """Names of predicates, in a list or alone."""
+        reader = self.formulas
+        items = node.items if isinstance(node, Group) else (node,)
+        names: list[str] = []
+        for item in items:
+            symbol = reader.symbol(item, "a predicate")
+            if self.domain.predicates and symbol.text not in reader.predicates:
+                hint = suggest(symbol.text, self.domain.predicates.keys() - self.domain.types.keys(), "predicates")
+                raise reader.source.error(symbol, f"undeclared predicate {symbol.text!r}{hint}")
+            names.append(symbol.text)
+        return tuple(names)
