@@ -1,0 +1,57 @@
+"""Which function serves each stream: the one nearest to the user wins."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from tamp.errors import SamplerError
+
+Sampler = Callable[..., Any]
+
+
+def resolve_samplers(*layers: Mapping[str, str | Sampler]) -> dict[str, Sampler]:
+    """Merge layers of samplers; the first layer names all streams, later ones replace single entries.
+
+    Args:
+        layers: stream name -> function, or "package.module:function"; from the domain's defaults to the nearest.
+
+    Raises:
+        SamplerError: for a stream that the domain does not have, or a function that cannot be imported.
+    """
+    defaults = layers[0]
+    chosen: dict[str, str | Sampler] = dict(defaults)
+    for layer in layers[1:]:
+        for stream, sampler in layer.items():
+            if stream not in defaults:
+                close = difflib.get_close_matches(stream, defaults, n=1)
+                hint = f"; did you mean {close[0]!r}?" if close else ""
+                raise SamplerError(f"no stream {stream!r}{hint} The domain has {', '.join(sorted(defaults))}")
+            chosen[stream] = sampler
+    return {stream: load_sampler(s, stream) if isinstance(s, str) else s for stream, s in chosen.items()}
+
+
+def load_sampler(address: str, stream: str) -> Sampler:
+    """Import the function that "package.module:function" names.
+
+    Raises:
+        SamplerError: says which part of the address is wrong.
+    """
+    module_name, colon, function_name = address.partition(":")
+    if not colon or not module_name or not function_name:
+        raise SamplerError(f"sampler for {stream}: {address!r} is not of the form package.module:function")
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not module_name.startswith(error.name):
+            raise
+        raise SamplerError(f"sampler for {stream}: there is no module {module_name!r}") from error
+    function = getattr(module, function_name, None)
+    if not callable(function):
+        close = difflib.get_close_matches(function_name, dir(module), n=1)
+        hint = f"; did you mean {close[0]!r}?" if close else ""
+        raise SamplerError(f"sampler for {stream}: {module_name} has no function {function_name!r}{hint}")
+    sampler: Sampler = function
+    return sampler
