@@ -42,7 +42,7 @@ class Contacts:
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """Points on the outside of a union of parts with outward normals; shapes (n, 3), and the area each stands for [m^2]."""
+    """Points outside on a union of parts, with outward normals, (n, 3), and the area each stands for [m^2]."""
 
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
@@ -124,7 +124,7 @@ def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64
 def _crossings(
     parts: Sequence[Part], origins: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Where each ray enters and leaves each part, (parts, rays) [m], and the normal where it leaves, (parts, rays, 3)."""
+    """Where each ray enters and leaves each part, (parts, rays) [m]; the normal where it leaves, (parts, rays, 3)."""
     enter, leave, normals = [], [], []
     for part in parts:
         A, b = half_spaces(part)

@@ -186,7 +186,9 @@ def _suitability(
 def _spread(candidates: Candidates, order: NDArray[np.intp]) -> list[int]:
     """The best of every neighbourhood of similar grasps first, so that a hundred offers are not one grasp."""
     T = candidates.T_object_tool
-    cells = np.concatenate([np.round(T[:, :3, 3] / 0.012), np.round(T[:, :3, 2] / 0.4), np.round(T[:, :3, 0] / 0.4)], axis=1)
+    cells = np.concatenate(
+        [np.round(T[:, :3, 3] / 0.012), np.round(T[:, :3, 2] / 0.4), np.round(T[:, :3, 0] / 0.4)], axis=1
+    )
     seen: dict[bytes, int] = {}
     first, later = [], []
     for index in order.tolist():
@@ -215,4 +217,3 @@ def _reachable_first(
     if not partly:
         context.fail(f"no inverse kinematics for further grasps of {obj}")
     yield from partly
-

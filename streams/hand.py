@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,7 +56,7 @@ def _slices(points: NDArray[np.float64]) -> list[tuple[NDArray[np.float64], NDAr
     cuts = np.linspace(points[:, 2].min(), points[:, 2].max(), SLICES + 1)
     start, end = (grid.ravel() for grid in np.meshgrid(np.arange(len(points)), np.arange(len(points))))
     boxes = []
-    for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+    for low, high in itertools.pairwise(cuts):
         inside = [points[(points[:, 2] >= low - 1e-9) & (points[:, 2] <= high + 1e-9)]]
         # Segments between any two points of a convex body lie in it: where they cross a cut bounds the slice.
         for cut in (low, high):

@@ -69,7 +69,7 @@ def sample_stacking(context: Context, obj: str, support: str, below: Placement) 
 def sample_insertion(context: Context, obj: str, container: str, around: Placement) -> Iterator[Placement]:
     """Yield placements of an object inside another one that stands at `around`: the deepest of a few tries each."""
     workspace: Workspace = context.scene
-    lower, upper = _extent(workspace, container, around.pose.matrix[:3, :3])
+    _, upper = _extent(workspace, container, around.pose.matrix[:3, :3])
     top = around.pose.xyz[2] + upper[2]
     for draw in range(DRAWS):
         tries = [_drop(context, workspace, obj, container, around, 0.8, 4 * draw + k) for k in range(4)]
@@ -81,7 +81,7 @@ def sample_insertion(context: Context, obj: str, container: str, around: Placeme
 
 
 def _orientation(workspace: Workspace, obj: str, rng: np.random.Generator, draw: int) -> NDArray[np.float64]:
-    """A stable orientation (3, 3): as it stands now, as its goal has it, then its other stable faces, turned about z."""
+    """A stable orientation (3, 3): as it stands now, as its goal has it, then its other stable faces, turned."""
     known = [p.pose.matrix[:3, :3] for p in workspace.placements_of(obj)]
     if draw < len(known) or draw % 2 == 0:
         R = known[draw % len(known)]

@@ -30,7 +30,7 @@ def _action(workspace: Workspace, name: str, args: Sequence[Any]) -> Action:
         case "move-free":
             return Action("move", (), tuple(_transit(workspace, *args)))
         case "move-holding":
-            obj, grasp, start, goal, path = args
+            obj, grasp, _, _, path = args
             return Action("move", (obj,), (_move(workspace, "transfer", path, grasp.width, _held(obj, grasp)),))
         case "pick" | "unstack":
             handling: Handling = args[-1]
@@ -90,5 +90,3 @@ def _support_contacts(workspace: Workspace, handling: Handling) -> frozenset[tup
     """The lifted object may slide along everything it stands on or beside at its placement."""
     others = {TABLE, *workspace.start} - {handling.object}
     return frozenset((handling.object, other) for other in others)
-
-

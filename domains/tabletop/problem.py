@@ -106,7 +106,11 @@ def _placement_facts(around: Mapping[str, Placement], name: str, placement: Plac
 
 
 def _goal(workspace: Workspace) -> tuple[Any, ...]:
-    return ("and", *(_goal_of(workspace, obj) for obj in workspace.task.objects if obj.goal is not None), ("HandEmpty",))
+    return (
+        "and",
+        *(_goal_of(workspace, obj) for obj in workspace.task.objects if obj.goal is not None),
+        ("HandEmpty",),
+    )
 
 
 def _goal_of(workspace: Workspace, obj: Object) -> Fact:
