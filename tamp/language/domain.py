@@ -73,7 +73,8 @@ class Domain:
 
     Attributes:
         types: name -> its direct supertypes; `object` is always there and has none.
-        constants: name -> its types.
+        constants: name -> the object it stands for; unless told otherwise that is the name.
+        constant_types: name -> the types of that constant.
         predicates: name -> declaration; derived predicates and types are included.
         functions: name -> declaration, or how it is used where the file does not declare it; without `total-cost`.
         actions: name -> schema, in the order of the file.
@@ -84,7 +85,8 @@ class Domain:
     name: str
     requirements: tuple[str, ...] = ()
     types: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {OBJECT: ()})
-    constants: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    constants: Mapping[str, Constant] = field(default_factory=dict)
+    constant_types: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     predicates: Mapping[str, Signature] = field(default_factory=dict)
     functions: Mapping[str, Signature] = field(default_factory=dict)
     actions: Mapping[str, Action] = field(default_factory=dict)
@@ -92,7 +94,7 @@ class Domain:
     uses_costs: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("types", "constants", "predicates", "functions", "actions"):
+        for name in ("types", "constants", "constant_types", "predicates", "functions", "actions"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
@@ -119,5 +121,5 @@ class Domain:
     def constant(self, value: Any) -> Constant:
         """The object that a Python value stands for; a text that spells a constant of the domain is that constant."""
         if isinstance(value, str) and value.lower() in self.constants:
-            return Constant(value.lower())
+            return self.constants[value.lower()]
         return Constant(value)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from tamp.errors import DomainError
 from tamp.language.domain import Action, Axiom, Domain, Signature
-from tamp.language.formula import OBJECT, Parameter, Variable
+from tamp.language.formula import OBJECT, Constant, Parameter, Variable
 from tamp.language.read_action import ActionReader
 from tamp.language.read_formula import FormulaReader
 from tamp.language.sexpr import Group, Source, Symbol, load, read, show, suggest
@@ -19,11 +21,12 @@ REQUIREMENTS = (
 )  # fmt: skip
 
 
-def parse_domain(text_or_path: str | Path) -> Domain:
+def parse_domain(text_or_path: str | Path, constants: Mapping[str, Any] | None = None) -> Domain:
     """Read a PDDL domain.
 
     Args:
         text_or_path: PDDL text, or the file it lies in.
+        constants: the objects that constants of the domain stand for, where that is not their name.
 
     Raises:
         DomainError: with file, line and column of what cannot be read.
@@ -31,7 +34,7 @@ def parse_domain(text_or_path: str | Path) -> Domain:
     source = load(text_or_path, "domain")
     whole = read(source)
     name, sections = read_define(source, whole, "domain")
-    reader = _DomainReader(source)
+    reader = _DomainReader(source, {name.lower(): value for name, value in (constants or {}).items()})
     # Declarations first, wherever they stand in the file.
     for wanted in (":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"):
         for head, group in sections:
@@ -40,6 +43,9 @@ def parse_domain(text_or_path: str | Path) -> Domain:
     for head, _ in sections:
         if head.text not in reader.sections:
             raise source.error(head, _unknown_section(head.text, reader.sections))
+    for unknown in sorted(reader.values.keys() - reader.constants.keys()):
+        hint = suggest(unknown, reader.constants, "constants of the domain")
+        raise DomainError(f"{source.name}: a value is given for the undeclared constant {unknown!r}{hint}")
     return reader.domain(name)
 
 
@@ -75,9 +81,11 @@ class _DomainReader:
     """What has been declared so far."""
 
     source: Source
+    values: Mapping[str, Any]
     requirements: list[str] = field(default_factory=list)
     types: dict[str, tuple[str, ...]] = field(default_factory=lambda: {OBJECT: ()})
-    constants: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    constants: dict[str, Constant] = field(default_factory=dict)
+    constant_types: dict[str, tuple[str, ...]] = field(default_factory=dict)
     predicates: dict[str, Signature] = field(default_factory=dict)
     functions: dict[str, Signature] = field(default_factory=dict)
     actions: dict[str, Action] = field(default_factory=dict)
@@ -116,6 +124,7 @@ class _DomainReader:
             requirements=tuple(self.requirements),
             types=self.types,
             constants=self.constants,
+            constant_types=self.constant_types,
             predicates=self.predicates,
             functions=self.functions,
             actions=self.actions,
@@ -171,7 +180,8 @@ class _DomainReader:
                 raise self.source.error(symbol, f"expected the name of a constant, found {symbol.text!r}")
             if symbol.text in self.constants:
                 raise self.source.error(symbol, f"constant {symbol.text!r} is declared twice")
-            self.constants[symbol.text] = self.formulas.check_types(types)
+            self.constants[symbol.text] = Constant(self.values.get(symbol.text, symbol.text))
+            self.constant_types[symbol.text] = self.formulas.check_types(types)
 
     def read_predicates(self, group: Group) -> None:
         """(:predicates (On ?a ?b) ...)."""

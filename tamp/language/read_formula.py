@@ -27,7 +27,10 @@ from tamp.language.sexpr import Group, Leaf, Node, Source, Symbol, show, suggest
 Scope = Mapping[str, Variable]
 """The variables in scope: their name in the text -> the variable."""
 
-CONNECTIVES = ("and", "or", "not", "imply", "exists", "forall", "=")
+EQUALITY = ("=", "identical")
+"""PDDLStream knows `identical` as another name of `=`."""
+
+OPERATORS = ("and", "or", "not", "imply", "exists", "forall", "when", *EQUALITY)
 
 
 @dataclass(frozen=True)
@@ -37,14 +40,14 @@ class FormulaReader:
     Attributes:
         source: where errors point to.
         types: known types.
-        constants: known constants; None allows any.
+        constants: known constants and the objects they stand for; None allows any.
         predicates: known predicates.
         open_world: whether an unknown predicate declares itself where it is first used.
     """
 
     source: Source
     types: Mapping[str, tuple[str, ...]]
-    constants: Mapping[str, tuple[str, ...]] | None
+    constants: Mapping[str, Constant] | None
     predicates: dict[str, Signature]
     open_world: bool = False
 
@@ -70,15 +73,15 @@ class FormulaReader:
             parameters, inner = self.parameters(parts[0], scope)
             body = self.formula(parts[1], inner)
             return Exists(parameters, body) if head == "exists" else Forall(parameters, body)
-        if head == "=":
-            self.count(node, 2, "(= TERM TERM)")
+        if head in EQUALITY:
+            self.count(node, 2, f"({head} TERM TERM)")
             return Equal(self.term(parts[0], scope), self.term(parts[1], scope))
         return self.atom(node, scope)
 
     def atom(self, node: Node, scope: Scope) -> Atom:
         """A predicate applied to terms."""
         head, args = self.application(node, "a fact such as (predicate ?x)")
-        if head.text in CONNECTIVES or head.text == "when":
+        if head.text in OPERATORS:
             raise self.source.error(node, f"expected a fact such as (predicate ?x), found {show(node)}")
         declared = self.predicates.get(head.text)
         if declared is None and not self.open_world:
@@ -107,9 +110,11 @@ class FormulaReader:
             return scope[name]
         if name.startswith(":") or name == "-":
             raise self.source.error(node, f"expected a variable or a constant, found {name!r}")
-        if self.constants is not None and name not in self.constants:
+        if self.constants is None:
+            return Constant(name)
+        if name not in self.constants:
             raise self.source.error(node, f"undeclared constant {name!r}{suggest(name, self.constants, 'constants')}")
-        return Constant(name)
+        return self.constants[name]
 
     def parameters(self, node: Node, scope: Scope | None = None) -> tuple[tuple[Parameter, ...], Scope]:
         """A typed list of variables, and `scope` with them in it; a name taken there gets a new variable."""
