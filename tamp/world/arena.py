@@ -58,14 +58,14 @@ class Setting:
 
     Attributes:
         poses: object -> `T_world_object`; objects of the arena that are absent here are out of the way.
-        T_tool_held: where the held object lies in the tool frame, or None.
+        T_tool_held: where the held object lies in the tool frame; of no meaning where nothing is held.
         margin: least distance of the actor's bodies to everything [m].
         held_margin: least distance of the held object to everything [m]; negative tolerates penetration.
         touch: object (or "table") -> least distance of the actor's bodies to it, instead of `margin` [m].
     """
 
     poses: Mapping[str, Matrix]
-    T_tool_held: Matrix | None
+    T_tool_held: Matrix
     margin: float
     held_margin: float
     touch: Mapping[str, float]
@@ -82,7 +82,7 @@ class Arena:
         self._table_index = len(actor.solids)
         self._object_index = {name: self._table_index + 1 + i for i, name in enumerate(self._standing)}
         self._held_index = self._table_index + 1 + len(self._standing) if held is not None else None
-        self.names = (*actor.names, "table", *self._standing, *(() if held is None else (held,)))
+        self.names: tuple[str, ...] = (*actor.names, "table", *self._standing, *(() if held is None else (held,)))
         self._solids = (*actor.solids, table[0], *(objects[n] for n in self._standing))
         if held is not None:
             self._solids = (*self._solids, objects[held])

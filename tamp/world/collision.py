@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -70,7 +71,7 @@ class CollisionChecker:
         path = np.asarray(path, dtype=np.float64)
         if not self.free(path[0]):
             return False
-        for q0, q1 in zip(path[:-1], path[1:], strict=True):
+        for q0, q1 in itertools.pairwise(path):
             steps = max(1, math.ceil(float(np.linalg.norm(q1 - q0)) / resolution))
             if not self._states_free(q0, q1, _bisection(steps)[1:]):
                 return False
@@ -95,7 +96,7 @@ class CollisionChecker:
         path = np.asarray(path, dtype=np.float64)
         if (contact := self.contact(path[0])) is not None:
             return contact
-        for q0, q1 in zip(path[:-1], path[1:], strict=True):
+        for q0, q1 in itertools.pairwise(path):
             steps = max(1, math.ceil(float(np.linalg.norm(q1 - q0)) / resolution))
             for k in range(1, steps + 1):
                 if (contact := self.contact(q0 + (k / steps) * (q1 - q0))) is not None:

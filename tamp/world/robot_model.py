@@ -158,7 +158,7 @@ def _body(model: Any, link: str, hull: Part) -> Body:
 
 
 def _self_collision_pairs(robot: RobotModel) -> tuple[tuple[int, int], ...]:
-    """Pairs of bodies that can collide: neither joined by a joint, nor overlapping by construction, nor always apart."""
+    """Pairs of bodies that can collide: not joined by a joint, not overlapping by construction, not always apart."""
     content = b"".join(body.hull.vertices.tobytes() + bytes([body.joint]) for body in robot.bodies)
     key = content_key("self-pairs-2", robot.spec.urdf.read_bytes(), content, repr(robot.spec))
     stored = cached("self-collision", key, lambda: {"pairs": _sample_pairs(robot)})

@@ -89,7 +89,7 @@ def relative(T_world_a: Matrix, T_world_b: Matrix) -> Matrix:
 
 
 def _box_gaps(a: Solid, b: Solid, T_a_b: Matrix) -> Matrix:
-    """Lower bound of the distance of each part of `a` to each part of `b`, shape (n_a, n_b) [m]: that of their boxes."""
+    """Lower bounds of the distances of the parts of `a` to those of `b`, shape (n_a, n_b) [m]: their boxes'."""
     R = T_a_b[:3, :3]
     center = b.center @ R.T + T_a_b[:3, 3]
     half = b.half @ np.abs(R).T

@@ -89,9 +89,10 @@ def _points(collision: ElementTree.Element, spec: RobotSpec, link: str) -> Matri
     if kind.tag == "mesh":
         path = _mesh_path(kind.get("filename", ""), spec)
         try:
-            return read_mesh(path).vertices * np.array(_numbers(kind.get("scale", "1 1 1")))
+            scaled: Matrix = read_mesh(path).vertices * np.array(_numbers(kind.get("scale", "1 1 1")))
         except TaskError as error:
             raise RobotError(f"{spec.urdf}: link {link!r}: {error}") from error
+        return scaled
     if kind.tag == "box":
         x, y, z = _numbers(kind.get("size", ""))
         return parts(Box((x, y, z)))[0].vertices

@@ -12,7 +12,7 @@ import numpy as np
 from tamp.task.mesh import parts
 from tamp.task.model import Box, Table
 from tamp.world import solid as solids
-from tamp.world.actor import hand_actor, robot_actor
+from tamp.world.actor import hand_actor, hand_configuration, robot_actor
 from tamp.world.arena import Actor, Arena, Setting
 from tamp.world.collision import CollisionChecker
 from tamp.world.geometry import Geometry
@@ -76,7 +76,7 @@ class World:
             touch: object name (or "table") -> least distance of the robot to it instead of `margin` [m], as for the
                 fingers beside an object to be grasped.
         """
-        held, T_tool_held = scene.held if scene.held is not None else (None, None)
+        held, T_tool_held = scene.held if scene.held is not None else (None, np.eye(4))
         if held not in self._arenas:
             self._arenas[held] = Arena(self._actor, self._table, self._solids, held)
         setting = Setting(scene.poses, T_tool_held, margin, margin if held_margin is None else held_margin, touch)
@@ -107,7 +107,7 @@ class World:
             self._hand_arenas[held] = Arena(self._hand, self._table, self._solids, held)
         arena = self._hand_arenas[held]
         arena.install(self._hand_view(scene, margin, held_margin, tuple(ignore)))
-        pair = arena.hit(self._hand_configuration(T_world_tool, opening))
+        pair = arena.hit(hand_configuration(self._hand, T_world_tool, opening))
         if pair is None:
             return None
         a, b = arena.pairs[pair]
@@ -119,15 +119,10 @@ class World:
         if self._hand_setting is None or self._hand_setting[0] != key:
             poses = {name: T for name, T in scene.poses.items() if name not in ignore} if ignore else scene.poses
             touch = {TABLE: -1.0} if TABLE in ignore else {}
-            T_tool_held = None if scene.held is None else scene.held[1]
+            T_tool_held = np.eye(4) if scene.held is None else scene.held[1]
             wide = margin if held_margin is None else held_margin
             self._hand_setting = (key, Setting(poses, T_tool_held, margin, wide, touch))
         return self._hand_setting[1]
-
-    def _hand_configuration(self, T_world_tool: Matrix, opening: float) -> Matrix:
-        from tamp.world.actor import hand_configuration
-
-        return hand_configuration(self._hand, T_world_tool, opening)
 
     def overlap(self, a: str, T_a: Matrix, b: str, T_b: Matrix | None = None, tolerance: float = 0.003) -> bool:
         """Whether object `a` at `T_a` penetrates `b` by more than `tolerance` [m].

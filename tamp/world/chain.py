@@ -1,0 +1,124 @@
+"""The arm as a chain of joints, for many configurations at once: tool poses and Jacobians in plain arrays.
+
+Solving one inverse kinematics problem from many starts together costs far less than one start after another: a start's
+share of an iteration is about 10 us here, against 40 us for a call of Pinocchio and a 6 x 7 solve from Python.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.errors import RobotError
+from tamp.world.robot_model import RobotModel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Constants of a serial arm, taken from Pinocchio's model; n joints.
+
+    Attributes:
+        turn: per joint the three matrices whose sum, weighted by (1, sin q, 1 - cos q), rotates from the joint before,
+            shape (n, 3, 3, 3) (Rodrigues' formula with the joint's placement multiplied in).
+        offset: origin of each joint in the frame of the one before, shape (n, 3) [m].
+        axis: each joint's axis in its own frame, shape (n, 3).
+        slides: whether a joint is prismatic, shape (n,).
+        tool: `T_last_tool`, shape (4, 4).
+    """
+
+    turn: Array
+    offset: Array
+    axis: Array
+    slides: NDArray[np.bool_]
+    tool: Array
+
+    def forward(self, q: Array) -> tuple[Array, Array, Array]:
+        """Tool poses and Jacobians for configurations `q`, shape (b, n).
+
+        Returns:
+            Rotations (b, 3, 3), positions (b, 3) [m], and Jacobians (b, 6, n) of the tool's velocity over its angular
+            velocity, both in world axes.
+        """
+        count, joints = q.shape
+        sines, versines = np.sin(q), 1.0 - np.cos(q)
+        axes, origins = np.empty((joints, count, 3)), np.empty((joints, count, 3))
+        R, p = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
+        for i in range(joints):
+            p = p + R @ self.offset[i]
+            if self.slides[i]:
+                R = R @ self.turn[i, 0]
+                axes[i] = R @ self.axis[i]
+                p = p + axes[i] * q[:, i, None]
+            else:
+                still, sine, versine = self.turn[i]
+                R = R @ (still + sines[:, i, None, None] * sine + versines[:, i, None, None] * versine)
+                axes[i] = R @ self.axis[i]
+            origins[i] = p
+        p = p + R @ self.tool[:3, 3]
+        R = R @ self.tool[:3, :3]
+        return R, p, self._jacobian(axes, p - origins)
+
+    def _jacobian(self, axes: Array, arms: Array) -> Array:
+        jacobian = np.empty((axes.shape[1], 6, len(axes)))
+        jacobian[:, :3] = _cross(axes, arms).transpose(1, 2, 0)
+        jacobian[:, 3:] = axes.transpose(1, 2, 0)
+        for i in np.flatnonzero(self.slides):
+            jacobian[:, :3, i], jacobian[:, 3:, i] = axes[i], 0.0
+        return jacobian
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross products along the last axis; numpy's own costs several times more for small arrays."""
+    out = np.empty_like(a)
+    out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
+    out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
+    out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return out
+
+
+@cache
+def chain(robot: RobotModel) -> Chain:
+    """The chain from the world to the robot's tool.
+
+    Raises:
+        RobotError: where the arm's joints are not one chain in the order of the robot's data, or one of them neither
+            turns about nor slides along a single axis.
+    """
+    model, spec = robot.model, robot.spec
+    joints = [model.getJointId(name) for name in spec.joints]
+    if any(model.parents[b] != a for a, b in zip([0, *joints], joints, strict=False)) or joints[-1] != robot.tool_joint:
+        raise RobotError(f"robot {spec.name}: arm joints {', '.join(spec.joints)} are not one chain from base to tool")
+    turn, offset, axis, slides = [], [], [], []
+    for joint in joints:
+        subspace = _motion_axis(robot, joint)
+        slide = bool(np.abs(subspace[:3]).max() > 0.5)
+        a = subspace[:3] if slide else subspace[3:]
+        skew = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+        placement = model.jointPlacements[joint]
+        turn.append([placement.rotation, placement.rotation @ skew, placement.rotation @ skew @ skew])
+        offset.append(placement.translation)
+        axis.append(a)
+        slides.append(slide)
+    return Chain(np.array(turn), np.array(offset), np.array(axis), np.array(slides), robot.T_joint_tool)
+
+
+def _motion_axis(robot: RobotModel, joint: int) -> Array:
+    """The joint's unit velocity in its own frame, (linear, angular), shape (6,): its Jacobian's own column."""
+    import pinocchio as pin
+
+    model = robot.model
+    if model.joints[joint].nv != 1 or model.joints[joint].nq != 1:
+        raise RobotError(
+            f"robot {robot.spec.name}: joint {model.names[joint]} has not exactly one coordinate"
+        )
+    jacobian = pin.computeJointJacobian(model, model.createData(), pin.neutral(model), joint)
+    column: Array = jacobian[:, model.joints[joint].idx_v]
+    return column
