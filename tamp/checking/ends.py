@@ -1,0 +1,115 @@
+"""Checks of a plan's two ends: does it start from the task's scene, and does it reach the task's goals?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.handling import carriers
+from tamp.checking.replay import Replay, in_region
+from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.solids import clearance
+from tamp.task.model import At, In, On
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.pose import Pose
+
+
+def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
+    """The plan starts from the task's scene, settled: nothing far from where the task has it, nothing in the air.
+
+    Args:
+        replay: a replay before its first action.
+        exact: the poses that the scene is known to have, or None where only the task is known.
+    """
+    scene, state, allow = replay.scene, replay.state, replay.allow
+    spec = scene.links.tree.spec
+    if len(replay.plan.home) != len(spec.joints):
+        replay.report("start", f"home has {len(replay.plan.home)} joints, {spec.name} has {len(spec.joints)}")
+    for thing in scene.task.objects:
+        known = thing.pose if exact is None else exact[thing.name]
+        bound = allow.reached if exact is not None else allow.settling
+        drift = scene.displacement(thing.name, known.matrix, state.poses[thing.name])
+        if drift > bound:
+            sentence = f"{thing.name} starts {1000 * drift:.0f} mm from where it stands"
+            replay.report("start", sentence, (thing.name,), drift)
+        if not touched(scene, state, thing.name, allow):
+            replay.report("start", f"{thing.name} starts in the air", (thing.name,))
+    names = sorted(state.poses)
+    for i, a in enumerate(names):
+        for b in (TABLE, *names[:i]):
+            T = scene.T_world_table if b == TABLE else state.poses[b]
+            apart = clearance(scene.solids[b], scene.solids[a], np.linalg.inv(T) @ state.poses[a], allow.contact)
+            if apart < -allow.contact:
+                replay.report("start", f"{a} starts {-1000 * apart:.1f} mm inside {b}", (a, b), -apart)
+
+
+def touched(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether anything is within reach of an object, so that it cannot hang in the air."""
+    others = state.standing(scene)
+    solid, T = scene.solids[name], state.poses[name]
+    return any(
+        clearance(scene.solids[other], solid, np.linalg.inv(others[other]) @ T, allow.contact) <= allow.standing
+        for other in sorted(others)
+        if other != name
+    )
+
+
+def check_goals(replay: Replay, settled: Mapping[str, Pose] | None) -> None:
+    """Every goal of the task holds at the end of the plan.
+
+    Args:
+        replay: a replay after its last action.
+        settled: where goal poses are known to settle, or None where only the task is known.
+    """
+    state = replay.state
+    if state.held is not None:
+        replay.report("goal", f"the plan ends with {state.held.object} still in the hand", (state.held.object,))
+    for thing in replay.scene.task.objects:
+        if isinstance(thing.goal, At):
+            _check_at(replay, thing.name, thing.goal.pose, settled)
+        elif thing.goal is not None:
+            _check_relation(replay, thing.name, thing.goal)
+
+
+def _check_at(replay: Replay, name: str, goal: Pose, settled: Mapping[str, Pose] | None) -> None:
+    scene, allow = replay.scene, replay.allow
+    meant = replay.plan.goals.get(name)
+    if meant is None:
+        replay.report("goal", f"the plan names no pose for the goal of {name}", (name,))
+        return
+    known = goal if settled is None else settled[name]
+    bound = allow.settling if settled is None else allow.reached
+    astray = scene.displacement(name, meant.matrix, known.matrix)
+    if astray > bound:
+        sentence = f"the plan's goal of {name} is {1000 * astray:.0f} mm from the task's"
+        replay.report("goal", sentence, (name,), astray)
+    missed = scene.displacement(name, replay.state.poses[name], meant.matrix)
+    if missed > allow.reached:
+        replay.report("goal", f"{name} ends {1000 * missed:.0f} mm from its goal", (name,), missed)
+
+
+def _check_relation(replay: Replay, name: str, goal: On | In) -> None:
+    scene, state = replay.scene, replay.state
+    regions = {region.name: region for region in scene.task.regions}
+    if goal.target in regions:
+        holds = in_region(scene, state, name, regions[goal.target])
+    elif isinstance(goal, On):
+        holds = goal.target in carriers(scene, state, name, replay.allow).bodies
+    else:
+        holds = _contains(scene, state, goal.target, name)
+    if not holds:
+        relation = "in" if isinstance(goal, In) else "on"
+        replay.report("goal", f"{name} does not end {relation} {goal.target}", (name, goal.target))
+
+
+def _contains(scene: Scene, state: State, container: str, name: str) -> bool:
+    """Whether the centre of an object's box lies in the box of another."""
+    inner, outer = scene.solids[name], scene.solids[container]
+    center = np.append((inner.lower + inner.upper) / 2, 1.0)
+    local = (np.linalg.inv(state.poses[container]) @ state.poses[name] @ center)[:3]
+    return bool(((local >= outer.lower) & (local <= outer.upper)).all())

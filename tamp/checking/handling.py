@@ -1,0 +1,148 @@
+"""Checks of the two moments that change hands: the grip and the release."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.grasp import between_pads
+from tamp.checking.motion import finger_touches, sentence_of
+from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.solids import clearance
+from tamp.checking.support import Contacts, contacts
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.checking.motion import Report
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Grip, Release
+
+    Array = NDArray[np.float64]
+
+
+def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report: Report) -> None:
+    """Judge the closing of the fingers; afterwards the object is held."""
+    name = grip.attachment.object
+    if state.held is not None:
+        report("precondition", f"grips {name} while holding {state.held.object}", bodies=(name, state.held.object))
+        return
+    gripper = scene.links.tree.spec.gripper
+    opening = gripper.stroke if state.opening is None else state.opening
+    T_world_tool = scene.links.tree.tool(state.q[None])[0]
+    T_tool_object = np.linalg.inv(T_world_tool) @ state.poses[name]
+    _check_attachment(scene, name, T_tool_object, grip.attachment.T_tool_object.matrix, allow, report)
+    if not 0.0 <= grip.width <= gripper.stroke:
+        report("grasp", f"a width of {grip.width:.4f} m is outside the stroke of {gripper.stroke} m", bodies=(name,))
+    elif grip.width > opening + 1e-6:
+        report("grasp", f"the fingers are {opening:.4f} m apart and cannot close to {grip.width:.4f} m", bodies=(name,))
+    else:
+        _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report)
+        for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
+            report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
+    _check_uncovered(scene, state, name, allow, report)
+    state.held = grip.attachment
+    state.opening = grip.width
+    state.poses[name] = T_world_tool @ grip.attachment.T_tool_object.matrix
+
+
+def check_release(scene: Scene, state: State, release: Release, allow: Tolerances, report: Report) -> None:
+    """Judge the opening of the fingers; afterwards the object stands where the release says."""
+    name = release.object
+    gripper = scene.links.tree.spec.gripper
+    if state.held is None or state.held.object != name:
+        holds = "nothing" if state.held is None else state.held.object
+        report("precondition", f"releases {name} while the gripper holds {holds}", bodies=(name,))
+        return
+    if not 0.0 <= release.opening <= gripper.stroke + 1e-6:
+        report("limits", f"an opening of {release.opening:.4f} m is outside the stroke of {gripper.stroke} m")
+    elif release.opening <= (state.opening or 0.0):
+        report("release", f"the fingers do not open: {name} is not let go", bodies=(name,))
+    T = release.pose.matrix
+    dropped = scene.displacement(name, state.poses[name], T)
+    if dropped > allow.drop:
+        sentence = f"{name} is let go {1000 * dropped:.0f} mm from where it is said to stand"
+        report("release", sentence, bodies=(name,), depth=dropped)
+    before = gripper.stroke if state.opening is None else state.opening
+    state.held = None
+    state.opening = release.opening
+    state.poses[name] = T
+    for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
+        report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
+    check_standing(scene, state, name, allow, report)
+
+
+def check_standing(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """An object stands where it is: carried, in balance, in nothing else."""
+    T, others = state.poses[name], state.standing(scene)
+    for other in sorted(others):
+        if other == name:
+            continue
+        apart = clearance(scene.solids[other], scene.solids[name], np.linalg.inv(others[other]) @ T, allow.contact)
+        if apart < -allow.contact:
+            sentence = f"{name} stands {-1000 * apart:.1f} mm inside {other}"
+            report("support", sentence, bodies=(name, other), depth=-apart)
+    carried = carriers(scene, state, name, allow)
+    if not carried.bodies:
+        report("support", f"{name} is let go in the air: nothing carries it", bodies=(name,))
+        return
+    balance = carried.balance(scene.center_of_mass(name, T))
+    if balance < allow.balance:
+        sentence = f"{name} tips over: its centre of mass is {_outside(balance)} what carries it ({_list(carried)})"
+        report("support", sentence, bodies=(name, *carried.bodies), depth=max(-balance, 0.0))
+
+
+def carriers(scene: Scene, state: State, name: str, allow: Tolerances) -> Contacts:
+    """What carries an object from below."""
+    others = {o: (scene.solids[o], T) for o, T in state.standing(scene).items() if o != name}
+    return contacts(scene.solids[name], state.poses[name], others, allow.standing)
+
+
+def _outside(balance: float) -> str:
+    return f"{-1000 * balance:.0f} mm outside" if balance < 0 else "on the edge of"
+
+
+def _list(carried: Contacts) -> str:
+    return ", ".join(carried.bodies)
+
+
+def _check_attachment(
+    scene: Scene, name: str, actual: Array, claimed: Array, allow: Tolerances, report: Report
+) -> None:
+    center = np.append((scene.solids[name].lower + scene.solids[name].upper) / 2, 1.0)
+    shift = float(np.linalg.norm(((actual - claimed) @ center)[:3]))
+    trace = float(np.trace(actual[:3, :3].T @ claimed[:3, :3]))
+    angle = float(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
+    if shift > allow.grasp or angle > allow.grasp_angle:
+        sentence = f"{name} lies {1000 * shift:.1f} mm and {np.degrees(angle):.1f} degrees from where the grip says"
+        report("grasp", sentence, bodies=(name,), depth=shift)
+
+
+def _check_closing(
+    scene: Scene, name: str, T_tool_object: Array, width: float, opening: float, allow: Tolerances, report: Report
+) -> None:
+    found = between_pads(scene.solids[name], T_tool_object, scene.links.tree.spec.gripper, opening)
+    if found is None:
+        report("grasp", f"the fingers close on nothing: {name} is not between the pads", bodies=(name,))
+        return
+    astray = max(abs(found[1] - width / 2), abs(found[0] + width / 2))
+    if astray > allow.pad:
+        sentence = (
+            f"{name} fills {1000 * found[0]:.1f} to {1000 * found[1]:.1f} mm between the pads, which close to "
+            f"{1000 * width:.1f} mm"
+        )
+        report("grasp", sentence, bodies=(name,), depth=astray)
+
+
+def _check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """Nothing that stands on the object may fall when it leaves."""
+    for other in sorted(state.poses):
+        if other == name:
+            continue
+        carried = carriers(scene, state, other, allow)
+        if name not in carried.bodies:
+            continue
+        rest = Contacts({body: points for body, points in carried.points.items() if body != name})
+        if other != TABLE and rest.balance(scene.center_of_mass(other, state.poses[other])) < allow.balance:
+            report("precondition", f"{other} stands on {name}, which is taken away", bodies=(name, other))

@@ -1,0 +1,167 @@
+"""Forward kinematics read from a URDF by the standard library and numpy alone, for many configurations at once."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.errors import RobotError
+from tamp.task.pose import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.task.robot import RobotSpec
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint of the URDF: `kind` is the URDF's type, T_parent_joint its place at zero, `axis` in its own frame."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    T_parent_joint: Array
+    axis: Array
+
+
+@dataclass(frozen=True, eq=False)
+class KinematicTree:
+    """Links and joints of a robot, parents before children.
+
+    Attributes:
+        spec: the robot.
+        root: name of the base link.
+        joints: all joints of the URDF, ordered from the root outwards.
+    """
+
+    spec: RobotSpec
+    root: str
+    joints: tuple[Joint, ...]
+
+    def forward(self, q: Array, opening: float) -> dict[str, Array]:
+        """Where all links are.
+
+        Args:
+            q: arm configurations, shape (n, joints) [rad].
+            opening: distance between the finger pads [m].
+
+        Returns:
+            Link name -> T_world_link, shape (n, 4, 4).
+        """
+        columns = {name: q[:, i] for i, name in enumerate(self.spec.joints)}
+        half = np.full(len(q), opening / 2)
+        columns.update(dict.fromkeys(self.spec.gripper.joints, half))
+        placed = {self.root: np.broadcast_to(self.spec.T_world_base.matrix, (len(q), 4, 4))}
+        for joint in self.joints:
+            T = placed[joint.parent] @ joint.T_parent_joint
+            placed[joint.child] = T @ _motion(joint, columns[joint.name]) if joint.name in columns else T
+        return placed
+
+    def tool(self, q: Array) -> Array:
+        """T_world_tool for arm configurations of shape (n, joints); shape (n, 4, 4)."""
+        return self.forward(q, 0.0)[self.spec.tool_parent] @ self.spec.T_parent_tool.matrix
+
+    def path_to(self, link: str) -> tuple[str, ...]:
+        """Names of the arm's joints between the base and a link, outwards."""
+        above = {joint.child: joint for joint in self.joints}
+        found: list[str] = []
+        while link in above:
+            if above[link].name in self.spec.joints:
+                found.append(above[link].name)
+            link = above[link].parent
+        return tuple(reversed(found))
+
+
+def _motion(joint: Joint, value: Array) -> Array:
+    """The transform of a joint at `value` [rad or m], shape (n, 4, 4); rotations by Rodrigues' formula."""
+    T = np.tile(np.eye(4), (len(value), 1, 1))
+    if joint.kind == "prismatic":
+        T[:, :3, 3] = value[:, None] * joint.axis
+        return T
+    x, y, z = joint.axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    T[:, :3, :3] += np.sin(value)[:, None, None] * K + (1.0 - np.cos(value))[:, None, None] * (K @ K)
+    return T
+
+
+def read_kinematics(spec: RobotSpec) -> KinematicTree:
+    """The kinematic tree of a robot's URDF.
+
+    Raises:
+        RobotError: where the file is no URDF, or lacks a joint or link that the robot's data names.
+    """
+    root = read_urdf(spec)
+    waiting = [_joint(element, spec) for element in root.findall("joint")]
+    children = {joint.child for joint in waiting}
+    links = [str(link.get("name")) for link in root.findall("link")]
+    roots = [link for link in links if link not in children]
+    if len(roots) != 1:
+        raise RobotError(f"{spec.urdf}: needs exactly one root link, found {', '.join(roots) or 'none'}")
+    known, ordered = {roots[0]}, []
+    while waiting:
+        ready = [joint for joint in waiting if joint.parent in known]
+        if not ready:
+            raise RobotError(f"{spec.urdf}: joint {waiting[0].name!r} has no way to the root link {roots[0]!r}")
+        ordered += ready
+        known |= {joint.child for joint in ready}
+        waiting = [joint for joint in waiting if joint not in ready]
+    _require({joint.name for joint in ordered}, (*spec.joints, *spec.gripper.joints), "joint", spec)
+    _require(known, (spec.tool_parent, *spec.gripper.fingers), "link", spec)
+    return KinematicTree(spec, roots[0], tuple(ordered))
+
+
+def read_urdf(spec: RobotSpec) -> ET.Element:
+    """The root element of a robot's URDF; RobotError where it cannot be read."""
+    try:
+        return ET.fromstring(spec.urdf.read_text(encoding="utf-8"))
+    except (OSError, ET.ParseError) as error:
+        raise RobotError(f"{spec.urdf}: cannot read the URDF: {error}") from error
+
+
+def origin(element: ET.Element, spec: RobotSpec) -> Array:
+    """The transform that an element's <origin> means, shape (4, 4); the identity where it has none."""
+    found = element.find("origin")
+    if found is None:
+        return np.eye(4)
+    x, y, z = vector(found, "xyz", spec)
+    r, p, w = vector(found, "rpy", spec)
+    return Pose.from_rpy((x, y, z), (r, p, w)).matrix
+
+
+def vector(element: ET.Element, attribute: str, spec: RobotSpec) -> tuple[float, float, float]:
+    """Three numbers from an attribute; zeros where it is absent."""
+    try:
+        a, b, c = (float(word) for word in element.get(attribute, "0 0 0").split())
+    except ValueError as error:
+        raise RobotError(f"{spec.urdf}: {attribute}={element.get(attribute)!r} are not three numbers") from error
+    return a, b, c
+
+
+def _joint(element: ET.Element, spec: RobotSpec) -> Joint:
+    name, kind = str(element.get("name")), str(element.get("type"))
+    parent, child, axis = element.find("parent"), element.find("child"), element.find("axis")
+    if parent is None or child is None:
+        raise RobotError(f"{spec.urdf}: joint {name!r} lacks its parent or child link")
+    along = np.array((1.0, 0.0, 0.0) if axis is None else vector(axis, "xyz", spec))
+    length = float(np.linalg.norm(along))
+    return Joint(
+        name=name,
+        kind=kind,
+        parent=str(parent.get("link")),
+        child=str(child.get("link")),
+        T_parent_joint=origin(element, spec),
+        axis=along / length if length > 0 else along,
+    )
+
+
+def _require(present: set[str], names: tuple[str, ...], what: str, spec: RobotSpec) -> None:
+    for name in names:
+        if name not in present:
+            raise RobotError(f"{spec.urdf}: no {what} {name!r}, which robot {spec.name!r} names")

@@ -1,0 +1,87 @@
+"""The scene a plan is replayed in: solids of task and robot, and the state that steps change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.links import Links, read_links
+from tamp.checking.solids import Solid
+from tamp.checking.support import center_of_mass
+from tamp.task.mesh import parts
+from tamp.task.model import Box
+from tamp.task.robot import load_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from tamp.task.model import Task
+    from tamp.task.plan import Attachment
+
+    Array = NDArray[np.float64]
+
+TABLE = "table"
+ROBOT = "robot"
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What never changes during a plan.
+
+    Attributes:
+        task: the task.
+        links: the robot's links.
+        solids: name -> solid of each object, and of the table.
+        T_world_table: where the table's box stands.
+    """
+
+    task: Task
+    links: Links
+    solids: Mapping[str, Solid]
+    T_world_table: Array
+
+    @staticmethod
+    def of(task: Task) -> Scene:
+        """The scene of a task; TaskError or RobotError where a mesh or the robot cannot be used."""
+        table = task.table
+        solids = {o.name: Solid.of(o.name, parts(o.shape)) for o in task.objects}
+        solids[TABLE] = Solid.of(TABLE, parts(Box((*table.size, table.thickness))))
+        T = np.eye(4)
+        T[:3, 3] = (*table.center, -table.thickness / 2)
+        return Scene(task, read_links(load_robot(task.robot)), solids, T)
+
+    def displacement(self, name: str, A: Array, B: Array) -> float:
+        """Mean distance of the corners of the score's cube of an object between two poses [m].
+
+        The cube has edge (length + width + height) / 3 and is centred at the object's origin (OCRTOC paper, eq. for EDE).
+        """
+        solid = self.solids[name]
+        half = float((solid.upper - solid.lower).mean()) / 2
+        corners = half * np.array([[x, y, z, 0.0] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        corners[:, 3] = 1.0
+        return float(np.linalg.norm((corners @ (A - B).T)[:, :3], axis=1).mean())
+
+    def center_of_mass(self, name: str, T: Array) -> Array:
+        """An object's centre of mass in the world, shape (3,), where it stands at T."""
+        center: Array = T[:3, :3] @ center_of_mass(self.solids[name]) + T[:3, 3]
+        return center
+
+
+@dataclass
+class State:
+    """What steps change. `opening` is None until the first motion says how far the fingers are apart."""
+
+    poses: dict[str, Array]
+    q: Array
+    opening: float | None = None
+    held: Attachment | None = None
+    time: float = 0.0
+
+    def standing(self, scene: Scene) -> dict[str, Array]:
+        """T_world_body of all bodies that stand: the table and every object that is not held."""
+        held = None if self.held is None else self.held.object
+        return {TABLE: scene.T_world_table, **{name: T for name, T in self.poses.items() if name != held}}

@@ -1,0 +1,148 @@
+"""Rigid bodies made of convex parts, and the signed distance between two of them, by python-fcl (GJK)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import fcl
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from tamp.task.mesh import Part, convex_hull
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One convex part as fcl sees it, with its bounding sphere.
+
+    fcl measures in the frame of the first body of a pair, which therefore never moves: each piece keeps one collision
+    object that stays at the identity and one that is moved.
+    """
+
+    part: Part
+    center: Array
+    radius: float
+    still: Any
+    moving: Any
+
+    @staticmethod
+    def of(part: Part) -> Piece:
+        """The piece of a convex part."""
+        faces = np.column_stack([np.full(len(part.faces), 3), part.faces]).ravel().astype(np.int64)
+        geometry = fcl.Convex(np.array(part.vertices), len(part.faces), faces)
+        center = (part.vertices.min(axis=0) + part.vertices.max(axis=0)) / 2
+        radius = float(np.linalg.norm(part.vertices - center, axis=1).max())
+        return Piece(part, center, radius, fcl.CollisionObject(geometry), fcl.CollisionObject(geometry))
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A rigid body: its pieces, the hull of all of them, and a sphere round it (centre in the body's frame)."""
+
+    name: str
+    pieces: tuple[Piece, ...]
+    hull: Piece
+
+    @staticmethod
+    def of(name: str, parts: Sequence[Part]) -> Solid:
+        """The solid of convex parts."""
+        pieces = tuple(Piece.of(part) for part in parts)
+        if len(pieces) == 1:
+            return Solid(name, pieces, pieces[0])
+        return Solid(name, pieces, Piece.of(convex_hull(np.concatenate([part.vertices for part in parts]))))
+
+    @property
+    def center(self) -> Array:
+        """Centre of the bounding sphere, shape (3,)."""
+        return self.hull.center
+
+    @property
+    def radius(self) -> float:
+        """Radius of the bounding sphere [m]."""
+        return self.hull.radius
+
+    @cached_property
+    def centers(self) -> Array:
+        """Centres of the pieces' spheres, shape (pieces, 3)."""
+        return np.array([piece.center for piece in self.pieces])
+
+    @cached_property
+    def radii(self) -> Array:
+        """Radii of the pieces' spheres, shape (pieces,)."""
+        return np.array([piece.radius for piece in self.pieces])
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower corner of the bounding box in the body's frame."""
+        corner: Array = self.hull.part.vertices.min(axis=0)
+        return corner
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper corner of the bounding box in the body's frame."""
+        corner: Array = self.hull.part.vertices.max(axis=0)
+        return corner
+
+
+def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
+    """A lower bound of the signed distance between two solids [m]; negative values are depths.
+
+    Where the hulls are apart it is their distance, else the least over pairs of pieces. Depths up to `tolerance` are
+    fcl's, which never understate; deeper ones are computed exactly before anybody is accused.
+
+    Args:
+        a, b: the solids.
+        T_a_b: frame of b in the frame of a, shape (4, 4).
+        tolerance: depth from which it must be exact [m].
+    """
+    transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
+    if len(a.pieces) > 1 or len(b.pieces) > 1:
+        apart = _gap(a.hull, b.hull, transform)
+        if apart > 0.0:
+            return apart
+    centers = b.centers @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    gaps = np.linalg.norm(a.centers[:, None] - centers[None], axis=2) - a.radii[:, None] - b.radii[None]
+    least = np.inf
+    for flat in np.argsort(gaps, axis=None):
+        i, j = divmod(int(flat), len(b.pieces))
+        if gaps[i, j] >= max(least, 0.0):
+            break
+        least = min(least, _signed(a.pieces[i], b.pieces[j], transform, T_a_b, tolerance))
+    return float(least) if np.isfinite(least) else float(gaps.min())
+
+
+def _gap(a: Piece, b: Piece, transform: Any) -> float:
+    """Distance between two pieces; not positive where they touch or overlap."""
+    b.moving.setTransform(transform)
+    return float(fcl.distance(a.still, b.moving, fcl.DistanceRequest(), fcl.DistanceResult()))
+
+
+def _signed(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -> float:
+    apart = _gap(a, b, transform)
+    if apart > 0.0:
+        return apart
+    result = fcl.CollisionResult()
+    if not fcl.collide(a.still, b.moving, fcl.CollisionRequest(num_max_contacts=1, enable_contact=True), result):
+        return 0.0
+    depth = float(result.contacts[0].penetration_depth)
+    return -depth if depth <= tolerance else -penetration(a.part, b.part, T_a_b)
+
+
+def penetration(a: Part, b: Part, T_a_b: Array) -> float:
+    """Depth to which two convex parts interpenetrate [m]; negative where they are apart.
+
+    The distance of the origin from the boundary of their Minkowski difference (Cameron and Culley, "Determining the
+    minimum translational distance between two convex polyhedra", ICRA 1986), whose hull is computed outright.
+    """
+    moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    difference = (a.vertices[:, None] - moved[None]).reshape(-1, 3)
+    return float(-ConvexHull(difference).equations[:, 3].max())

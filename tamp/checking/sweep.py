@@ -1,0 +1,124 @@
+"""Does anything touch anything while the arm follows a trajectory? Every sample counts, few need to be looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.limits import interpolate
+from tamp.checking.solids import Solid, clearance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from tamp.task.plan import Trajectory
+
+    Array = NDArray[np.float64]
+
+FIRST_STEP = 0.05
+"""Joint motion [rad] between the samples of the first, coarse grid."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mover:
+    """A body with its pose T_world_body at each sample, shape (n, 4, 4); one that stands still has n = 1."""
+
+    solid: Solid
+    T: Array
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two bodies closer than they may be: at which sample, and how deep they interpenetrate [m]."""
+
+    sample: int
+    bodies: tuple[str, str]
+    depth: float
+
+
+def sample_times(trajectory: Trajectory, movers: Callable[[Array], Sequence[Mover]], step: float) -> Array:
+    """Times so dense that between two of them no point of any mover moves by more than `step` [m].
+
+    Args:
+        trajectory: a well-formed trajectory.
+        movers: the bodies for configurations of shape (n, joints).
+        step: the bound [m].
+    """
+    travel = np.abs(np.diff(trajectory.positions, axis=0)).max(axis=1)
+    speed = np.abs(trajectory.velocities).max(axis=1)
+    span = np.diff(trajectory.times)
+    reach = np.maximum(travel, 1.5 * np.maximum(speed[:-1], speed[1:]) * span)
+    times = _split(trajectory.times, np.ceil(reach / FIRST_STEP))
+    while True:
+        moved = np.max([travelled(m.solid, m.T) for m in movers(interpolate(trajectory, times))], axis=0)
+        if (moved <= step).all():
+            return times
+        times = _split(times, np.where(moved > step, np.ceil(1.1 * moved / step), 1))
+
+
+def _split(times: Array, counts: Array) -> Array:
+    """Each span between two times divided into so many equal ones."""
+    counts = np.maximum(counts, 1).astype(int)
+    span = np.repeat(np.diff(times) / counts, counts)
+    first = np.repeat(times[:-1], counts)
+    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.append(first + index * span, times[-1])
+
+
+def travelled(solid: Solid, T: Array) -> Array:
+    """Bound on the distance any point of a solid moves from each pose to the next, shape (n - 1,) [m].
+
+    A rotation by an angle moves points of a sphere round the centre by at most 2 sin(angle / 2) radii.
+    """
+    center = T[:, :3, :3] @ solid.center + T[:, :3, 3]
+    trace = np.einsum("nij,nij->n", T[:-1, :3, :3], T[1:, :3, :3])
+    chord = np.sqrt(np.maximum(3.0 - trace, 0.0))
+    bound: Array = np.linalg.norm(np.diff(center, axis=0), axis=1) + chord * solid.radius
+    return bound
+
+
+def touches(pairs: Iterable[tuple[Mover, Mover, float]]) -> list[Touch]:
+    """For each pair of bodies (a, b, allowed depth) the first sample where they are deeper than allowed, if any."""
+    found = [touch for a, b, allowed in pairs if (touch := _first_touch(a, b, allowed)) is not None]
+    return sorted(found, key=lambda touch: (touch.sample, touch.bodies))
+
+
+def _first_touch(a: Mover, b: Mover, allowed: float) -> Touch | None:
+    """Conservative advancement over samples (Mirtich 1996): a pair apart by d cannot touch before it has moved by d.
+
+    The motion is that of b in the frame of a, so bodies that travel together cost one look.
+    """
+    center_a = a.T[:, :3, :3] @ a.solid.center + a.T[:, :3, 3]
+    center_b = b.T[:, :3, :3] @ b.solid.center + b.T[:, :3, 3]
+    gap = np.linalg.norm(center_a - center_b, axis=1) - a.solid.radius - b.solid.radius
+    if gap.min() > 0.0:
+        return None
+    T_a_b = _inverse(a.T) @ b.T
+    path = np.concatenate([[0.0], np.cumsum(travelled(b.solid, T_a_b))])
+    k, n = 0, len(T_a_b)
+    while k < n:
+        room = float(gap[k])
+        if room < 0.02:
+            room = clearance(a.solid, b.solid, T_a_b[k], allowed)
+        if room < -allowed:
+            return Touch(k, (a.solid.name, b.solid.name), -room)
+        k = max(k + 1, int(np.searchsorted(path, path[k] + room + allowed, side="right")))
+    return None
+
+
+def _inverse(T: Array) -> Array:
+    """Inverse of rigid transforms, shape (n, 4, 4)."""
+    out = np.zeros_like(T)
+    out[:, :3, :3] = T[:, :3, :3].transpose(0, 2, 1)
+    out[:, :3, 3] = -np.einsum("nij,nj->ni", out[:, :3, :3], T[:, :3, 3])
+    out[:, 3, 3] = 1.0
+    return out
+
+
+def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array]) -> list[Mover]:
+    """Bodies that stand still, by name in order."""
+    return [Mover(solids[name], poses[name][None]) for name in sorted(poses)]

@@ -1,0 +1,49 @@
+"""How far a plan may stray before the checker calls it wrong. Every number a verdict rests on stands here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """Bounds of the checker; metres, radians, seconds, shares.
+
+    Attributes:
+        step: largest motion of any point of robot or held object between two collision samples.
+        collision: penetration that counts as numerical noise.
+        contact: penetration allowed between bodies that may touch; geometry is made of convex pieces and objects settle.
+        grasp: distance between where an object lies and where a grip says it lies.
+        grasp_angle: the same for its orientation.
+        pad: how far from a pad's final place the surface it touches may be.
+        drop: how far a released object may fall or shift until it stands (displacement of the score's cube).
+        standing: largest gap between a body and what it stands on.
+        balance: how far inside its support polygon a centre of mass must lie.
+        reached: displacement between a final pose and the goal it stands for.
+        settling: displacement between a task's pose and the settled pose that the plan takes for it.
+        velocity: share by which joint velocities may exceed their limits at the samples.
+        between: the same between samples, where the cubic curve is only near the motion that was timed.
+        acceleration: share by which accelerations may exceed their limits.
+        joint: error of joint positions, at limits and where two motions meet.
+        rest: joint velocity that counts as standing still.
+    """
+
+    step: float = 0.005
+    collision: float = 0.001
+    contact: float = 0.004
+    grasp: float = 0.002
+    grasp_angle: float = 0.02
+    pad: float = 0.004
+    drop: float = 0.015
+    standing: float = 0.003
+    balance: float = 0.001
+    reached: float = 0.005
+    settling: float = 0.03
+    velocity: float = 0.001
+    between: float = 0.02
+    acceleration: float = 0.005
+    joint: float = 1e-4
+    rest: float = 1e-3
+
+
+DEFAULT = Tolerances()
