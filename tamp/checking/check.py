@@ -10,6 +10,7 @@ from tamp.checking.scene import Scene
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
 from tamp.errors import PlanError
+from tamp.task.robot import load_robot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,6 +51,9 @@ def check(
         raise PlanError(
             f"the plan is for task {plan.task!r} and robot {plan.robot!r}, not for {task.name!r} and {task.robot!r}"
         )
+    joints = len(load_robot(task.robot).joints)
+    if len(plan.home) != joints:
+        raise PlanError(f"the plan's home has {len(plan.home)} values for the {joints} joints of robot {task.robot!r}")
     names = {thing.name for thing in task.objects}
     for mapping, title in ((plan.start, "the plan's start"), (start, "start")):
         if mapping is not None and set(mapping) != names:

@@ -9,7 +9,7 @@ import numpy as np
 from tamp.checking.handling import carriers
 from tamp.checking.replay import Replay, in_region
 from tamp.checking.scene import TABLE, Scene, State
-from tamp.checking.solids import clearance
+from tamp.checking.solids import clearance, inverse
 from tamp.task.model import At, In, On
 
 if TYPE_CHECKING:
@@ -27,9 +27,6 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
         exact: the poses that the scene is known to have, or None where only the task is known.
     """
     scene, state, allow = replay.scene, replay.state, replay.allow
-    spec = scene.links.tree.spec
-    if len(replay.plan.home) != len(spec.joints):
-        replay.report("start", f"home has {len(replay.plan.home)} joints, {spec.name} has {len(spec.joints)}")
     for thing in scene.task.objects:
         known = thing.pose if exact is None else exact[thing.name]
         bound = allow.reached if exact is not None else allow.settling
@@ -43,7 +40,7 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
     for i, a in enumerate(names):
         for b in (TABLE, *names[:i]):
             T = scene.T_world_table if b == TABLE else state.poses[b]
-            apart = clearance(scene.solids[b], scene.solids[a], np.linalg.inv(T) @ state.poses[a], allow.contact)
+            apart = clearance(scene.solids[b], scene.solids[a], inverse(T) @ state.poses[a], allow.contact)
             if apart < -allow.contact:
                 replay.report("start", f"{a} starts {-1000 * apart:.1f} mm inside {b}", (a, b), -apart)
 
@@ -53,7 +50,7 @@ def touched(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     others = state.standing(scene)
     solid, T = scene.solids[name], state.poses[name]
     return any(
-        clearance(scene.solids[other], solid, np.linalg.inv(others[other]) @ T, allow.contact) <= allow.standing
+        clearance(scene.solids[other], solid, inverse(others[other]) @ T, allow.contact) <= allow.standing
         for other in sorted(others)
         if other != name
     )
@@ -111,5 +108,5 @@ def _contains(scene: Scene, state: State, container: str, name: str) -> bool:
     """Whether the centre of an object's box lies in the box of another."""
     inner, outer = scene.solids[name], scene.solids[container]
     center = np.append((inner.lower + inner.upper) / 2, 1.0)
-    local = (np.linalg.inv(state.poses[container]) @ state.poses[name] @ center)[:3]
+    local = (inverse(state.poses[container]) @ state.poses[name] @ center)[:3]
     return bool(((local >= outer.lower) & (local <= outer.upper)).all())

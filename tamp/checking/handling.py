@@ -9,7 +9,7 @@ import numpy as np
 from tamp.checking.grasp import between_pads
 from tamp.checking.motion import finger_touches, sentence_of
 from tamp.checking.scene import TABLE, Scene, State
-from tamp.checking.solids import clearance
+from tamp.checking.solids import clearance, inverse
 from tamp.checking.support import Contacts, contacts
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     gripper = scene.links.tree.spec.gripper
     opening = gripper.stroke if state.opening is None else state.opening
     T_world_tool = scene.links.tree.tool(state.q[None])[0]
-    T_tool_object = np.linalg.inv(T_world_tool) @ state.poses[name]
+    T_tool_object = inverse(T_world_tool) @ state.poses[name]
     _check_attachment(scene, name, T_tool_object, grip.attachment.T_tool_object.matrix, allow, report)
     if not 0.0 <= grip.width <= gripper.stroke:
         report("grasp", f"a width of {grip.width:.4f} m is outside the stroke of {gripper.stroke} m", bodies=(name,))
@@ -79,7 +79,7 @@ def check_standing(scene: Scene, state: State, name: str, allow: Tolerances, rep
     for other in sorted(others):
         if other == name:
             continue
-        apart = clearance(scene.solids[other], scene.solids[name], np.linalg.inv(others[other]) @ T, allow.contact)
+        apart = clearance(scene.solids[other], scene.solids[name], inverse(others[other]) @ T, allow.contact)
         if apart < -allow.contact:
             sentence = f"{name} stands {-1000 * apart:.1f} mm inside {other}"
             report("support", sentence, bodies=(name, other), depth=-apart)

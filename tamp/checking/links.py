@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.kinematics import KinematicTree, origin, read_kinematics, read_urdf, vector
-from tamp.checking.solids import Solid, clearance
+from tamp.checking.solids import Solid, clearance, inverse
 from tamp.errors import RobotError, TaskError
 from tamp.task.mesh import Part, convex_hull, parts
 from tamp.task.meshfile import read_mesh
@@ -103,7 +103,7 @@ def _pairs(
     placed = tree.forward(q, spec.gripper.stroke)
     kept = []
     for a, b in candidates:
-        T_a_b = np.linalg.inv(placed[a.name]) @ placed[b.name]
+        T_a_b = inverse(placed[a.name]) @ placed[b.name]
         apart = np.linalg.norm(T_a_b[:, :3, :3] @ b.center + T_a_b[:, :3, 3] - a.center, axis=1)
         near = apart < a.radius + b.radius
         hits = np.array([n and clearance(a, b, T, np.inf) < 0.0 for T, n in zip(T_a_b, near, strict=True)])

@@ -32,7 +32,8 @@ def check_move(scene: Scene, state: State, move: Move, allow: Tolerances, report
     """Judge a motion and bring the state to its end.
 
     Args:
-        scene, state: the world; `state` is changed.
+        scene: the world.
+        state: what is where; changed.
         move: the motion.
         allow: tolerances.
         report: called as report(kind, sentence, bodies=(), depth=0.0, after=seconds into the motion).
@@ -82,13 +83,11 @@ def _check_phase(state: State, move: Move, report: Report) -> None:
     if claimed != actual:
         report(
             "continuity",
-            f"the {move.phase} motion claims to hold {claimed or 'nothing'}, but the gripper holds {actual or 'nothing'}",
+            f"the {move.phase} motion claims to hold {claimed or 'nothing'}, the gripper holds {actual or 'nothing'}",
             bodies=tuple(name for name in (claimed, actual) if name),
         )
     elif move.held is not None and move.held != state.held:
-        report(
-            "continuity", f"{claimed} changes its place in the gripper without being released", bodies=(str(claimed),)
-        )
+        report("continuity", f"{claimed} changes its place in the gripper while held", bodies=(str(claimed),))
     if move.phase in (EMPTY if actual else HOLDING):
         report("continuity", f"a {move.phase} motion while the gripper holds {actual or 'nothing'}")
 

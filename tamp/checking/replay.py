@@ -11,6 +11,7 @@ from tamp.checking.grasp import between_pads
 from tamp.checking.handling import carriers, check_grip, check_release
 from tamp.checking.motion import check_move
 from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.solids import inverse
 from tamp.checking.verdict import Problem
 from tamp.task.plan import Grip, Move, Release
 
@@ -77,15 +78,13 @@ class Replay:
         known = {*self.state.poses, TABLE, *(region.name for region in self.scene.task.regions)}
         strangers = [name for name in action.arguments if name not in known]
         moved = [name for name in (*grips, *releases) if name not in self.state.poses]
-        before = len(self.problems)
         if action.name not in expected:
             self.report("precondition", f"unknown action {action.name!r}; valid are {', '.join(sorted(expected))}")
         elif (grips, releases) != expected[action.name]:
             self.report("precondition", f"its steps grip {grips or 'nothing'} and release {releases or 'nothing'}")
         if strangers or moved:
             self.report("precondition", f"the task knows no {', '.join((*strangers, *moved))}")
-            return False
-        return len(self.problems) == before or not moved
+        return not strangers and not moved
 
     def _check_before(self, action: Action) -> None:
         if not action.arguments or action.arguments[0] not in self.state.poses:
@@ -121,7 +120,7 @@ class Replay:
     def _check_clear(self, name: str) -> None:
         """After letting go, the gripper has left: the object is no longer between the pads."""
         T_world_tool = self.scene.links.tree.tool(self.state.q[None])[0]
-        T_tool_object = np.linalg.inv(T_world_tool) @ self.state.poses[name]
+        T_tool_object = inverse(T_world_tool) @ self.state.poses[name]
         gripper = self.scene.links.tree.spec.gripper
         if between_pads(self.scene.solids[name], T_tool_object, gripper, gripper.stroke) is not None:
             self.report("release", f"the gripper does not retreat from {name}", (name,))

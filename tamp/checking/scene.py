@@ -9,7 +9,6 @@ import numpy as np
 
 from tamp.checking.links import Links, read_links
 from tamp.checking.solids import Solid
-from tamp.checking.support import center_of_mass
 from tamp.task.mesh import parts
 from tamp.task.model import Box
 from tamp.task.robot import load_robot
@@ -57,7 +56,7 @@ class Scene:
     def displacement(self, name: str, A: Array, B: Array) -> float:
         """Mean distance of the corners of the score's cube of an object between two poses [m].
 
-        The cube has edge (length + width + height) / 3 and is centred at the object's origin (OCRTOC paper, eq. for EDE).
+        The cube has edge (length + width + height) / 3 and its centre at the object's origin (OCRTOC paper, EDE).
         """
         solid = self.solids[name]
         half = float((solid.upper - solid.lower).mean()) / 2
@@ -67,7 +66,7 @@ class Scene:
 
     def center_of_mass(self, name: str, T: Array) -> Array:
         """An object's centre of mass in the world, shape (3,), where it stands at T."""
-        center: Array = T[:3, :3] @ center_of_mass(self.solids[name]) + T[:3, 3]
+        center: Array = T[:3, :3] @ self.solids[name].center_of_mass + T[:3, 3]
         return center
 
 

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+SPACING = 0.006
+"""Distance between the points that stand for a surface [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Piece:
@@ -42,6 +45,38 @@ class Piece:
         center = (part.vertices.min(axis=0) + part.vertices.max(axis=0)) / 2
         radius = float(np.linalg.norm(part.vertices - center, axis=1).max())
         return Piece(part, center, radius, fcl.CollisionObject(geometry), fcl.CollisionObject(geometry))
+
+    @cached_property
+    def planes(self) -> tuple[Array, Array]:
+        """Outward unit normals, shape (m, 3), and offsets, shape (m,), of the faces; slivers left out."""
+        a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        length = np.linalg.norm(normals, axis=1)
+        wide = length > 1e-14
+        normals = normals[wide] / length[wide, None]
+        return normals, np.einsum("ij,ij->i", normals, a[wide])
+
+    @cached_property
+    def surface(self) -> Array:
+        """Points all over the surface, shape (n, 3): the vertices, and a lattice on every triangle of some size."""
+        a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
+        points = [self.part.vertices]
+        longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
+        count = np.clip(np.ceil(longest / SPACING).astype(np.int64), 1, 100)
+        for n in np.unique(count[count > 1]):
+            i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+            u, v = (i[i + j <= n] / n)[:, None, None], (j[i + j <= n] / n)[:, None, None]
+            chosen = count == n
+            points.append((a[chosen] * (1 - u - v) + b[chosen] * u + c[chosen] * v).reshape(-1, 3))
+        return np.vstack(points)
+
+    @cached_property
+    def volume_and_centroid(self) -> tuple[float, Array]:
+        """Volume [m^3] and centroid, shape (3,): the sum of tetrahedra from one inner point."""
+        inner = self.part.vertices.mean(axis=0)
+        a, b, c = (self.part.vertices[self.part.faces[:, i]] - inner for i in range(3))
+        volume = np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6
+        return float(volume.sum()), inner + (volume[:, None] * (a + b + c) / 4).sum(axis=0) / volume.sum()
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +116,13 @@ class Solid:
         return np.array([piece.radius for piece in self.pieces])
 
     @cached_property
+    def center_of_mass(self) -> Array:
+        """Centre of mass, shape (3,), of uniform pieces whose overlaps count twice."""
+        volumes, centers = zip(*(piece.volume_and_centroid for piece in self.pieces), strict=True)
+        center: Array = np.average(np.array(centers), axis=0, weights=np.array(volumes))
+        return center
+
+    @cached_property
     def lower(self) -> Array:
         """Lower corner of the bounding box in the body's frame."""
         corner: Array = self.hull.part.vertices.min(axis=0)
@@ -100,7 +142,8 @@ def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
     fcl's, which never understate; deeper ones are computed exactly before anybody is accused.
 
     Args:
-        a, b: the solids.
+        a: one solid.
+        b: the other.
         T_a_b: frame of b in the frame of a, shape (4, 4).
         tolerance: depth from which it must be exact [m].
     """
@@ -146,3 +189,13 @@ def penetration(a: Part, b: Part, T_a_b: Array) -> float:
     moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
     difference = (a.vertices[:, None] - moved[None]).reshape(-1, 3)
     return float(-ConvexHull(difference).equations[:, 3].max())
+
+
+def inverse(T: Array) -> Array:
+    """Inverse of rigid transforms, shape (..., 4, 4)."""
+    R = np.swapaxes(T[..., :3, :3], -1, -2)
+    out = np.zeros_like(T)
+    out[..., :3, :3] = R
+    out[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
+    out[..., 3, 3] = 1.0
+    return out

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.limits import interpolate
-from tamp.checking.solids import Solid, clearance
+from tamp.checking.solids import Solid, clearance, inverse
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -62,10 +62,10 @@ def sample_times(trajectory: Trajectory, movers: Callable[[Array], Sequence[Move
 
 def _split(times: Array, counts: Array) -> Array:
     """Each span between two times divided into so many equal ones."""
-    counts = np.maximum(counts, 1).astype(int)
-    span = np.repeat(np.diff(times) / counts, counts)
-    first = np.repeat(times[:-1], counts)
-    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    whole = np.maximum(counts, 1).astype(np.int64)
+    span = np.repeat(np.diff(times) / whole, whole)
+    first = np.repeat(times[:-1], whole)
+    index = np.arange(whole.sum()) - np.repeat(np.cumsum(whole) - whole, whole)
     return np.append(first + index * span, times[-1])
 
 
@@ -97,7 +97,7 @@ def _first_touch(a: Mover, b: Mover, allowed: float) -> Touch | None:
     gap = np.linalg.norm(center_a - center_b, axis=1) - a.solid.radius - b.solid.radius
     if gap.min() > 0.0:
         return None
-    T_a_b = _inverse(a.T) @ b.T
+    T_a_b = inverse(a.T) @ b.T
     path = np.concatenate([[0.0], np.cumsum(travelled(b.solid, T_a_b))])
     k, n = 0, len(T_a_b)
     while k < n:
@@ -108,15 +108,6 @@ def _first_touch(a: Mover, b: Mover, allowed: float) -> Touch | None:
             return Touch(k, (a.solid.name, b.solid.name), -room)
         k = max(k + 1, int(np.searchsorted(path, path[k] + room + allowed, side="right")))
     return None
-
-
-def _inverse(T: Array) -> Array:
-    """Inverse of rigid transforms, shape (n, 4, 4)."""
-    out = np.zeros_like(T)
-    out[:, :3, :3] = T[:, :3, :3].transpose(0, 2, 1)
-    out[:, :3, 3] = -np.einsum("nij,nj->ni", out[:, :3, :3], T[:, :3, 3])
-    out[:, 3, 3] = 1.0
-    return out
 
 
 def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array]) -> list[Mover]:

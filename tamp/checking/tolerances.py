@@ -12,7 +12,7 @@ class Tolerances:
     Attributes:
         step: largest motion of any point of robot or held object between two collision samples.
         collision: penetration that counts as numerical noise.
-        contact: penetration allowed between bodies that may touch; geometry is made of convex pieces and objects settle.
+        contact: penetration allowed between bodies that may touch: geometry is convex pieces, and objects settle.
         grasp: distance between where an object lies and where a grip says it lies.
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
