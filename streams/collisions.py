@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from tamp.streams.values import Handling, Placement
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from tamp.world.collision import CollisionChecker
 
 CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
@@ -28,16 +37,40 @@ def test_cfree_handling(context: Context, obj: str, handling: Handling, other: s
     return contact is None
 
 
-def handling_contact(workspace: Workspace, handling: Handling, others: dict[str, Placement]) -> str | None:
+def handling_contact(workspace: Workspace, handling: Handling, others: Mapping[str, Placement]) -> str | None:
     """The first collision along a handling with `others` standing around, in words; None where there is none."""
-    poses = {name: placement.pose.matrix for name, placement in sorted(others.items())}
-    empty = Scene(poses={**poses, handling.object: handling.placement.pose.matrix}, opening=handling.opening)
-    approach = workspace.world.checker(empty, margin=ARM_MARGIN, touch={handling.object: 0.0})
-    contact = approach.first_contact(handling.approach)
-    if contact is None:
-        holding = Scene(poses=poses).attached(
-            handling.object, handling.grasp.T_object_tool.inverse().matrix, handling.grasp.width
-        )
-        lift = workspace.world.checker(holding, margin=ARM_MARGIN, held_margin=-CONTACT_DEPTH)
-        contact = lift.first_contact(handling.lift)
+    poses = {name: others[name].pose.matrix for name in sorted(others)}
+    obj, placement = handling.object, handling.placement
+    return approach_contact(workspace, obj, placement, handling.opening, handling.approach, poses) or lift_contact(
+        workspace, obj, handling.grasp, handling.lift, poses
+    )
+
+
+def approach_contact(
+    workspace: Workspace,
+    obj: str,
+    placement: Placement,
+    opening: float,
+    path: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+) -> str | None:
+    """What the empty open hand meets on its way to a grasp of `obj`, shape of `path` (n, joints); None if nothing."""
+    scene = Scene(poses={**others, obj: placement.pose.matrix}, opening=opening)
+    return _told(workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: 0.0}), path)
+
+
+def lift_contact(
+    workspace: Workspace,
+    obj: str,
+    grasp: Grasp,
+    path: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+) -> str | None:
+    """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing."""
+    scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
+    return _told(workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-CONTACT_DEPTH), path)
+
+
+def _told(checker: CollisionChecker, path: NDArray[np.float64]) -> str | None:
+    contact = checker.first_contact(path)
     return None if contact is None else f"{contact.a} would hit {contact.b}"

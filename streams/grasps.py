@@ -9,45 +9,55 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.streams.antipodal import antipodal_contacts, surface_points
+from tamp.streams.antipodal import Contacts, antipodal_contacts, surface_points
 from tamp.streams.hand import HandBoxes, hand_boxes, lowest_point, points_hit
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.task import Gripper, Pose
 from tamp.world.kinematics import inverse
+from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.world.geometry import Geometry
 
 SURFACE = 400  # points that rays start from
 DIRECTIONS = 16  # approach directions about the closing axis
 DEPTHS = (0.018, 0.012, 0.006, 0.003)  # how far the contact lies behind the fingertips [m]
+SIEVED = 1200  # pinches looked at closely
+FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 CLEARANCE = 0.008  # beside the object on each side before closing [m]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
 TABLE_GAP = 0.002  # under the hand [m]
+PAD_SOFTNESS = 0.0015  # surface this near to a pad's plane is in contact [m]
+HAND_REACH = 0.25  # neighbours farther away than this cannot meet the hand [m]
 LIMIT = 160  # grasps offered for one object
 
 
 @dataclass(frozen=True, eq=False)
-class Candidates:
-    """Grasps of one object in its own frame, in no order.
+class Pinches:
+    """Many ways to pinch one object, in its own frame.
 
     Attributes:
         T_object_tool: shape (n, 4, 4).
-        widths: shape (n,) [m].
-        costs: what the object alone says against each grasp, shape (n,).
+        widths: distance between the pads, shape (n,) [m].
+        depths: how far the contact lies behind the fingertips, shape (n,) [m].
+        slants: angle between the closing axis and the surface normals, shape (n,) [rad].
     """
 
     T_object_tool: NDArray[np.float64]
     widths: NDArray[np.float64]
-    costs: NDArray[np.float64]
+    depths: NDArray[np.float64]
+    slants: NDArray[np.float64]
+
+    def at(self, index: NDArray[Any]) -> Pinches:
+        """Those at the given indices, or where a mask holds."""
+        return Pinches(self.T_object_tool[index], self.widths[index], self.depths[index], self.slants[index])
 
 
 def opening_for(gripper: Gripper, grasp: Grasp) -> float:
@@ -58,43 +68,73 @@ def opening_for(gripper: Gripper, grasp: Grasp) -> float:
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
     """Yield grasps of obj, best first: those that serve start and goal, then those that serve one of them."""
     workspace: Workspace = context.scene
-    candidates = candidate_grasps(workspace, obj, context.rng)
-    if not len(candidates.widths):
+    pinches = _pinches(workspace, obj, context.rng)
+    if not len(pinches.widths):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
         return
-    boxes = _boxes(workspace)
-    places = workspace.placements_of(obj)
-    usable, burden = zip(*(_suitability(workspace, boxes, candidates, obj, place) for place in places), strict=True)
-    serves = np.array(usable)
-    cost = candidates.costs + np.where(serves, np.array(burden), 2.0).sum(axis=0)
-    order = np.argsort(cost + 100.0 * ~serves.all(axis=0), kind="stable")
-    order = order[serves[:, order].any(axis=0)]
-    if not len(order):
-        context.fail(f"the hand would hit the table in every grasp of {obj}")
-    yield from _reachable_first(context, workspace, candidates, _spread(candidates, order), obj)
+    places = list(workspace.placements_of(obj))
+    pinches, serves = _over_table(workspace, pinches, places, context.rng)
+    clear = _clear_of_object(workspace, obj, pinches)
+    pinches, serves = pinches.at(clear), serves[:, clear]
+    if not len(pinches.widths):
+        context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
+        return
+    cost = _intrinsic_cost(workspace, obj, pinches)
+    for place, usable in zip(places, serves, strict=True):
+        cost += np.where(usable, _burden(workspace, pinches, obj, place), 10.0)
+    order = _spread(pinches, np.argsort(cost, kind="stable"))
+    yield from _reachable_first(context, workspace, pinches, order, obj)
 
 
-def candidate_grasps(workspace: Workspace, obj: str, rng: np.random.Generator) -> Candidates:
-    """All antipodal grasps of an object that its own shape allows."""
+def _pinches(workspace: Workspace, obj: str, rng: np.random.Generator) -> Pinches:
+    """Every antipodal contact pair of an object from every direction at every depth."""
     gripper = workspace.world.robot.spec.gripper
-    geometry = workspace.world.geometries[obj]
-    surface = surface_points(geometry.parts, SURFACE, rng)
-    contacts = antipodal_contacts(
-        geometry.parts,
-        surface,
-        max_width=gripper.stroke - WIDTH_RESERVE,
-        friction_angle=FRICTION_ANGLE,
-        rng=rng,
-    )
-    T, widths, depths = _frames(contacts.centers, contacts.axes, contacts.widths, gripper)
-    slants = np.repeat(contacts.slants, DIRECTIONS * len(DEPTHS))
-    openings = np.minimum(gripper.stroke, widths + 2 * CLEARANCE)
-    T_tool_object = np.linalg.inv(T)
-    points = surface.points @ T_tool_object[:, :3, :3].transpose(0, 2, 1) + T_tool_object[:, None, :3, 3]
-    clear = ~points_hit(_boxes(workspace), openings, points)
-    area = _pad_area(points[clear], widths[clear], surface.area, gripper)
-    costs = _intrinsic_cost(T[clear], widths[clear], depths[clear], slants[clear], area, geometry, gripper)
-    return Candidates(T[clear], widths[clear], costs)
+    pieces = workspace.world.geometries[obj].parts
+    surface = surface_points(pieces, SURFACE, rng)
+    widest = gripper.stroke - WIDTH_RESERVE
+    contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
+    T, widths, depths = _frames(contacts, gripper)
+    return Pinches(T, widths, depths, np.repeat(contacts.slants, DIRECTIONS * len(DEPTHS)))
+
+
+def _over_table(
+    workspace: Workspace, pinches: Pinches, places: list[Placement], rng: np.random.Generator
+) -> tuple[Pinches, NDArray[np.bool_]]:
+    """Pinches whose hand stays above the table at one placement at least, and which placements each serves.
+
+    Those that serve most placements are kept first: a uniform choice of a pool would lose them, since nine in ten
+    of all hands reach into the table.
+    """
+    openings = _openings(workspace, pinches)
+    serves = np.array([_above_table(workspace, pinches, openings, place) for place in places])
+    order = rng.permutation(len(pinches.widths))
+    order = order[np.argsort(-serves[:, order].sum(axis=0), kind="stable")]
+    order = order[serves[:, order].any(axis=0)][:SIEVED]
+    return pinches.at(order), serves[:, order]
+
+
+def _above_table(
+    workspace: Workspace, pinches: Pinches, openings: NDArray[np.float64], place: Placement
+) -> NDArray[np.bool_]:
+    T = place.pose.matrix @ pinches.T_object_tool
+    upright: NDArray[np.bool_] = T[:, 2, 2] < FROM_BELOW
+    return upright & (lowest_point(_boxes(workspace), openings, T) > TABLE_GAP)
+
+
+def _clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:
+    """Whether hand and open fingers are clear of the object itself, shape (n,)."""
+    local = _in_tool_frames(workspace.surface[obj], np.linalg.inv(pinches.T_object_tool))
+    return ~points_hit(_boxes(workspace), _openings(workspace, pinches), local)
+
+
+def _openings(workspace: Workspace, pinches: Pinches) -> NDArray[np.float64]:
+    return np.minimum(workspace.world.robot.spec.gripper.stroke, pinches.widths + 2 * CLEARANCE)
+
+
+def _in_tool_frames(points: NDArray[np.float64], T_tool: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (m, 3) seen from many frames (n, 4, 4); shape (n, m, 3)."""
+    local: NDArray[np.float64] = points @ T_tool[:, :3, :3].transpose(0, 2, 1) + T_tool[:, None, :3, 3]
+    return local
 
 
 def _boxes(workspace: Workspace) -> HandBoxes:
@@ -105,9 +145,10 @@ def _boxes(workspace: Workspace) -> HandBoxes:
 
 
 def _frames(
-    centers: NDArray[np.float64], axes: NDArray[np.float64], widths: NDArray[np.float64], gripper: Gripper
+    contacts: Contacts, gripper: Gripper
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Tool frames (n, 4, 4) for every contact pair, approach direction and depth, with widths and depths (n,)."""
+    axes = contacts.axes
     closing = np.array(gripper.axis)
     side = np.cross(closing, [0.0, 0.0, 1.0])
     basis = np.stack([side, closing, [0.0, 0.0, 1.0]], axis=1)  # columns: the tool's side, closing and approach axes
@@ -119,73 +160,57 @@ def _frames(
     approach = np.cos(angles)[None, :, None] * u[:, None] + np.sin(angles)[None, :, None] * v[:, None]
     y = np.repeat(axes[:, None], DIRECTIONS, axis=1)
     R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ basis.T
-    tip = gripper.pad[2] / 2
-    shift = np.array(DEPTHS) - tip
-    n = len(centers) * DIRECTIONS * len(DEPTHS)
-    T = np.tile(np.eye(4), (n, 1, 1))
+    shift = np.array(DEPTHS) - gripper.pad[2] / 2
+    each = DIRECTIONS * len(DEPTHS)
+    T = np.tile(np.eye(4), (len(axes) * each, 1, 1))
     T[:, :3, :3] = np.repeat(R.reshape(-1, 3, 3), len(DEPTHS), axis=0)
-    T[:, :3, 3] = (centers[:, None, None] + approach[:, :, None] * shift[None, None, :, None]).reshape(-1, 3)
-    return T, np.repeat(widths, DIRECTIONS * len(DEPTHS)), np.tile(DEPTHS, len(centers) * DIRECTIONS)
+    middles = contacts.centers[:, None, None] + approach[:, :, None] * shift[None, None, :, None]
+    T[:, :3, 3] = middles.reshape(-1, 3)
+    return T, np.repeat(contacts.widths, each), np.tile(DEPTHS, len(axes) * DIRECTIONS)
 
 
-def _pad_area(
-    points: NDArray[np.float64], widths: NDArray[np.float64], area: float, gripper: Gripper
-) -> NDArray[np.float64]:
-    """Share of the smaller pad contact: surface within 1.5 mm of each pad's plane and inside its outline, (n,)."""
+def _intrinsic_cost(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.float64]:
+    """What speaks against each pinch, (n,): small contact, long lever, slanted contact, shallow or wide grip."""
+    gripper = workspace.world.robot.spec.gripper
+    lever = np.linalg.norm(pinches.T_object_tool[:, :3, 3] - workspace.world.geometries[obj].center_of_mass, axis=1)
+    shallow = np.where(pinches.depths < 0.005, 0.6, np.where(pinches.depths < 0.01, 0.1, 0.0))
+    wide = np.maximum(pinches.widths / gripper.stroke - 0.85, 0) * 2.0
+    return 0.5 * (1 - _pad_contact(workspace, obj, pinches)) + 6.0 * lever + pinches.slants + shallow + wide
+
+
+def _pad_contact(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.float64]:
+    """How much of the less covered pad meets surface, relative to the best pinch of the object, shape (n,)."""
+    gripper = workspace.world.robot.spec.gripper
     closing = np.array(gripper.axis)
-    along, across = points @ closing, points @ np.cross(closing, [0.0, 0.0, 1.0])
-    inside = (np.abs(across) < gripper.pad[1] / 2) & (np.abs(points[:, :, 2]) < gripper.pad[2] / 2)
-    first, second = (
-        (inside & (np.abs(sign * along - widths[:, None] / 2) < 0.0015)).sum(axis=1) * area for sign in (-1.0, 1.0)
-    )
-    share: NDArray[np.float64] = np.minimum(np.minimum(first, second) / (gripper.pad[1] * gripper.pad[2]), 1.0)
+    local = _in_tool_frames(workspace.surface[obj], np.linalg.inv(pinches.T_object_tool))
+    along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
+    on_pad = (np.abs(across) < gripper.pad[1] / 2) & (np.abs(local[:, :, 2]) < gripper.pad[2] / 2)
+    touched = [
+        (on_pad & (np.abs(sign * along - pinches.widths[:, None] / 2) < PAD_SOFTNESS)).sum(axis=1) for sign in (-1, 1)
+    ]
+    least = np.minimum(*touched)
+    share: NDArray[np.float64] = least / max(int(least.max()), 1)
     return share
 
 
-def _intrinsic_cost(
-    T: NDArray[np.float64],
-    widths: NDArray[np.float64],
-    depths: NDArray[np.float64],
-    slants: NDArray[np.float64],
-    area: NDArray[np.float64],
-    geometry: Geometry,
-    gripper: Gripper,
-) -> NDArray[np.float64]:
-    """What speaks against each grasp, (n,): small contact, long lever, slanted contact, shallow or wide grip."""
-    lever = np.linalg.norm(T[:, :3, 3] - geometry.center_of_mass, axis=1)
-    shallow = np.where(depths < 0.005, 0.6, np.where(depths < 0.01, 0.1, 0.0))
-    wide = np.maximum(widths / gripper.stroke - 0.85, 0) * 2.0
-    return 0.5 * (1 - area) + 6.0 * lever + slants + shallow + wide
-
-
-def _suitability(
-    workspace: Workspace, boxes: HandBoxes, candidates: Candidates, obj: str, place: Placement
-) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """For one placement: whether the hand clears the table, and how much tilt and how many neighbours it meets."""
-    gripper = workspace.world.robot.spec.gripper
-    T = place.pose.matrix @ candidates.T_object_tool
-    openings = np.minimum(gripper.stroke, candidates.widths + 2 * CLEARANCE)
-    down = -T[:, 2, 2]
-    usable = (lowest_point(boxes, openings, T) > TABLE_GAP) & (down > -0.2)
-    tilt = np.arccos(np.clip(down, -1.0, 1.0))
-    burden = 0.4 * tilt
-    chosen = np.flatnonzero(usable)
-    T_tool_world = np.linalg.inv(T[chosen])
+def _burden(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
+    """How far each hand leans over at a placement, and how many neighbours it would hit there, shape (n,)."""
+    T = place.pose.matrix @ pinches.T_object_tool
+    burden = 0.4 * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
+    T_tool_world = np.linalg.inv(T)
     around = workspace.goals if place is workspace.goals.get(obj) else workspace.start
     for name, other in sorted(around.items()):
-        if name == obj:
-            continue
         points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
-        if np.linalg.norm(points - place.pose.xyz, axis=1).min() > 0.3:
+        if name == obj or np.linalg.norm(points - place.pose.xyz, axis=1).min() > HAND_REACH:
             continue
-        local = points @ T_tool_world[:, :3, :3].transpose(0, 2, 1) + T_tool_world[:, None, :3, 3]
-        burden[chosen] += 1.0 * points_hit(boxes, openings[chosen], local, margin=0.002)
-    return usable, burden
+        local = _in_tool_frames(points, T_tool_world)
+        burden += points_hit(_boxes(workspace), _openings(workspace, pinches), local, margin=0.002)
+    return burden
 
 
-def _spread(candidates: Candidates, order: NDArray[np.intp]) -> list[int]:
+def _spread(pinches: Pinches, order: NDArray[np.intp]) -> list[int]:
     """The best of every neighbourhood of similar grasps first, so that a hundred offers are not one grasp."""
-    T = candidates.T_object_tool
+    T = pinches.T_object_tool
     cells = np.concatenate(
         [np.round(T[:, :3, 3] / 0.012), np.round(T[:, :3, 2] / 0.4), np.round(T[:, :3, 0] / 0.4)], axis=1
     )
@@ -199,17 +224,18 @@ def _spread(candidates: Candidates, order: NDArray[np.intp]) -> list[int]:
 
 
 def _reachable_first(
-    context: Context, workspace: Workspace, candidates: Candidates, order: list[int], obj: str
+    context: Context, workspace: Workspace, pinches: Pinches, order: list[int], obj: str
 ) -> Iterator[Grasp]:
     """Yield grasps that the arm can reach at every known placement as they come; the others afterwards."""
+    alone, openings = Scene(poses={obj: np.eye(4)}), _openings(workspace, pinches)
     robot, places = workspace.world.robot, list(workspace.placements_of(obj))
     partly: list[Grasp] = []
     for index in order:
-        grasp = Grasp(Pose.from_matrix(candidates.T_object_tool[index]), float(candidates.widths[index]))
-        reached = [
-            next(iter(inverse(robot, p.pose.matrix @ candidates.T_object_tool[index], context.rng, count=1)), None)
-            for p in places
-        ]
+        T_tool = pinches.T_object_tool[index]
+        if workspace.world.hand_contact(T_tool, float(openings[index]), alone, margin=0.0, ignore=("table",)):
+            continue
+        grasp = Grasp(Pose.from_matrix(T_tool), float(pinches.widths[index]))
+        reached = [next(iter(inverse(robot, p.pose.matrix @ T_tool, context.rng, count=1)), None) for p in places]
         if all(q is not None for q in reached):
             yield grasp
         elif any(q is not None for q in reached):

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.world.hand import hand_points
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -41,7 +43,7 @@ def hand_boxes(robot: RobotModel) -> HandBoxes:
     """Cut the hand's and fingers' hulls into slices along the approach and box each slice."""
     axis = np.array(robot.spec.gripper.axis)
     lower, upper, side = [], [], []
-    for points in robot.hand_points(opening=0.0):
+    for points in hand_points(robot, opening=0.0):
         along = points @ axis
         which = 0.0 if along.min() < -1e-3 and along.max() > 1e-3 else float(np.sign(along.mean()))
         for low, high in _slices(points):

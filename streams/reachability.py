@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.collisions import ARM_MARGIN, handling_contact
+from tamp.streams.collisions import ARM_MARGIN, approach_contact, lift_contact
 from tamp.streams.grasps import opening_for
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.kinematics import inverse, straight_line
 from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
 LIFTS = (0.08, 0.15, 0.04)  # how far up the object is carried off [m]
@@ -41,45 +45,52 @@ def inverse_kinematics(
         if time.monotonic() > context.deadline:
             return
         found = True
-        handling = _handling(context, workspace, obj, placement, grasp, opening, np.asarray(q))
-        if handling is not None:
-            approach = Configuration(tuple(handling.approach[0].tolist()), opening)
-            lift = Configuration(tuple(handling.lift[-1].tolist()), grasp.width)
-            yield approach, lift, handling
+        approach = _approach(context, workspace, obj, placement, opening, q)
+        lift = None if approach is None else _lift(context, workspace, obj, grasp, q)
+        if approach is not None and lift is not None:
+            before = Configuration(tuple(approach[0].tolist()), opening)
+            after = Configuration(tuple(lift[-1].tolist()), grasp.width)
+            yield before, after, Handling(obj, placement, grasp, opening, approach, lift)
     if not found:
         context.fail("no inverse kinematics")
 
 
-def _handling(
-    context: Context,
-    workspace: Workspace,
-    obj: str,
-    placement: Placement,
-    grasp: Grasp,
-    opening: float,
-    q: np.ndarray,
-) -> Handling | None:
-    """Straight approach and lift through one arm configuration; None (and the reason told) where there is none."""
-    robot = workspace.world.robot
-    T_grasp = robot.forward(q)
+def _approach(
+    context: Context, workspace: Workspace, obj: str, placement: Placement, opening: float, q: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """A straight way to the grasp at `q` along the tool's axis, shape (n, joints); None, and the reason told."""
     reason = "the approach leaves the joint limits"
+    T = workspace.world.robot.forward(q)
     for back in APPROACHES:
-        T_back = T_grasp.copy()
-        T_back[:3, 3] -= back * T_grasp[:3, 2]
-        retreat = straight_line(robot, q, T_back)
-        if retreat is None:
-            continue
-        for up in LIFTS:
-            T_up = T_grasp.copy()
-            T_up[2, 3] += up
-            lift = straight_line(robot, q, T_up)
-            if lift is None:
-                reason = "the lift leaves the joint limits"
-                continue
-            handling = Handling(obj, placement, grasp, opening, retreat[::-1], lift)
-            contact = handling_contact(workspace, handling, {})
+        retreat = straight_line(workspace.world.robot, q, _shifted(T, -back * T[:3, 2]))
+        if retreat is not None:
+            path = retreat[::-1]
+            contact = approach_contact(workspace, obj, placement, opening, path, {})
             if contact is None:
-                return handling
+                return path
             reason = contact
     context.fail(reason)
     return None
+
+
+def _lift(
+    context: Context, workspace: Workspace, obj: str, grasp: Grasp, q: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """A straight way up from the grasp at `q`, shape (n, joints); None, and the reason told."""
+    reason = "the lift leaves the joint limits"
+    T = workspace.world.robot.forward(q)
+    for up in LIFTS:
+        path = straight_line(workspace.world.robot, q, _shifted(T, np.array([0.0, 0.0, up])))
+        if path is not None:
+            contact = lift_contact(workspace, obj, grasp, path, {})
+            if contact is None:
+                return path
+            reason = contact
+    context.fail(reason)
+    return None
+
+
+def _shifted(T: NDArray[np.float64], offset: NDArray[np.float64]) -> NDArray[np.float64]:
+    moved = T.copy()
+    moved[:3, 3] += offset
+    return moved

@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams.antipodal import antipodal_contacts, half_spaces, surface_points
+from tamp.task import Box, Cylinder
+from tamp.task.mesh import Part, parts
+
+sides = st.floats(0.01, 0.2)
+
+
+def contacts_of(pieces, max_width=0.078, seed=0):
+    rng = np.random.default_rng(seed)
+    surface = surface_points(pieces, 200, rng)
+    return antipodal_contacts(pieces, surface, max_width=max_width, friction_angle=0.35, rng=rng)
+
+
+def depth_outside(piece, points):
+    A, b = half_spaces(piece)
+    return (points @ A.T - b).max(axis=1)
+
+
+@given(size=st.tuples(sides, sides, sides), seed=st.integers(0, 100))
+@settings(max_examples=30, deadline=None)
+def test_surface_points_lie_on_a_box_and_their_area_adds_up(size, seed):
+    (piece,) = parts(Box(size))
+    surface = surface_points([piece], 100, np.random.default_rng(seed))
+    assert np.abs(depth_outside(piece, surface.points)).max() < 1e-9
+    x, y, z = size
+    assert surface.area * 100 == pytest.approx(2 * (x * y + y * z + z * x))
+
+
+@given(size=st.tuples(sides, sides, sides), seed=st.integers(0, 100))
+@settings(max_examples=30, deadline=None)
+def test_both_contacts_lie_on_the_box_and_fit_between_the_pads(size, seed):
+    (piece,) = parts(Box(size))
+    found = contacts_of([piece], seed=seed)
+    for sign in (-1, 1):
+        ends = found.centers + sign * 0.5 * found.widths[:, None] * found.axes
+        assert np.abs(depth_outside(piece, ends)).max(initial=0) < 1e-7
+    assert (found.widths <= 0.078).all()
+    assert (found.slants <= 0.35).all()
+    assert len(found.widths) > 0 or min(size) > 0.07
+
+
+def test_a_box_wider_than_the_stroke_in_every_direction_has_no_contacts():
+    assert len(contacts_of(parts(Box((0.1, 0.1, 0.1)))).widths) == 0
+
+
+def test_a_cylinder_is_held_across_its_diameter_or_along_its_height():
+    found = contacts_of(parts(Cylinder(0.03, 0.05)))
+    across = np.abs(found.axes[:, 2]) < 0.4
+    assert across.any()
+    assert (~across).any()
+    assert np.median(found.widths[across]) == pytest.approx(0.06, abs=0.003)
+
+
+def test_a_hollow_ring_offers_its_wall_and_its_outer_width():
+    walls = [((0.028, 0, 0), (0.004, 0.06, 0.05)), ((-0.028, 0, 0), (0.004, 0.06, 0.05))]
+    walls += [((0, 0.028, 0), (0.052, 0.004, 0.05)), ((0, -0.028, 0), (0.052, 0.004, 0.05))]
+    pieces = []
+    for center, size in walls:
+        (piece,) = parts(Box(size))
+        pieces.append(Part(piece.vertices + np.array(center), piece.faces))
+    widths = contacts_of(pieces).widths
+    assert (np.abs(widths - 0.004) < 0.001).any()
+    assert (np.abs(widths - 0.06) < 0.002).any()
+
+
+def test_the_same_seed_gives_the_same_contacts():
+    pieces = parts(Cylinder(0.03, 0.05))
+    assert np.array_equal(contacts_of(pieces, seed=3).centers, contacts_of(pieces, seed=3).centers)
