@@ -48,23 +48,19 @@ class Chain:
             velocity, both in world axes.
         """
         count, joints = q.shape
-        sines, versines = np.sin(q), 1.0 - np.cos(q)
-        axes, origins = np.empty((joints, count, 3)), np.empty((joints, count, 3))
-        R, p = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
-        for i in range(joints):
-            p = p + R @ self.offset[i]
-            if self.slides[i]:
-                R = R @ self.turn[i, 0]
-                axes[i] = R @ self.axis[i]
-                p = p + axes[i] * q[:, i, None]
-            else:
-                still, sine, versine = self.turn[i]
-                R = R @ (still + sines[:, i, None, None] * sine + versines[:, i, None, None] * versine)
-                axes[i] = R @ self.axis[i]
-            origins[i] = p
-        p = p + R @ self.tool[:3, 3]
-        R = R @ self.tool[:3, :3]
-        return R, p, self._jacobian(axes, p - origins)
+        local = np.zeros((joints, count, 4, 4))
+        local[..., 3, 3] = 1.0
+        angle = np.where(self.slides, 0.0, q).T
+        weights = np.stack([np.ones_like(angle), np.sin(angle), 1.0 - np.cos(angle)], axis=-1)
+        local[..., :3, :3] = (weights @ self.turn.reshape(joints, 3, 9)).reshape(joints, count, 3, 3)
+        local[..., :3, 3] = self.offset[:, None]
+        for i in np.flatnonzero(self.slides):
+            local[i, :, :3, 3] += q[:, i, None] * (self.turn[i, 0] @ self.axis[i])
+        for i in range(1, joints):
+            np.matmul(local[i - 1], local[i], out=local[i])
+        T = local[-1] @ self.tool
+        axes = np.matmul(local[..., :3, :3], self.axis[:, None, :, None])[..., 0]
+        return T[:, :3, :3], T[:, :3, 3], self._jacobian(axes, T[:, :3, 3] - local[..., :3, 3])
 
     def _jacobian(self, axes: Array, arms: Array) -> Array:
         jacobian = np.empty((axes.shape[1], 6, len(axes)))
@@ -116,9 +112,7 @@ def _motion_axis(robot: RobotModel, joint: int) -> Array:
 
     model = robot.model
     if model.joints[joint].nv != 1 or model.joints[joint].nq != 1:
-        raise RobotError(
-            f"robot {robot.spec.name}: joint {model.names[joint]} has not exactly one coordinate"
-        )
+        raise RobotError(f"robot {robot.spec.name}: joint {model.names[joint]} has not exactly one coordinate")
     jacobian = pin.computeJointJacobian(model, model.createData(), pin.neutral(model), joint)
     column: Array = jacobian[:, model.joints[joint].idx_v]
     return column

@@ -8,11 +8,12 @@ converge, and since the table is uniform in joint space they spread over the fam
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -26,12 +27,30 @@ if TYPE_CHECKING:
 
 POSITION_TOLERANCE = 1e-6  # [m]; ten times finer than promised
 ANGLE_TOLERANCE = 1e-5  # [rad]
-TABLE_SIZE = 200_000
+TABLE_SIZE = 50_000
 METRES_PER_RADIAN = 0.25
 """What turning the tool by a radian weighs against moving it, when starts are chosen."""
-ROUNDS = (12, 24, 48, 96, 192)
-"""How many starts each round takes, until there are enough solutions."""
-ITERATIONS = 25
+FAR = 0.3
+"""A pose farther than this from all of the table's [m, rad weighed in] is out of reach; reachable ones are within 0.23."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Round:
+    """One round of starts.
+
+    Attributes:
+        starts: how many.
+        patience: after how many iterations a start that no longer halves its error is dropped.
+        despair: where nothing has been found and every start stayed farther than this [m], the search ends.
+    """
+
+    starts: int
+    patience: int
+    despair: float
+
+
+ROUNDS = (_Round(12, 4, 0.15), _Round(24, 6, 0.1), _Round(48, 12, 0.05), _Round(96, 25, 0.02), _Round(192, 25, 0.0))
+ITERATIONS = 30
 DISTINCT = 0.05
 """Two solutions that differ by less than this in every joint [rad] count as one."""
 MAX_JOINT_STEP = 0.3
@@ -68,8 +87,9 @@ def inverse(
         checker: where given, only configurations it calls free.
     """
     found: list[Array] = []
-    for starts in _starts(robot, T_world_tool, rng, near):
-        solutions = solve_from(robot, starts, T_world_tool)
+    for starts, effort in _starts(robot, T_world_tool, rng, near):
+        q, residual = _levenberg_marquardt(robot, starts, T_world_tool, effort.patience)
+        solutions = q[residual == 0.0]
         if near is not None:
             solutions = solutions[np.argsort(np.linalg.norm(solutions - near, axis=1), kind="stable")]
         for q in solutions:
@@ -81,15 +101,8 @@ def inverse(
                 count -= 1
                 if count == 0:
                     return
-
-
-def solve_from(robot: RobotModel, starts: Array, T_world_tool: Array) -> Array:
-    """Configurations at the wanted pose, shape (k, dof), reached from `starts`, shape (b, dof); k <= b.
-
-    `T_world_tool` is one pose, shape (4, 4), or one for each start, shape (b, 4, 4).
-    """
-    q, converged = _levenberg_marquardt(robot, starts, T_world_tool, ITERATIONS)
-    return q[converged]
+        if not found and residual.min() > effort.despair:
+            return
 
 
 def straight_line(robot: RobotModel, q: Array, T_goal: Array, step: float = 0.01) -> Array | None:
@@ -106,8 +119,8 @@ def straight_line(robot: RobotModel, q: Array, T_goal: Array, step: float = 0.01
         # the waypoint, so neighbours are neighbours.
         block = goals[first : first + 8]
         starts = np.repeat(path[-1][None], len(block), axis=0)
-        solved, converged = _levenberg_marquardt(robot, starts, block, ITERATIONS)
-        if not converged.all():
+        solved, residual = _levenberg_marquardt(robot, starts, block, patience=6)
+        if residual.any():
             return None
         path.extend(solved)
     line = np.array(path)
@@ -116,28 +129,31 @@ def straight_line(robot: RobotModel, q: Array, T_goal: Array, step: float = 0.01
     return line
 
 
-def _levenberg_marquardt(robot: RobotModel, starts: Array, goals: Array, limit: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Configurations after at most `limit` iterations, and which of them reached their goal."""
+def _levenberg_marquardt(robot: RobotModel, starts: Array, goals: Array, patience: int) -> tuple[Array, Array]:
+    """Configurations, and how far the tool is from its goal at each: 0 where within tolerance, else [m].
+
+    Near a solution the error falls quadratically. A start whose error no longer halves after `patience` iterations
+    sits in a corner of the limits or in a local minimum, and is dropped.
+    """
     arm: Chain = chain(robot)
     lower, upper = robot.lower, robot.upper
     q = np.clip(starts, lower, upper)
     goals = np.broadcast_to(goals, (len(q), 4, 4))
-    done = np.zeros(len(q), dtype=bool)
-    active = np.arange(len(q))
-    for iteration in range(limit + 1):
+    active, residual = np.arange(len(q)), np.full(len(q), np.inf)
+    for iteration in itertools.count():
         R, p, jacobian = arm.forward(q[active])
         error = _pose_error(goals[active], R, p)
-        distance, angle = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
-        reached = (distance < POSITION_TOLERANCE) & (angle < ANGLE_TOLERANCE)
-        done[active[reached]] = True
-        # Far from the goal after many iterations: a local minimum, or out of reach.
-        hopeless = (distance + METRES_PER_RADIAN * angle > 0.02) if iteration >= 12 else np.zeros_like(reached)
-        going = ~reached & ~hopeless
+        squares = error * error
+        distance, angle = squares[:, :3].sum(axis=1), squares[:, 3:].sum(axis=1)
+        reached = (distance < POSITION_TOLERANCE**2) & (angle < ANGLE_TOLERANCE**2)
+        size = np.where(reached, 0.0, np.sqrt(distance + METRES_PER_RADIAN**2 * angle))
+        going = ~reached & ((size < 0.5 * residual[active]) | (iteration < patience))
+        residual[active] = size
         active, error, jacobian = active[going], error[going], jacobian[going]
-        if len(active) == 0 or iteration == limit:
+        if len(active) == 0 or iteration == ITERATIONS:
             break
         q[active] = np.clip(q[active] + _step(jacobian, error), lower, upper)
-    return q, done
+    return q, residual
 
 
 def _step(jacobian: Array, error: Array) -> Array:
@@ -197,8 +213,7 @@ class _SeedTable:
     """Random configurations, and a tree over their tool poses."""
 
     configurations: Array
-    features: Array
-    tree: object
+    tree: Any
 
 
 @cache
@@ -208,7 +223,7 @@ def _seed_table(robot: RobotModel) -> _SeedTable:
     rng = np.random.default_rng(0)
     q = rng.uniform(robot.lower, robot.upper, (TABLE_SIZE, robot.dof))
     features = np.concatenate([_features(*chain(robot).forward(block)[:2]) for block in np.array_split(q, 20)])
-    return _SeedTable(q, features, cKDTree(features))
+    return _SeedTable(q, cKDTree(features))
 
 
 def _features(R: Array, p: Array) -> Array:
@@ -217,15 +232,18 @@ def _features(R: Array, p: Array) -> Array:
     return np.concatenate([p, weight * R[:, :, 0], weight * R[:, :, 2]], axis=1)
 
 
-def _starts(robot: RobotModel, T_world_tool: Array, rng: np.random.Generator, near: Array | None) -> Iterator[Array]:
-    """Starts for each round: around `near`, then the table's next nearest in random order within a round."""
-    if near is not None:
-        yield np.concatenate([near[None], near + rng.normal(0.0, 0.2, (3, robot.dof))])
+def _starts(
+    robot: RobotModel, T_world_tool: Array, rng: np.random.Generator, near: Array | None
+) -> Iterator[tuple[Array, _Round]]:
+    """The starts of each round: around `near`, then the table's next nearest, shuffled within a round."""
     table = _seed_table(robot)
     point = _features(T_world_tool[None, :3, :3], T_world_tool[None, :3, 3])[0]
-    _, nearest = table.tree.query(point, k=sum(ROUNDS))  # type: ignore[attr-defined]
+    if table.tree.query(point)[0] > FAR:
+        return
+    if near is not None:
+        yield np.concatenate([near[None], near + rng.normal(0.0, 0.2, (3, robot.dof))]), _Round(4, 4, np.inf)
     taken = 0
-    for size in ROUNDS:
-        chosen = rng.permutation(nearest[taken : taken + size])
-        taken += size
-        yield table.configurations[chosen]
+    for effort in ROUNDS:
+        _, nearest = table.tree.query(point, k=taken + effort.starts)
+        yield table.configurations[rng.permutation(nearest[taken:])], effort
+        taken += effort.starts
