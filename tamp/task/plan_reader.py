@@ -1,0 +1,193 @@
+"""From a parsed JSON document to a plan: every value checked, every error naming file and field."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from tamp.errors import PlanError
+from tamp.task.plan import Action, Attachment, Grip, Move, Plan, Release, Step, Trajectory
+from tamp.task.pose import Pose
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+FORMAT = "tamp-plan"
+VERSION = 1
+
+
+class PlanReader:
+    """Turns a parsed JSON document into a plan, refusing whatever does not fit.
+
+    In its methods `field` says where in the document a value stands, for the error that may have to name it.
+
+    Args:
+        path: the file, to be named in errors.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def plan(self, document: Any) -> Plan:
+        """The plan of a whole document; PlanError where there is none in it."""
+        head = self.mapping(document, "document")
+        if head.get("format") != FORMAT:
+            raise self.error("format", f'must be "{FORMAT}"')
+        if head.get("version") != VERSION:
+            raise self.error("version", f"must be {VERSION}, the version that this program reads")
+        keys = ("format", "version", "task", "robot", "seed", "start", "home", "goals", "actions", "report")
+        given = self.record({"report": {}, **head}, "document", keys)
+        actions = self.sequence(given["actions"], "actions")
+        return Plan(
+            task=self.text(given["task"], "task"),
+            robot=self.text(given["robot"], "robot"),
+            seed=self.integer(given["seed"], "seed"),
+            start=self.poses(given["start"], "start"),
+            home=tuple(self.numbers(given["home"], "home")),
+            goals=self.poses(given["goals"], "goals"),
+            actions=tuple(self.action(a, f"actions[{i}]") for i, a in enumerate(actions)),
+            report=self.mapping(given["report"], "report"),
+        )
+
+    def action(self, value: Any, field: str) -> Action:
+        """One action."""
+        given = self.record(value, field, ("name", "arguments", "steps"))
+        arguments = self.sequence(given["arguments"], f"{field}.arguments")
+        steps = self.sequence(given["steps"], f"{field}.steps")
+        return Action(
+            name=self.text(given["name"], f"{field}.name"),
+            arguments=tuple(self.text(a, f"{field}.arguments[{i}]") for i, a in enumerate(arguments)),
+            steps=tuple(self.step(step, f"{field}.steps[{i}]") for i, step in enumerate(steps)),
+        )
+
+    def step(self, value: Any, field: str) -> Step:
+        """One step: a mapping with a single key that says which."""
+        given = self.mapping(value, field)
+        if len(given) != 1 or next(iter(given)) not in ("move", "grip", "release"):
+            raise self.error(field, 'must have exactly one key, "move", "grip" or "release"')
+        if "move" in given:
+            return self.move(given["move"], f"{field}.move")
+        if "grip" in given:
+            grip = self.record(given["grip"], f"{field}.grip", ("object", "T_tool_object", "width"))
+            attachment = {key: grip[key] for key in ("object", "T_tool_object")}
+            return Grip(self.attachment(attachment, f"{field}.grip"), self.number(grip["width"], f"{field}.grip.width"))
+        release = self.record(given["release"], f"{field}.release", ("object", "pose", "opening"))
+        return Release(
+            object=self.text(release["object"], f"{field}.release.object"),
+            pose=self.pose(release["pose"], f"{field}.release.pose"),
+            opening=self.number(release["opening"], f"{field}.release.opening"),
+        )
+
+    def move(self, value: Any, field: str) -> Move:
+        """A motion."""
+        keys = ("phase", "opening", "held", "contacts", "times", "positions", "velocities")
+        given = self.record(value, field, keys)
+        pairs = [
+            self.sequence(p, f"{field}.contacts[{i}]") for i, p in enumerate(self.sequence(given["contacts"], field))
+        ]
+        if any(len(pair) != 2 or not all(isinstance(body, str) for body in pair) for pair in pairs):
+            raise self.error(f"{field}.contacts", "must hold pairs of names")
+        times = self.array(given["times"], f"{field}.times", 1)
+        positions, velocities = (self.array(given[key], f"{field}.{key}", 2) for key in ("positions", "velocities"))
+        if positions.shape != velocities.shape or len(positions) != len(times):
+            raise self.error(field, "times, positions and velocities must have one row for each sample")
+        return Move(
+            phase=self.text(given["phase"], f"{field}.phase"),
+            trajectory=Trajectory(times, positions, velocities),
+            opening=self.number(given["opening"], f"{field}.opening"),
+            held=None if given["held"] is None else self.attachment(given["held"], f"{field}.held"),
+            contacts=frozenset((pair[0], pair[1]) for pair in pairs),
+        )
+
+    def attachment(self, value: Any, field: str) -> Attachment:
+        """An object in the tool frame."""
+        given = self.record(value, field, ("object", "T_tool_object"))
+        return Attachment(
+            self.text(given["object"], f"{field}.object"), self.pose(given["T_tool_object"], f"{field}.T_tool_object")
+        )
+
+    def poses(self, value: Any, field: str) -> dict[str, Pose]:
+        """Poses by name."""
+        return {name: self.pose(pose, f"{field}.{name}") for name, pose in self.mapping(value, field).items()}
+
+    def pose(self, value: Any, field: str) -> Pose:
+        """A pose."""
+        given = self.record(value, field, ("xyz", "quat"))
+        xyz, quat = self.numbers(given["xyz"], f"{field}.xyz"), self.numbers(given["quat"], f"{field}.quat")
+        if len(xyz) != 3 or len(quat) != 4:
+            raise self.error(field, "needs three numbers for xyz and four for quat")
+        try:
+            return Pose((xyz[0], xyz[1], xyz[2]), (quat[0], quat[1], quat[2], quat[3]))
+        except ValueError as error:
+            raise self.error(field, str(error)) from error
+
+    def array(self, value: Any, field: str, dimensions: int) -> NDArray[np.float64]:
+        """A list of numbers, or of equally long lists of them."""
+        import numpy as np
+
+        try:
+            array = np.array(value)
+        except ValueError as error:
+            raise self.error(field, "must be a table of numbers, its rows equally long") from error
+        if array.ndim != dimensions or array.dtype.kind not in "if" or not array.size:
+            what = "a list of numbers" if dimensions == 1 else "a list of equally long lists of numbers"
+            raise self.error(field, f"must be {what}")
+        if not np.isfinite(array).all():
+            raise self.error(field, "must be finite")
+        return array.astype(np.float64)
+
+    def record(self, value: Any, field: str, keys: tuple[str, ...]) -> dict[str, Any]:
+        """A mapping with exactly these keys."""
+        given = self.mapping(value, field)
+        if missing := [key for key in keys if key not in given]:
+            raise self.error(field, f"lacks {', '.join(missing)}")
+        if unknown := sorted(set(given) - set(keys)):
+            raise self.error(field, f"has unknown {', '.join(unknown)}; valid are {', '.join(keys)}")
+        return given
+
+    def mapping(self, value: Any, field: str) -> dict[str, Any]:
+        """A mapping."""
+        if not isinstance(value, dict):
+            raise self.error(field, "must be a mapping")
+        return value
+
+    def sequence(self, value: Any, field: str) -> list[Any]:
+        """A list."""
+        if not isinstance(value, list):
+            raise self.error(field, "must be a list")
+        return value
+
+    def numbers(self, value: Any, field: str) -> list[float]:
+        """A list of numbers."""
+        return [self.number(v, f"{field}[{i}]") for i, v in enumerate(self.sequence(value, field))]
+
+    def number(self, value: Any, field: str) -> float:
+        """A finite number."""
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.error(field, "must be a number")
+        try:
+            number = float(value)
+        except OverflowError as error:
+            raise self.error(field, "is too large for a number") from error
+        if not math.isfinite(number):
+            raise self.error(field, "must be finite")
+        return number
+
+    def integer(self, value: Any, field: str) -> int:
+        """A whole number."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise self.error(field, "must be a whole number")
+        return value
+
+    def text(self, value: Any, field: str) -> str:
+        """A string."""
+        if not isinstance(value, str):
+            raise self.error(field, "must be text")
+        return value
+
+    def error(self, field: str, sentence: str) -> PlanError:
+        """The error that names file and field."""
+        return PlanError(f"{self.path}: {field} {sentence}")
