@@ -1,0 +1,1 @@
+"""Planning problems without a robot, one family a file. Each function returns a Problem."""

@@ -1,0 +1,79 @@
+"""Streams that are told the state: whether a room can be entered depends on how many boxes stand in it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from tamp.planning import Problem
+
+DOMAIN = """
+(define (domain corridor)
+  (:requirements :strips)
+  (:predicates (Room ?r) (Box ?b) (Path ?r1 ?t ?r2) (In ?b ?r) (At ?r) (Carrying ?b) (HandEmpty))
+  (:action go
+    :parameters (?r1 ?t ?r2)
+    :precondition (and (Path ?r1 ?t ?r2) (At ?r1))
+    :effect (and (At ?r2) (not (At ?r1))))
+  (:action lift
+    :parameters (?b ?r)
+    :precondition (and (Box ?b) (In ?b ?r) (At ?r) (HandEmpty))
+    :effect (and (Carrying ?b) (not (In ?b ?r)) (not (HandEmpty))))
+  (:action drop
+    :parameters (?b ?r)
+    :precondition (and (Room ?r) (Carrying ?b) (At ?r))
+    :effect (and (In ?b ?r) (HandEmpty) (not (Carrying ?b)))))
+"""
+
+STREAMS = """
+(define (stream corridor)
+  (:stream plan-path
+    :inputs (?r1 ?r2)
+    :domain (and (Room ?r1) (Room ?r2))
+    :fluents (In)
+    :outputs (?t)
+    :certified (Path ?r1 ?t ?r2)))
+"""
+
+
+def passable(start: int, end: int, boxes: dict[str, int], capacity: dict[int, int]) -> bool:
+    """Rooms are neighbours, and the room entered holds fewer boxes than its capacity."""
+    return abs(start - end) == 1 and sum(room == end for room in boxes.values()) < capacity.get(end, 99)
+
+
+def plan_path(context: Any, start: int, end: int) -> Iterator[tuple[int, ...]]:
+    boxes = {fact[1]: fact[2] for fact in context.fluents if fact[0].lower() == "in"}
+    if passable(start, end, boxes, context.scene):
+        yield (start, end, len(boxes))
+
+
+def check(name: str, args: tuple[Any, ...], facts: dict[str, Any], capacity: dict[int, int]) -> None:
+    """Each path that is taken is passable with the boxes where they are."""
+    if name == "go":
+        boxes = {box.value: room.value for box, room in facts.get("in", ())}
+        assert passable(args[0], args[2], boxes, capacity), f"{args} cannot be passed with boxes at {boxes}"
+
+
+def corridor(boxes: int) -> Problem:
+    """Rooms 0 to 3 in a row, boxes in room 1; the first goes to room 2 and all others, then the robot, to room 3.
+
+    Room 2 cannot be entered once a box stands in it: the first box must be moved last.
+    """
+    init: list[Any] = [("Room", room) for room in range(4)]
+    init += [("At", 0), ("HandEmpty",)]
+    for i in range(boxes):
+        init += [("Box", f"box{i}"), ("In", f"box{i}", 1)]
+    goal = ("and", ("At", 3), *(("In", f"box{i}", 3 if i else 2) for i in range(boxes)))
+    return Problem(
+        domain=DOMAIN, streams=STREAMS, samplers={"plan-path": plan_path}, init=init, goal=goal, scene={2: 1}
+    )
+
+
+def blocked(boxes: int = 2) -> Problem:
+    """The robot starts in room 2 among boxes, and two of them bar it: the first must go to room 1, the robot to 3."""
+    init: list[Any] = [("Room", room) for room in range(4)]
+    init += [("At", 2), ("HandEmpty",)]
+    for i in range(boxes):
+        init += [("Box", f"box{i}"), ("In", f"box{i}", 2)]
+    goal = ("and", ("In", "box0", 1), ("At", 3))
+    return Problem(
+        domain=DOMAIN, streams=STREAMS, samplers={"plan-path": plan_path}, init=init, goal=goal, scene={2: 2}
+    )
