@@ -1,0 +1,144 @@
+"""Rigid bodies in PyBullet: a shape becomes a compound of convex pieces with the mass properties of its parts.
+
+A mesh goes to PyBullet as an OBJ file with one group per convex part: that is its only way to a body of more than
+sixteen pieces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pybullet
+
+from tamp.task.mesh import Part, parts
+from tamp.task.model import Box, Capsule, Cylinder, Shape, Sphere
+from tamp.task.pose import Pose
+from tamp.world.geometry import load_geometry
+
+Color = tuple[float, float, float, float]
+
+SPINNING_FRICTION = 0.1
+"""Resistance of a contact patch against turning about its normal, as PyBullet counts it; without it grasps pivot."""
+
+ROLLING_FRICTION = 1e-4
+"""Resistance against rolling: what lets a lying can come to rest."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a body's surface and bulk are.
+
+    Attributes:
+        mass: [kg]; 0 for what cannot move.
+        friction: coefficient of lateral friction; a contact has the product of its two bodies'.
+        color: red, green, blue, opacity in 0..1, or None for a body that is never drawn.
+    """
+
+    mass: float
+    friction: float
+    color: Color | None = None
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body in a PyBullet world.
+
+    Attributes:
+        id: PyBullet's number of it.
+        T_object_inertial: centre of mass and principal axes in the object's frame, the frame PyBullet reports.
+    """
+
+    id: int
+    T_object_inertial: Pose
+
+    def pose(self, client: int) -> Pose:
+        """Where the object's frame stands in the world."""
+        T_world_inertial = Pose(*pybullet.getBasePositionAndOrientation(self.id, physicsClientId=client))
+        return T_world_inertial @ self.T_object_inertial.inverse()
+
+    def place(self, client: int, T_world_object: Pose) -> None:
+        """Put the body at rest at a pose. For building a scene, never for moving what a robot should move."""
+        T = T_world_object @ self.T_object_inertial
+        pybullet.resetBasePositionAndOrientation(self.id, T.xyz, T.quat, physicsClientId=client)
+
+
+def create_body(client: int, folder: Path, shape: Shape, material: Material, T_world_object: Pose) -> Body:
+    """Add a shape to a world.
+
+    Args:
+        client: PyBullet's number of the world.
+        folder: where mesh files for PyBullet may be written; must live as long as the world.
+        shape: the geometry.
+        material: mass, friction and colour.
+        T_world_object: where it starts.
+
+    Raises:
+        TaskError: where the shape's mesh cannot be used.
+    """
+    T_object_inertial, principal = _mass_properties(shape)
+    geometry = _geometry(folder, shape)
+    visual = -1
+    if material.color is not None:
+        looks = {"length" if key == "height" else key: value for key, value in geometry.items()}
+        visual = pybullet.createVisualShape(**looks, rgbaColor=material.color, physicsClientId=client)
+    body = pybullet.createMultiBody(
+        baseMass=material.mass,
+        baseCollisionShapeIndex=pybullet.createCollisionShape(**geometry, physicsClientId=client),
+        baseVisualShapeIndex=visual,
+        basePosition=T_world_object.xyz,
+        baseOrientation=T_world_object.quat,
+        baseInertialFramePosition=T_object_inertial.xyz,
+        baseInertialFrameOrientation=T_object_inertial.quat,
+        physicsClientId=client,
+    )
+    dynamics = {"localInertiaDiagonal": [material.mass * value for value in principal]} if material.mass > 0 else {}
+    pybullet.changeDynamics(
+        body,
+        -1,
+        lateralFriction=material.friction,
+        spinningFriction=SPINNING_FRICTION,
+        rollingFriction=ROLLING_FRICTION,
+        physicsClientId=client,
+        **dynamics,
+    )
+    return Body(body, T_object_inertial)
+
+
+@lru_cache(maxsize=1024)
+def _mass_properties(shape: Shape) -> tuple[Pose, tuple[float, ...]]:
+    """Centre of mass with principal axes, and the principal moments of inertia for a mass of one kilogram."""
+    geometry = load_geometry(shape)
+    moments, axes = np.linalg.eigh(geometry.inertia)
+    T = np.eye(4)
+    T[:3, :3] = axes if np.linalg.det(axes) > 0 else axes @ np.diag([1.0, 1.0, -1.0])
+    T[:3, 3] = geometry.center_of_mass
+    return Pose.from_matrix(T), tuple(float(v) for v in moments)
+
+
+def _geometry(folder: Path, shape: Shape) -> dict[str, object]:
+    """The arguments that describe a shape to PyBullet."""
+    if isinstance(shape, Box):
+        return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [side / 2 for side in shape.size]}
+    if isinstance(shape, Sphere):
+        return {"shapeType": pybullet.GEOM_SPHERE, "radius": shape.radius}
+    if isinstance(shape, Cylinder):
+        return {"shapeType": pybullet.GEOM_CYLINDER, "radius": shape.radius, "height": shape.height}
+    if isinstance(shape, Capsule):
+        return {"shapeType": pybullet.GEOM_CAPSULE, "radius": shape.radius, "height": shape.height}
+    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(_write_obj(folder, parts(shape)))}
+
+
+def _write_obj(folder: Path, pieces: tuple[Part, ...]) -> Path:
+    lines: list[str] = []
+    first = 1
+    for number, part in enumerate(pieces):
+        lines.append(f"o part_{number}")
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in part.vertices.tolist()]
+        lines += [f"f {a + first} {b + first} {c + first}" for a, b, c in part.faces.tolist()]
+        first += len(part.vertices)
+    path = folder / f"body_{sum(1 for _ in folder.iterdir())}.obj"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path

@@ -1,0 +1,214 @@
+"""The robot in PyBullet: its URDF, the motors of arm and fingers, and what its fingers touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+import numpy as np
+import pybullet
+
+from tamp.errors import RobotError
+from tamp.task import Pose, RobotSpec
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+
+POSITION_GAIN = 0.3
+"""Share of a joint's position error that its motor removes in one step."""
+
+FINGER_FRICTION = 1.0
+SPINNING_FRICTION = 0.1
+FINGER_SPEED = 0.1
+"""How fast a finger moves [m/s]."""
+
+COUPLING_FORCE = 200.0
+"""Largest force of the gear that keeps two fingers at equal distances from the middle [N]."""
+
+
+@dataclass(frozen=True)
+class RobotBody:
+    """A robot in a PyBullet world.
+
+    Attributes:
+        spec: the robot as data.
+        client: PyBullet's number of the world.
+        id: PyBullet's number of the robot.
+        arm, fingers: PyBullet's numbers of the joints, which are those of the links they move.
+        tool_parent: PyBullet's number of the link that carries the tool frame.
+        effort: largest torque of each arm joint [N m].
+    """
+
+    spec: RobotSpec
+    client: int
+    id: int
+    arm: tuple[int, ...]
+    fingers: tuple[int, ...]
+    tool_parent: int
+    effort: tuple[float, ...]
+
+    def configuration(self) -> Vector:
+        """Arm joint positions, shape (joints,) [rad]."""
+        states = pybullet.getJointStates(self.id, self.arm, physicsClientId=self.client)
+        return np.array([state[0] for state in states])
+
+    def joint_speed(self) -> float:
+        """Speed of the fastest arm joint [rad/s]."""
+        states = pybullet.getJointStates(self.id, self.arm, physicsClientId=self.client)
+        return max(abs(state[1]) for state in states)
+
+    def opening(self) -> float:
+        """Distance between the finger pads [m]."""
+        states = pybullet.getJointStates(self.id, self.fingers, physicsClientId=self.client)
+        return 2.0 * sum(state[0] for state in states) / len(states)
+
+    def finger_speed(self) -> float:
+        """Speed of the fastest finger [m/s]."""
+        states = pybullet.getJointStates(self.id, self.fingers, physicsClientId=self.client)
+        return max(abs(state[1]) for state in states)
+
+    def tool(self) -> Pose:
+        """`T_world_tool` as it is now."""
+        state = pybullet.getLinkState(
+            self.id, self.tool_parent, computeForwardKinematics=1, physicsClientId=self.client
+        )
+        return Pose(state[4], state[5]) @ self.spec.T_parent_tool
+
+    def command(self, q: Sequence[float] | Vector, velocity: Sequence[float] | Vector | None = None) -> None:
+        """Send the arm to `q` [rad], with `velocity` [rad/s] fed forward."""
+        pybullet.setJointMotorControlArray(
+            self.id,
+            self.arm,
+            pybullet.POSITION_CONTROL,
+            targetPositions=list(q),
+            targetVelocities=[0.0] * len(self.arm) if velocity is None else list(velocity),
+            positionGains=[POSITION_GAIN] * len(self.arm),
+            velocityGains=[1.0] * len(self.arm),
+            forces=self.effort,
+            physicsClientId=self.client,
+        )
+
+    def open_to(self, opening: float) -> None:
+        """Send the fingers to `opening` [m]; they push with the gripper's force at most."""
+        for joint in self.fingers:
+            pybullet.setJointMotorControl2(
+                self.id,
+                joint,
+                pybullet.POSITION_CONTROL,
+                targetPosition=opening / 2,
+                force=self.spec.gripper.force,
+                maxVelocity=FINGER_SPEED,
+                physicsClientId=self.client,
+            )
+
+    def squeeze(self) -> None:
+        """Close the fingers with the gripper's force until told otherwise."""
+        for joint in self.fingers:
+            pybullet.setJointMotorControl2(
+                self.id,
+                joint,
+                pybullet.VELOCITY_CONTROL,
+                targetVelocity=-FINGER_SPEED / 2,
+                force=self.spec.gripper.force,
+                physicsClientId=self.client,
+            )
+
+    def touching(self, body: int) -> tuple[bool, ...]:
+        """For each finger, whether it touches a body."""
+        points = pybullet.getContactPoints(bodyA=self.id, bodyB=body, physicsClientId=self.client)
+        links = {p[3] for p in points if p[8] < 0.001}
+        return tuple(finger in links for finger in self.fingers)
+
+
+def load_robot_body(client: int, folder: Path, spec: RobotSpec, q: Sequence[float]) -> RobotBody:
+    """Add a robot to a world, its base fixed, its arm at `q` [rad], its fingers open.
+
+    Raises:
+        RobotError: where the URDF cannot be read or lacks a joint or link that the robot names.
+    """
+    try:
+        robot = pybullet.loadURDF(
+            str(_resolved_urdf(folder, spec)),
+            spec.T_world_base.xyz,
+            spec.T_world_base.quat,
+            useFixedBase=True,
+            physicsClientId=client,
+        )
+    except pybullet.error as error:
+        raise RobotError(f"{spec.urdf}: PyBullet cannot load it: {error}") from error
+    infos = [
+        pybullet.getJointInfo(robot, joint, physicsClientId=client)
+        for joint in range(pybullet.getNumJoints(robot, physicsClientId=client))
+    ]
+    joints = {info[1].decode(): info[0] for info in infos}
+    links = {info[12].decode(): info[0] for info in infos}
+    for name, known in (*((j, joints) for j in (*spec.joints, *spec.gripper.joints)), (spec.tool_parent, links)):
+        if name not in known:
+            raise RobotError(f"{spec.urdf}: there is no {name!r}; the URDF has {', '.join(sorted(known))}")
+    arm = tuple(joints[name] for name in spec.joints)
+    body = RobotBody(
+        spec=spec,
+        client=client,
+        id=robot,
+        arm=arm,
+        fingers=tuple(joints[name] for name in spec.gripper.joints),
+        tool_parent=links[spec.tool_parent],
+        effort=tuple(float(infos[joint][10]) for joint in arm),
+    )
+    _set_up(body, q)
+    return body
+
+
+def _set_up(body: RobotBody, q: Sequence[float]) -> None:
+    for joint, value in zip(body.arm, q, strict=True):
+        pybullet.resetJointState(body.id, joint, value, physicsClientId=body.client)
+    for finger in body.fingers:
+        pybullet.resetJointState(body.id, finger, body.spec.gripper.stroke / 2, physicsClientId=body.client)
+        pybullet.changeDynamics(
+            body.id,
+            finger,
+            lateralFriction=FINGER_FRICTION,
+            spinningFriction=SPINNING_FRICTION,
+            physicsClientId=body.client,
+        )
+    if len(body.fingers) == 2:
+        _couple(body)
+    body.command(q)
+    body.open_to(body.spec.gripper.stroke)
+
+
+def _couple(body: RobotBody) -> None:
+    """Keep both fingers at the same distance from the middle: without it the stronger pushes the object aside."""
+    left, right = body.fingers
+    gear = pybullet.createConstraint(
+        body.id,
+        left,
+        body.id,
+        right,
+        pybullet.JOINT_GEAR,
+        jointAxis=[1, 0, 0],
+        parentFramePosition=[0, 0, 0],
+        childFramePosition=[0, 0, 0],
+        physicsClientId=body.client,
+    )
+    pybullet.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=COUPLING_FORCE, physicsClientId=body.client)
+
+
+def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
+    """A copy of the URDF whose mesh files are absolute: PyBullet guesses what `package://` means."""
+    try:
+        tree = ElementTree.parse(spec.urdf)
+    except (OSError, ElementTree.ParseError) as error:
+        raise RobotError(f"{spec.urdf}: cannot read the URDF: {error}") from error
+    for mesh in tree.iter("mesh"):
+        name = mesh.get("filename", "")
+        root = spec.mesh_root if name.startswith("package://") else spec.urdf.parent
+        mesh.set("filename", str(root / name.removeprefix("package://")))
+    path = folder / "robot.urdf"
+    tree.write(path, encoding="unicode")
+    return path
