@@ -54,7 +54,7 @@ class Chain:
         weights = np.stack([np.ones_like(angle), np.sin(angle), 1.0 - np.cos(angle)], axis=-1)
         local[..., :3, :3] = (weights @ self.turn.reshape(joints, 3, 9)).reshape(joints, count, 3, 3)
         local[..., :3, 3] = self.offset[:, None]
-        for i in np.flatnonzero(self.slides):
+        for i in np.flatnonzero(self.slides).tolist():
             local[i, :, :3, 3] += q[:, i, None] * (self.turn[i, 0] @ self.axis[i])
         for i in range(1, joints):
             np.matmul(local[i - 1], local[i], out=local[i])
@@ -66,7 +66,7 @@ class Chain:
         jacobian = np.empty((axes.shape[1], 6, len(axes)))
         jacobian[:, :3] = _cross(axes, arms).transpose(1, 2, 0)
         jacobian[:, 3:] = axes.transpose(1, 2, 0)
-        for i in np.flatnonzero(self.slides):
+        for i in np.flatnonzero(self.slides).tolist():
             jacobian[:, :3, i], jacobian[:, 3:, i] = axes[i], 0.0
         return jacobian
 

@@ -1,0 +1,87 @@
+"""Where to start inverse kinematics: configurations known to put the tool near the wanted pose, in rounds.
+
+The starts are the nearest of a table of random configurations. They already know the arm, two in three converge, and
+since the table is uniform in joint space they spread over the family of solutions of a redundant arm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tamp.world.chain import chain
+from tamp.world.least_squares import METRES_PER_RADIAN
+from tamp.world.robot_model import RobotModel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+TABLE_SIZE = 50_000
+FAR = 0.3
+"""A pose farther than this from all of the table's is out of reach [m]; of reachable ones none was beyond 0.23."""
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """One round of starts.
+
+    Attributes:
+        starts: how many.
+        patience: after how many iterations a start that no longer halves its error is dropped.
+        despair: where nothing has been found and every start stayed farther than this [m], the search ends.
+    """
+
+    starts: int
+    patience: int
+    despair: float
+
+
+ROUNDS = (Round(12, 4, 0.15), Round(24, 6, 0.1), Round(48, 12, 0.05), Round(96, 25, 0.02), Round(192, 25, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class _SeedTable:
+    """Random configurations, and a tree over their tool poses."""
+
+    configurations: Array
+    tree: Any
+
+
+@cache
+def _seed_table(robot: RobotModel) -> _SeedTable:
+    from scipy.spatial import cKDTree
+
+    rng = np.random.default_rng(0)
+    q = rng.uniform(robot.lower, robot.upper, (TABLE_SIZE, robot.dof))
+    features = np.concatenate([_features(*chain(robot).forward(block)[:2]) for block in np.array_split(q, 20)])
+    return _SeedTable(q, cKDTree(features))
+
+
+def _features(R: Array, p: Array) -> Array:
+    """Tool poses as points whose distances are metres of motion, shape (b, 9): position and two of the tool's axes."""
+    weight = METRES_PER_RADIAN / math.sqrt(2)
+    return np.concatenate([p, weight * R[:, :, 0], weight * R[:, :, 2]], axis=1)
+
+
+def rounds_of_starts(
+    robot: RobotModel, T_world_tool: Array, rng: np.random.Generator, near: Array | None
+) -> Iterator[tuple[Array, Round]]:
+    """The starts of each round: around `near`, then the table's next nearest, shuffled within a round."""
+    table = _seed_table(robot)
+    point = _features(T_world_tool[None, :3, :3], T_world_tool[None, :3, 3])[0]
+    if table.tree.query(point)[0] > FAR:
+        return
+    if near is not None:
+        yield np.concatenate([near[None], near + rng.normal(0.0, 0.2, (3, robot.dof))]), Round(4, 4, np.inf)
+    taken = 0
+    for effort in ROUNDS:
+        _, nearest = table.tree.query(point, k=taken + effort.starts)
+        yield table.configurations[rng.permutation(nearest[taken:])], effort
+        taken += effort.starts
