@@ -1,0 +1,164 @@
+"""Plans made by hand: numerical inverse kinematics and smooth curves, so that the checker is tried without a planner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tamp.checking.kinematics import KinematicTree, read_kinematics
+from tamp.task import (
+    Action,
+    At,
+    Attachment,
+    Box,
+    Cylinder,
+    Grip,
+    Move,
+    Object,
+    Plan,
+    Pose,
+    Release,
+    RobotSpec,
+    Task,
+    Trajectory,
+    load_robot,
+)
+
+OPEN = 0.08
+RISE = 0.12
+DOWN = (1.0, 0.0, 0.0, 0.0)
+"""Orientation of a tool that points straight down."""
+
+
+@lru_cache(maxsize=1)
+def tree() -> KinematicTree:
+    return read_kinematics(load_robot("panda"))
+
+
+@lru_cache(maxsize=4096)
+def solve_ik(target: Pose, near: tuple[float, ...]) -> tuple[float, ...]:
+    """The configuration nearest to `near` that brings the tool to `target`."""
+    spec, goal, q = tree().spec, target.matrix, np.array(near)
+
+    def error(q: np.ndarray) -> np.ndarray:
+        T = tree().tool(q)
+        return np.concatenate([T[:, :3, 3] - goal[:3, 3], (T[:, :3, :3] - goal[:3, :3]).reshape(-1, 9)], axis=1)
+
+    for _ in range(200):
+        away = error(np.vstack([q, q + 1e-6 * np.eye(len(q))]))
+        if np.abs(away[0]).max() < 1e-8:
+            return tuple(float(v) for v in q)
+        J = (away[1:] - away[0]).T / 1e-6
+        step = np.linalg.solve(J.T @ J + 1e-6 * np.eye(len(q)), -J.T @ away[0])
+        q = np.clip(q + step * min(1.0, 0.3 / np.abs(step).max()), spec.lower, spec.upper)
+    raise AssertionError(f"out of reach: {target}")
+
+
+def timed(waypoints: np.ndarray, spec: RobotSpec, share: float = 0.9) -> Trajectory:
+    """A curve through waypoints, from rest to rest, as fast as `share` of the limits allows."""
+    waypoints = np.asarray(waypoints, dtype=float)
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])
+    if length[-1] < 1e-9:
+        return Trajectory(np.array([0.0, 0.01]), waypoints[[0, -1]], np.zeros((2, waypoints.shape[1])))
+    curve = CubicSpline(length / length[-1], waypoints, bc_type="clamped" if len(waypoints) == 2 else "natural")
+    tau = np.linspace(0, 1, 400)
+    s = 10 * tau**3 - 15 * tau**4 + 6 * tau**5
+    rate, bend = 30 * tau**2 - 60 * tau**3 + 30 * tau**4, 60 * tau - 180 * tau**2 + 120 * tau**3
+    v, a = curve(s, 1) * rate[:, None], curve(s, 2) * rate[:, None] ** 2 + curve(s, 1) * bend[:, None]
+    needed = max(
+        (np.abs(v) / spec.velocity).max() / share, np.sqrt((np.abs(a) / spec.acceleration).max() / share), 0.05
+    )
+    times = np.linspace(0, needed, max(int(np.ceil(needed / 0.01)) + 1, 6))
+    tau = times / needed
+    s = 10 * tau**3 - 15 * tau**4 + 6 * tau**5
+    rate = (30 * tau**2 - 60 * tau**3 + 30 * tau**4) / needed
+    velocities = curve(s, 1) * rate[:, None]
+    velocities[[0, -1]] = 0.0
+    return Trajectory(times, curve(s), velocities)
+
+
+@dataclass
+class Hand:
+    """An arm that is led by hand; what it does becomes the steps of a plan."""
+
+    q: tuple[float, ...]
+
+    @property
+    def spec(self) -> RobotSpec:
+        return tree().spec
+
+    def free(self, target: Pose) -> Trajectory:
+        """Straight through joint space."""
+        goal = solve_ik(target, self.q)
+        path = timed(np.array([self.q, goal]), self.spec)
+        self.q = goal
+        return path
+
+    def line(self, end: Pose) -> Trajectory:
+        """Straight through space, the orientation kept."""
+        start = Pose.from_matrix(tree().tool(np.array([self.q]))[0])
+        path = [self.q]
+        for share in np.linspace(0, 1, 13)[1:]:
+            xyz = (1 - share) * np.array(start.xyz) + share * np.array(end.xyz)
+            path.append(solve_ik(Pose(tuple(xyz), end.quat), path[-1]))
+        self.q = path[-1]
+        return timed(np.array(path), self.spec)
+
+
+def above(pose: Pose, by: float = RISE) -> Pose:
+    return Pose((pose.xyz[0], pose.xyz[1], pose.xyz[2] + by), pose.quat)
+
+
+def carry(
+    hand: Hand, name: str, start: Pose, goal: Pose, width: float, under: tuple[str, str], grip_height: float = 0.0
+) -> list[Action]:
+    """Pick an object from above and place it elsewhere, on the bodies named in `under` (before, after)."""
+    T_object_tool = Pose((0.0, 0.0, grip_height), DOWN)
+    held = Attachment(name, T_object_tool.inverse())
+    actions = []
+    for kind, where, on in (("pick", start, under[0]), ("place", goal, under[1])):
+        tool = where @ T_object_tool
+        touching = frozenset({("robot", name)})
+        resting = touching | {(name, on)}
+        picking = kind == "pick"
+        travel = Move("transit" if picking else "transfer", hand.free(above(tool)), OPEN if picking else width)
+        reach = Move("approach" if picking else "lower", hand.line(tool), travel.opening, contacts=resting)
+        leave = Move("lift" if picking else "retreat", hand.line(above(tool)), width if picking else OPEN)
+        leave = Move(leave.phase, leave.trajectory, leave.opening, contacts=resting)
+        if picking:
+            leave = Move(leave.phase, leave.trajectory, leave.opening, held, resting)
+            steps = (reach, Grip(held, width), leave)
+            title = "pick" if on == "table" else "unstack"
+        else:
+            travel = Move(travel.phase, travel.trajectory, travel.opening, held)
+            reach = Move(reach.phase, reach.trajectory, reach.opening, held, resting)
+            steps = (reach, Release(name, goal, OPEN), leave)
+            title = "place" if on == "table" else "stack"
+        arguments = (name,) if on == "table" else (name, on)
+        actions += [Action("move", (), (travel,)), Action(title, arguments, steps)]
+    return actions
+
+
+def two_boxes() -> tuple[Task, Plan]:
+    """Carry a red box past a can, then put the green box on it."""
+    red, green = Pose((0.05, -0.2, 0.04)), Pose((0.0, 0.05, 0.03))
+    red_goal, green_goal = Pose((0.08, 0.2, 0.04)), Pose((0.08, 0.2, 0.11))
+    task = Task(
+        "two_boxes",
+        (
+            Object("red", Box((0.05, 0.05, 0.08)), red, At(red_goal)),
+            Object("green", Box((0.06, 0.04, 0.06)), green, At(green_goal)),
+            Object("can", Cylinder(0.03, 0.1), Pose((0.18, -0.02, 0.05))),
+        ),
+    )
+    hand = Hand(load_robot("panda").home)
+    actions = [
+        *carry(hand, "red", red, red_goal, 0.05, ("table", "table")),
+        *carry(hand, "green", green, green_goal, 0.04, ("table", "red")),
+    ]
+    starts = {thing.name: thing.pose for thing in task.objects}
+    goals = {"red": red_goal, "green": green_goal}
+    return task, Plan(task.name, "panda", 0, starts, load_robot("panda").home, goals, tuple(actions))
