@@ -186,7 +186,8 @@ class Arena:
         return solids.overlap(self._solids[a], self._solids[b], self._relative(a, b), float(self._margins[a, b]))
 
     def _relative(self, a: int, b: int) -> Matrix:
-        return solids.relative(self._geometry_data.oMg[a].homogeneous, self._geometry_data.oMg[b].homogeneous)
+        T_a_b: Matrix = self._geometry_data.oMg[a].actInv(self._geometry_data.oMg[b]).homogeneous
+        return T_a_b
 
     def separation(self, pair: int) -> float:
         """Signed distance of a pair of bodies at the configuration last asked about [m]."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from tamp.task.mesh import Part, bounds, convex_hull, parts, watertight
 from tamp.task.model import Shape
+from tamp.world.stable import StablePose, resting_poses
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,21 +53,6 @@ class Geometry:
         return _hull(self)
 
 
-@dataclass(frozen=True, eq=False)
-class StablePose:
-    """A way for a body to rest on a plane.
-
-    Attributes:
-        R: rotation from the body's frame to the plane's, z up; free about z. Shape (3, 3), read-only.
-        height: height of the body's origin above the plane [m].
-        probability: share of the directions of gravity that end here when the body topples facet by facet.
-    """
-
-    R: Matrix
-    height: float
-    probability: float
-
-
 @lru_cache(maxsize=512)
 def load_geometry(shape: Shape) -> Geometry:
     """The geometry of a shape.
@@ -76,6 +62,12 @@ def load_geometry(shape: Shape) -> Geometry:
     """
     lower, upper = bounds(shape)
     return geometry_of(parts(shape), lower, upper, watertight(shape))
+
+
+@lru_cache(maxsize=512)
+def stable_poses(geometry: Geometry) -> tuple[StablePose, ...]:
+    """All ways for the body to rest on a plane, the most probable first."""
+    return resting_poses(geometry.hull, geometry.center_of_mass)
 
 
 def geometry_of(

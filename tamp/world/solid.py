@@ -1,4 +1,4 @@
-"""Unions of convex parts as Coal sees them: exact overlap and signed distance of two, by boxes first and GJK after."""
+"""Unions of convex parts as Coal sees them: exact overlap and signed distance of two, boxes first and GJK after."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ class Solid:
     Attributes:
         parts: a `coal.Convex` for each part.
         hull: the `coal.Convex` hull of all of them; the part itself where there is one.
+        tree: a `coal.DynamicAABBTreeCollisionManager` of the parts in the solid's frame.
         center: centre of each part's bounding box, shape (n, 3) [m], in the solid's frame.
         half: half the size of each part's bounding box, shape (n, 3) [m].
     """
 
     parts: tuple[Any, ...]
     hull: Any
+    tree: Any
     center: Matrix
     half: Matrix
 
@@ -45,21 +47,44 @@ def solid(parts: Sequence[Part]) -> Solid:
     hull = shapes[0] if len(shapes) == 1 else _convex(convex_hull(np.concatenate([p.vertices for p in parts])))
     lower = np.array([part.vertices.min(axis=0) for part in parts])
     upper = np.array([part.vertices.max(axis=0) for part in parts])
-    return Solid(shapes, hull, (lower + upper) / 2, (upper - lower) / 2)
+    tree = coal.DynamicAABBTreeCollisionManager()
+    for shape in shapes:
+        tree.registerObject(coal.CollisionObject(shape))
+    tree.setup()
+    return Solid(shapes, hull, tree, (lower + upper) / 2, (upper - lower) / 2)
 
 
 def overlap(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> bool:
     """Whether two solids come closer than `margin` [m]; a negative margin tolerates that much penetration."""
-    gap = _box_gaps(a, b, T_a_b)
-    request = coal.CollisionRequest()
-    request.security_margin = margin
-    pose_a, pose_b = coal.Transform3s(), coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
-    result = coal.CollisionResult()
-    for i, j in np.argwhere(gap <= max(margin, 0.0)):
-        result.clear()
-        if coal.collide(a.parts[i], pose_a, b.parts[j], pose_b, request, result):
+    if a.convex and b.convex:
+        request, result = coal.CollisionRequest(), coal.CollisionResult()
+        request.security_margin = margin
+        pose = coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+        return bool(coal.collide(a.hull, coal.Transform3s(), b.hull, pose, request, result))
+    if len(b.parts) > len(a.parts):
+        a, b, T_a_b = b, a, relative(T_a_b, np.eye(4))
+    callback = coal.CollisionCallBackDefault()
+    callback.data.request.security_margin = margin
+    pose = coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+    for j in _parts_near(a, b, T_a_b, max(margin, 0.0)):
+        probe = coal.CollisionObject(b.parts[j], pose)
+        probe.getAABB().expand(max(margin, 0.0))
+        a.tree.collide(probe, callback)
+        if callback.data.result.isCollision():
             return True
     return False
+
+
+def _parts_near(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> list[int]:
+    """Parts of `b` whose boxes come within `margin` of the box round all of `a`."""
+    if b.convex:
+        return [0]
+    center = b.center @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    half = b.half @ np.abs(T_a_b[:3, :3]).T + margin
+    lower, upper = (a.center - a.half).min(axis=0), (a.center + a.half).max(axis=0)
+    near = ((center + half >= lower) & (center - half <= upper)).all(axis=1)
+    found: list[int] = np.flatnonzero(near).tolist()
+    return found
 
 
 def separation(a: Solid, b: Solid, T_a_b: Matrix) -> float:
