@@ -60,17 +60,17 @@ class RobotBody:
     def joint_speed(self) -> float:
         """Speed of the fastest arm joint [rad/s]."""
         states = pybullet.getJointStates(self.id, self.arm, physicsClientId=self.client)
-        return max(abs(state[1]) for state in states)
+        return max(abs(float(state[1])) for state in states)
 
     def opening(self) -> float:
         """Distance between the finger pads [m]."""
         states = pybullet.getJointStates(self.id, self.fingers, physicsClientId=self.client)
-        return 2.0 * sum(state[0] for state in states) / len(states)
+        return 2.0 * sum(float(state[0]) for state in states) / len(states)
 
     def finger_speed(self) -> float:
         """Speed of the fastest finger [m/s]."""
         states = pybullet.getJointStates(self.id, self.fingers, physicsClientId=self.client)
-        return max(abs(state[1]) for state in states)
+        return max(abs(float(state[1])) for state in states)
 
     def tool(self) -> Pose:
         """`T_world_tool` as it is now."""

@@ -54,7 +54,7 @@ class Simulator:
     Args:
         objects: what lies on the table.
         poses: object -> pose (world frame); an object that is absent here starts at its own pose.
-        table: the table top.
+        table: the table top; the usual one where it is None.
         robot: the robot, or None for a world without one.
         q: arm configuration to start from [rad]; the robot's home where it is None.
 
@@ -68,7 +68,7 @@ class Simulator:
         objects: Iterable[Object],
         poses: Mapping[str, Pose] = MappingProxyType({}),
         *,
-        table: Table = Table(),
+        table: Table | None = None,
         robot: RobotSpec | None = None,
         q: Iterable[float] | None = None,
     ) -> None:
@@ -76,7 +76,7 @@ class Simulator:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         self._steps = 0
         try:
-            self._build(tuple(objects), poses, table, robot, q)
+            self._build(tuple(objects), poses, table or Table(), robot, q)
         except BaseException:
             self.close()
             raise

@@ -1,0 +1,227 @@
+"""Carrying out a plan in the simulator, watching it, and stopping where a new plan is needed.
+
+The gripper holds by friction alone: nothing is ever welded, moved by hand or put back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from tamp.errors import PlanError
+from tamp.execution.monitor import Monitor, deviation
+from tamp.execution.record import ActionLog, Deviation, Execution, Kind, Status
+from tamp.execution.simulator import STEP, Simulator
+from tamp.execution.tracking import set_points
+from tamp.task import Action, Attachment, Grip, Move, Plan, Pose, Release, Task, load_robot
+
+START_TOLERANCE = 0.05
+"""How far the arm may stand from where a plan starts [rad]."""
+
+ARRIVED = 0.002
+"""Joint error at which a motion counts as finished [rad]."""
+
+SETTLE_S = 1.0
+"""How long the scene settles at the end [s]."""
+
+WATCHFUL = Monitor()
+
+
+class Executor:
+    """A running execution: one simulated world that several plans may be carried out in, one after the other.
+
+    Between plans the hand is empty and the scene at rest, so that `poses()` and `configuration()` are what a new plan
+    may start from.
+    """
+
+    def __init__(self, task: Task, simulator: Simulator, monitor: Monitor | None) -> None:
+        if simulator.robot is None:
+            raise ValueError("an executor needs a simulator with a robot")
+        self._task = task
+        self._simulator = simulator
+        self._robot = simulator.robot
+        self._monitor = monitor
+        self._held: Attachment | None = None
+        self._tracking_error = 0.0
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the world was built [s]."""
+        return self._simulator.time
+
+    def poses(self) -> dict[str, Pose]:
+        """Object -> where it stands now (world frame)."""
+        return self._simulator.poses()
+
+    def configuration(self) -> tuple[float, ...]:
+        """Where the arm's joints are now [rad]."""
+        return tuple(float(q) for q in self._robot.configuration())
+
+    def carry_out(self, plan: Plan) -> Execution:
+        """Run a plan to its end, or until something is off by more than the monitor tolerates.
+
+        A disturbed object stops the plan once the hand is empty: what is held is put down first. An object that the
+        fingers missed or lost stops it at once.
+
+        Raises:
+            PlanError: where the plan is for other objects, or starts from another arm configuration.
+        """
+        self._refuse_misfit(plan)
+        began = self._simulator.time
+        expected = dict(plan.start)
+        log: list[ActionLog] = []
+        stop: Deviation | None = None
+        status: Status = "done"
+        for action in plan.actions:
+            entry, lost = self._carry_out_action(action, expected)
+            log.append(entry)
+            if lost is not None or (entry.deviations and self._held is None):
+                stop, status = lost or entry.deviations[0], "deviated"
+                break
+            if self._simulator.time > self._task.limits.execution_sim_s:
+                status = "timeout"
+                break
+        self._simulator.step(round(SETTLE_S / STEP))
+        return Execution(status, self.poses(), self.configuration(), tuple(log), self._simulator.time - began, stop)
+
+    def _refuse_misfit(self, plan: Plan) -> None:
+        known = self._simulator.bodies
+        for name in plan.start:
+            if name not in known:
+                raise PlanError(f"the plan is about {name!r}; the scene has {', '.join(sorted(known))}")
+        off = np.abs(np.array(plan.home) - self._robot.configuration()).max()
+        if off > START_TOLERANCE:
+            raise PlanError(f"the plan starts {off:.3f} rad from where the arm stands; {START_TOLERANCE} is tolerated")
+
+    def _carry_out_action(self, action: Action, expected: dict[str, Pose]) -> tuple[ActionLog, Deviation | None]:
+        """One action; updates `expected`. The second result is a grasp that failed."""
+        began = self._simulator.time
+        self._tracking_error = 0.0
+        attempted = succeeded = 0
+        proven = self._held is not None
+        lost: Deviation | None = None
+        placed = []
+        for step in action.steps:
+            if lost is not None and not (isinstance(step, Move) and step.phase == "lift"):
+                continue  # with nothing in the hand, what is left to do is to draw back
+            if isinstance(step, Grip):
+                attempted += 1
+                expected.pop(step.attachment.object, None)
+                lost = self._grip(step)
+            elif isinstance(step, Release):
+                self._release(step)
+                expected[step.object] = step.pose
+                placed.append(step.object)
+            else:
+                self._move(step)
+                lost = lost or self._lost()
+                if self._held is not None and not proven:
+                    succeeded, proven = succeeded + 1, True
+        poses = self.poses()
+        deviations = (*self._held_deviation(), *self._compare(expected, poses, placed))
+        elapsed = self._simulator.time - began
+        return (
+            ActionLog(str(action), elapsed, attempted, succeeded, poses, deviations, self._tracking_error),
+            lost if self._monitor is not None else None,
+        )
+
+    def _move(self, move: Move) -> None:
+        if self._held is None:
+            self._open(move.opening)
+        positions, velocities = set_points(move.trajectory, STEP)
+        for q, v in zip(positions, velocities, strict=True):
+            self._robot.command(q, v)
+            self._simulator.step()
+            # After the step the arm should be where the velocity was to take it.
+            error = float(np.abs(self._robot.configuration() - (q + v * STEP)).max())
+            self._tracking_error = max(self._tracking_error, error)
+        end = move.trajectory.positions[-1]
+        self._robot.command(end)
+        self._simulator.wait(0.5, lambda: float(np.abs(self._robot.configuration() - end).max()) < ARRIVED, patience=6)
+
+    def _open(self, opening: float) -> None:
+        self._robot.open_to(opening)
+        self._simulator.wait(1.5, lambda: abs(self._robot.opening() - opening) < 0.0005, patience=3)
+
+    def _grip(self, grip: Grip) -> Deviation | None:
+        """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
+        before = self._robot.opening()
+        self._robot.squeeze()
+        self._simulator.wait(2.0, lambda: self._robot.finger_speed() < 0.001, patience=24)
+        self._held = grip.attachment
+        lost = self._lost("missed")
+        if lost is not None:
+            self._open(before)
+        return lost
+
+    def _release(self, release: Release) -> None:
+        self._held = None
+        self._open(release.opening)
+        self._simulator.step(round(0.15 / STEP))
+
+    def _lost(self, kind: Kind = "dropped") -> Deviation | None:
+        """Where the held object is not between the fingers: its deviation, and the hand counts as empty from there."""
+        held = self._held
+        if held is None or all(self._robot.touching(self._simulator.bodies[held.object].id)):
+            return None
+        self._held = None
+        return deviation(held.object, kind, held.T_tool_object, self._in_tool(held.object))
+
+    def _in_tool(self, name: str) -> Pose:
+        """Where an object stands in the tool frame."""
+        return self._robot.tool().inverse() @ self._simulator.pose(name)
+
+    def _held_deviation(self) -> tuple[Deviation, ...]:
+        if self._held is None or self._monitor is None:
+            return ()
+        slipped = self._monitor.slipped(self._held.object, self._held.T_tool_object, self._in_tool(self._held.object))
+        return () if slipped is None else (slipped,)
+
+    def _compare(
+        self, expected: Mapping[str, Pose], poses: Mapping[str, Pose], placed: Sequence[str]
+    ) -> tuple[Deviation, ...]:
+        return () if self._monitor is None else self._monitor.compare(expected, poses, placed)
+
+
+@contextmanager
+def open_execution(
+    task: Task,
+    start: Mapping[str, Pose],
+    q: Sequence[float] | None = None,
+    *,
+    seed: int = 0,
+    jitter: float = 0.0,
+    monitor: Monitor | None = WATCHFUL,
+) -> Iterator[Executor]:
+    """A simulated world to carry out plans in.
+
+    Args:
+        task: objects, table and robot.
+        start: object -> pose (world frame) it starts from; normally a settled scene.
+        q: arm configuration to start from [rad]; the robot's home where it is None.
+        seed: decides the jitter; without jitter the simulation knows no chance.
+        jitter: standard deviation of a random shift of each object on the table [m], unknown to the plan.
+        monitor: when to give up a plan; None never does.
+
+    Raises:
+        TaskError: where an object's mesh cannot be used.
+        RobotError: where the robot's URDF cannot be used.
+    """
+    rng = np.random.default_rng(seed)
+    shifted = {name: Pose((*rng.normal(0.0, jitter, 2), 0.0)) for name in sorted(start)} if jitter > 0 else {}
+    poses = {
+        name: Pose(tuple(np.add(pose.xyz, shifted[name].xyz)), pose.quat) if name in shifted else pose
+        for name, pose in start.items()
+    }
+    with Simulator(task.objects, poses, table=task.table, robot=load_robot(task.robot), q=q) as simulator:
+        yield Executor(task, simulator, monitor)
+
+
+def execute(
+    task: Task, plan: Plan, *, seed: int = 0, jitter: float = 0.0, monitor: Monitor | None = WATCHFUL
+) -> Execution:
+    """Carry out a plan from its own start in a world of its own; see `open_execution` and `Executor.carry_out`."""
+    with open_execution(task, plan.start, plan.home, seed=seed, jitter=jitter, monitor=monitor) as run:
+        return run.carry_out(plan)
