@@ -1,0 +1,70 @@
+"""Task -> task.yaml."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from tamp.task.model import At, Box, Capsule, Cylinder, Limits, Mesh, Object, On, Shape, Sphere, Table, Task
+from tamp.task.pose import Pose
+
+if TYPE_CHECKING:
+    from _typeshed import StrPath
+
+
+def save_task(task: Task, path: StrPath) -> None:
+    """Write a task.yaml that `load_task` reads back as the same task; meshes are referred to relative to its folder."""
+    path = Path(path)
+    text = yaml.safe_dump(as_mapping(task, path.resolve().parent), sort_keys=False, default_flow_style=None, width=120)
+    path.write_text(text, encoding="utf-8")
+
+
+def as_mapping(task: Task, folder: Path) -> dict[str, Any]:
+    """The task as plain values in the form of task.yaml, for a file in `folder`."""
+    data: dict[str, Any] = {"name": task.name, "robot": task.robot}
+    data["objects"] = [_object_mapping(o, folder) for o in task.objects]
+    if task.regions:
+        data["regions"] = [
+            {"name": r.name, "box": {"center": list(r.center), "size": list(r.size)}} for r in task.regions
+        ]
+    if task.table != Table():
+        table = task.table
+        data["table"] = {"center": list(table.center), "size": list(table.size), "thickness": table.thickness}
+    if task.samplers:
+        data["samplers"] = dict(task.samplers)
+    if task.limits != Limits():
+        data["limits"] = {"planning_s": task.limits.planning_s, "execution_sim_s": task.limits.execution_sim_s}
+    return data
+
+
+def _object_mapping(o: Object, folder: Path) -> dict[str, Any]:
+    data: dict[str, Any] = {"name": o.name, "shape": _shape_mapping(o.shape, folder), "pose": _pose_mapping(o.pose)}
+    if isinstance(o.goal, At):
+        data["goal"] = {"pose": _pose_mapping(o.goal.pose)}
+    elif o.goal is not None:
+        data["goal"] = {"on" if isinstance(o.goal, On) else "in": o.goal.target}
+    return {**data, "mass": o.mass, "friction": o.friction}
+
+
+def _shape_mapping(shape: Shape, folder: Path) -> dict[str, Any]:
+    match shape:
+        case Box(size):
+            return {"box": list(size)}
+        case Cylinder(radius, height):
+            return {"cylinder": {"radius": radius, "height": height}}
+        case Sphere(radius):
+            return {"sphere": {"radius": radius}}
+        case Capsule(radius, height):
+            return {"capsule": {"radius": radius, "height": height}}
+        case Mesh(path, scale):
+            return {"mesh": Path(os.path.relpath(path.resolve(), folder)).as_posix(), "scale": scale}
+
+
+def _pose_mapping(pose: Pose) -> dict[str, Any]:
+    data: dict[str, Any] = {"xyz": list(pose.xyz)}
+    if pose.quat != (0.0, 0.0, 0.0, 1.0):
+        data["quat"] = list(pose.quat)
+    return data

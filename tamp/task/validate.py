@@ -1,0 +1,96 @@
+"""What can be wrong with a task before any geometry is looked at: names, references, cycles, regions off the table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tamp.errors import TaskError
+from tamp.task.document import Document, FieldPath, dotted, read_document
+from tamp.task.model import In, On, Region, Table, Task
+from tamp.task.robot import robot_names
+
+RESERVED_NAMES = ("table", "robot")
+
+_Refuse = Callable[[FieldPath, str], TaskError]
+
+
+def validate(task: Task, document: Document | None = None) -> None:
+    """Check a task's references.
+
+    Args:
+        task: the task, from a file or built in code.
+        document: the file it came from, where it is at hand; without it messages name the field alone.
+
+    Raises:
+        TaskError: in one sentence that says where and what would be valid.
+    """
+
+    def refuse(field: FieldPath, complaint: str) -> TaskError:
+        return TaskError(f"{document.where(field) if document else f'task {task.name}: {dotted(field)}'}: {complaint}")
+
+    if task.robot not in robot_names():
+        raise refuse(("robot",), f"unknown robot {task.robot!r}; installed are {', '.join(robot_names())}")
+    _check_names(task, refuse)
+    _check_goals(task, refuse)
+    for index, region in enumerate(task.regions):
+        if not _on_table(region, task.table):
+            raise refuse(
+                ("regions", index, "box"), f"the region reaches beyond the table, which spans {_span(task.table)}"
+            )
+
+
+def _check_names(task: Task, refuse: _Refuse) -> None:
+    seen: set[str] = set()
+    named = [(("objects", i), o.name) for i, o in enumerate(task.objects)]
+    named += [(("regions", i), r.name) for i, r in enumerate(task.regions)]
+    for field, name in named:
+        if name in RESERVED_NAMES:
+            raise refuse((*field, "name"), f"{name!r} is reserved; choose another name")
+        if name in seen:
+            raise refuse((*field, "name"), f"{name!r} is taken; names of objects and regions must differ")
+        seen.add(name)
+
+
+def _check_goals(task: Task, refuse: _Refuse) -> None:
+    objects = [o.name for o in task.objects]
+    regions = [r.name for r in task.regions]
+    rests_on: dict[str, str] = {}
+    for index, o in enumerate(task.objects):
+        if not isinstance(o.goal, (On, In)):
+            continue
+        key, valid = ("on", [*regions, *objects]) if isinstance(o.goal, On) else ("in", objects)
+        field = ("objects", index, "goal", key)
+        if o.goal.target not in valid or o.goal.target == o.name:
+            others = ", ".join(name for name in valid if name != o.name) or "nothing"
+            raise refuse(field, f"{o.goal.target!r} is no possible target; valid are {others}")
+        rests_on[o.name] = o.goal.target
+        chain = [o.name]
+        while chain[-1] in rests_on:
+            chain.append(rests_on[chain[-1]])
+            if chain[-1] == o.name:
+                raise refuse(field, f"the goals rest on each other in a circle: {' on '.join(chain)}")
+
+
+def _on_table(region: Region, table: Table) -> bool:
+    return all(
+        abs(rc - tc) + rs / 2 <= ts / 2 + 1e-9
+        for rc, rs, tc, ts in zip(region.center, region.size, table.center, table.size, strict=True)
+    )
+
+
+def _span(table: Table) -> str:
+    spans = ((c - s / 2, c + s / 2) for c, s in zip(table.center, table.size, strict=True))
+    return ", ".join(f"{axis} {low:.3f} to {high:.3f} m" for axis, (low, high) in zip("xy", spans, strict=True))
+
+
+def where(task: Task, *field: str | int) -> str:
+    """`file:line: field` for a task that came from a file, else the task's name and the field; for messages."""
+    if task.path is not None and task.path.is_file():
+        return read_document(task.path).where(field)
+    return f"task {task.name}: {dotted(field)}"
+
+
+def where_object(task: Task, name: str, *field: str) -> str:
+    """`where` for a field of the object called `name`."""
+    index = next(i for i, o in enumerate(task.objects) if o.name == name)
+    return where(task, "objects", index, *field)
