@@ -149,6 +149,22 @@ def atoms(formula: Formula) -> Iterator[Atom]:
         yield from atoms(formula.body)
 
 
+def polarities(formula: Formula, positive: bool = True) -> Iterator[tuple[Atom, bool]]:
+    """Every atom, and whether it may be read as it grows: not under a negation, nor under forall (`not exists not`)."""
+    if isinstance(formula, Atom):
+        yield formula, positive
+    elif isinstance(formula, Not):
+        yield from polarities(formula.formula, not positive)
+    elif isinstance(formula, And | Or):
+        for part in formula.parts:
+            yield from polarities(part, positive)
+    elif isinstance(formula, Exists):
+        yield from polarities(formula.body, positive)
+    elif isinstance(formula, Forall):
+        for atom in atoms(formula.body):
+            yield atom, False
+
+
 def type_conditions(parameters: tuple[Parameter, ...]) -> tuple[Formula, ...]:
     """What the parameters' types ask for, with each type as a predicate of one argument; `object` asks nothing."""
     conditions: list[Formula] = []

@@ -1,5 +1,9 @@
+import contextlib
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tamp.errors import DomainError
 from tamp.language import (
@@ -98,6 +102,23 @@ def test_depth_is_limited(domain):
         parse_goal(goal, domain)
     while len(goal) == 2:  # Taken apart by hand: freeing it in one go would overflow the interpreter's stack.
         goal = goal[1]
+
+
+NOISE = st.recursive(
+    st.none()
+    | st.integers()
+    | st.sampled_from(["And", "not", "=", "exists", "?x", "Holding", "On", "a", "-", "", "("]),
+    lambda inner: st.lists(inner, max_size=4).map(tuple) | st.lists(inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@given(NOISE)
+def test_noise_gives_domain_errors_only(goal):
+    domain = parse_domain(DOMAIN)
+    for parse in (lambda: parse_goal(goal, domain), lambda: parse_init([goal], domain)):
+        with contextlib.suppress(DomainError):
+            parse()
 
 
 def test_facts_and_values(domain):
