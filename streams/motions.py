@@ -14,7 +14,7 @@ from tamp.world.motion import plan_motion
 from tamp.world.scene import Scene
 
 MARGIN = 0.002  # kept between the moving arm and everything else [m]
-ATTEMPT_S = 2.0  # a query that OMPL has not answered by then is given up for this state
+ITERATIONS = 3000  # a query that OMPL has not answered by then is given up for this state
 
 
 def plan_free_motion(context: Context, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
@@ -42,20 +42,16 @@ def _paths(context: Context, scene: Scene, start: Configuration, goal: Configura
     workspace: Workspace = context.scene
     robot = workspace.world.robot
     checker = workspace.world.checker(scene, margin=MARGIN, held_margin=MARGIN)
-    budget = min(ATTEMPT_S, context.deadline - time.monotonic())
+    ends = np.asarray(start.q), np.asarray(goal.q)
+    budget = context.deadline - time.monotonic()
     if budget <= 0:
         return
+    seed = int(context.rng.integers(2**31))
     result = plan_motion(
-        checker,
-        robot.lower,
-        robot.upper,
-        np.asarray(start.q),
-        np.asarray(goal.q),
-        seed=int(context.rng.integers(2**31)),
-        timeout=budget,
+        checker, robot.lower, robot.upper, *ends, seed=seed, timeout=budget, iterations=ITERATIONS
     )
     if result.path is not None:
         yield ArmPath(result.path)
         return
-    blocking = [fact for fact in context.fluents if fact[1] in result.bodies]
-    context.fail(result.reason, because=tuple(blocking))
+    touched = {name for q in ends if (contact := checker.contact(q)) for name in (contact.a, contact.b)}
+    context.fail(result.reason, because=[fact for fact in context.fluents if fact[1] in touched])

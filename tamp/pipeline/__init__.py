@@ -1,0 +1,1 @@
+"""The whole job: a task is settled, planned, checked, executed and scored."""

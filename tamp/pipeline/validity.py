@@ -1,0 +1,86 @@
+"""What geometry says against a task: bodies in each other, off the table, or goals in the air."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+
+from tamp.errors import TaskError
+from tamp.streams.values import Placement
+from tamp.task import At, Pose, Task
+from tamp.task.document import FieldPath, read_document
+from tamp.world.world import World
+
+INSIDE = 0.025  # rounding lets given poses overlap a little; deeper than this, two objects are inside each other [m]
+IN_THE_AIR = 0.05  # a goal that settles farther than this rests on nothing [m]
+
+
+def check_geometry(task: Task, world: World) -> None:
+    """Refuse objects inside each other and objects that stand off the table.
+
+    Raises:
+        TaskError: names the object, its line in the file, and what would be valid.
+    """
+    for index, obj in enumerate(task.objects):
+        _check_on_table(task, world, ("objects", index, "pose"), obj.name, obj.pose)
+        if isinstance(obj.goal, At):
+            _check_on_table(task, world, ("objects", index, "goal", "pose"), obj.name, obj.goal.pose)
+    for (_, first), (second_index, second) in itertools.combinations(enumerate(task.objects), 2):
+        if _inside(world, first.name, first.pose, second.name, second.pose):
+            field = ("objects", second_index, "pose")
+            raise _refusal(task, field, f"{second.name} is inside {first.name}; move one of them")
+        if (
+            isinstance(first.goal, At)
+            and isinstance(second.goal, At)
+            and _inside(world, first.name, first.goal.pose, second.name, second.goal.pose)
+        ):
+            field = ("objects", second_index, "goal", "pose")
+            raise _refusal(task, field, f"the goal of {second.name} is inside that of {first.name}; move one of them")
+
+
+def check_settled(task: Task, start: Mapping[str, Pose], goals: Mapping[str, Placement]) -> None:
+    """Refuse objects that fall off the table and goals that nothing supports.
+
+    Raises:
+        TaskError: names the object, its line in the file, and what would be valid.
+    """
+    for index, obj in enumerate(task.objects):
+        if start[obj.name].xyz[2] < -task.table.thickness:
+            field: FieldPath = ("objects", index, "pose")
+            raise _refusal(task, field, f"{obj.name} does not stay on the table; give it a pose that is supported")
+        if isinstance(obj.goal, At):
+            fallen = math.dist(obj.goal.pose.xyz, goals[obj.name].pose.xyz)
+            if fallen > IN_THE_AIR:
+                raise _refusal(
+                    task,
+                    ("objects", index, "goal", "pose"),
+                    f"nothing supports {obj.name} there: it would fall {100 * fallen:.0f} cm; "
+                    f"give a goal that rests on the table or on another goal",
+                )
+
+
+def _check_on_table(task: Task, world: World, field: FieldPath, name: str, pose: Pose) -> None:
+    geometry, table = world.geometries[name], task.table
+    center = pose.matrix[:3, :3] @ geometry.center_of_mass + pose.matrix[:3, 3]
+    low = [c - s / 2 for c, s in zip(table.center, table.size, strict=True)]
+    high = [c + s / 2 for c, s in zip(table.center, table.size, strict=True)]
+    if not all(lo <= c <= hi for lo, c, hi in zip(low, center, high, strict=False)):
+        raise _refusal(
+            task,
+            field,
+            f"{name} is off the table, which spans x {low[0]:.2f} to {high[0]:.2f} and y {low[1]:.2f} to {high[1]:.2f}",
+        )
+    if center[2] < 0:
+        raise _refusal(task, field, f"{name} is under the table top, which is at z = 0")
+
+
+def _inside(world: World, a: str, pose_a: Pose, b: str, pose_b: Pose) -> bool:
+    thinnest = min(float((world.geometries[n].upper - world.geometries[n].lower).min()) for n in (a, b))
+    return world.overlap(a, pose_a.matrix, b, pose_b.matrix, tolerance=min(INSIDE, thinnest / 2))
+
+
+def _refusal(task: Task, field: FieldPath, complaint: str) -> TaskError:
+    if task.path is None:
+        return TaskError(f"task {task.name}: {complaint}")
+    return TaskError(f"{read_document(task.path).where(field)}: {complaint}")
