@@ -1,4 +1,4 @@
-"""Plans made by hand: numerical inverse kinematics and smooth curves, so that the checker is tried without a planner."""
+"""Plans made by hand: numerical inverse kinematics and smooth curves, to try the checker without a planner."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def solve_ik(target: Pose, near: tuple[float, ...]) -> tuple[float, ...]:
     raise AssertionError(f"out of reach: {target}")
 
 
-def timed(waypoints: np.ndarray, spec: RobotSpec, share: float = 0.9) -> Trajectory:
+def timed(waypoints: np.ndarray, spec: RobotSpec, share: float = 0.97) -> Trajectory:
     """A curve through waypoints, from rest to rest, as fast as `share` of the limits allows."""
     waypoints = np.asarray(waypoints, dtype=float)
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])

@@ -1,0 +1,50 @@
+"""Valid plans pass; every kind of corruption is rejected, and for its own reason."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tamp.checking import check
+from tamp.task import Box, Object, Plan, Pose, Task
+from tests.checking.handmade import two_boxes
+from tests.checking.mutations import MUTATIONS, Mutation
+
+
+@pytest.fixture(scope="module")
+def valid() -> tuple[Task, Plan]:
+    return two_boxes()
+
+
+def test_a_valid_plan_is_accepted(valid: tuple[Task, Plan]) -> None:
+    verdict = check(*valid)
+    assert verdict.accepted, str(verdict)
+    assert str(verdict) == "accepted"
+
+
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
+def test_a_corrupted_plan_is_rejected_for_its_own_reason(valid: tuple[Task, Plan], mutation: Mutation) -> None:
+    seen = 0
+    for seed in range(3):
+        mutant = mutation(*valid, np.random.default_rng(seed))
+        if mutant is None:
+            continue
+        verdict = check(*mutant)
+        assert not verdict.accepted
+        assert {problem.kind for problem in verdict.problems} & set(MUTATIONS[mutation]), str(verdict)
+        seen += 1
+    assert seen, "the plan gives this mutation nothing to corrupt"
+
+
+def test_a_problem_names_action_time_bodies_and_depth(valid: tuple[Task, Plan]) -> None:
+    task, plan = valid
+    task = replace(task, objects=(*task.objects, Object("wall", Box((0.04, 0.3, 0.4)), Pose((0.05, 0.0, 0.2)))))
+    verdict = check(task, replace(plan, start={**plan.start, "wall": Pose((0.05, 0.0, 0.2))}))
+    hit = next(p for p in verdict.problems if p.kind == "collision")
+    assert "wall" in hit.bodies
+    assert 0 <= hit.time <= plan.duration
+    assert hit.depth > 0.001
+    assert str(plan.actions[hit.action]) == hit.name
+    assert hit.sentence in str(verdict)
