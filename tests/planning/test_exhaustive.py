@@ -22,6 +22,8 @@ from tests.planning.validator import validate
     [
         (blocksworld.inversion, 3, 6),
         (continuous.line, 1, 4),
+        (lambda n: continuous.line(n, continuous.DOMAIN.replace(continuous.UNSAFE, continuous.FORALL)), 1, 4),
+        (lambda n: continuous.line(n, continuous.conditional_effects()), 1, 4),
         (continuous.plane, 1, 4),
         (continuous.occupied, 2, 8),
         (kitchen.cook, 1, 6),

@@ -35,6 +35,32 @@ DOMAIN = """
                            (AtPose ?b2 ?p2) (not (CFree ?b1 ?p1 ?b2 ?p2))))))
 """
 
+UNSAFE = "(not (UnsafePose ?b ?p))"
+
+FORALL = "(forall (?b2 ?p2) (imply (and (AtPose ?b2 ?p2) (not (= ?b ?b2))) (CFree ?b ?p ?b2 ?p2)))"
+"""Instead of UNSAFE: collisions as a quantified precondition."""
+
+EFFECT = """
+(forall (?r) (when (Contained ?b ?p ?r) (Inside ?b ?r)))
+(forall (?b2 ?p2) (when (and (AtPose ?b2 ?p2) (not (= ?b ?b2)) (not (CFree ?b ?p ?b2 ?p2))) (not (Safe))))
+"""
+"""Instead of UNSAFE and the axiom of In: what a placement brings about depends on what streams certified of it."""
+
+
+def conditional_effects() -> str:
+    """The domain with conditional effects where the other has axioms."""
+    text = DOMAIN.replace(UNSAFE, "(Safe)").replace("(UnsafePose ?b ?p))", "(Inside ?b ?r) (Safe))", 1)
+    text = text.replace(
+        "(In ?b ?r) (exists (?p) (and (Contained ?b ?p ?r) (AtPose ?b ?p)))", "(In ?b ?r) (Inside ?b ?r)"
+    )
+    text = text.replace(
+        "(AtPose ?b ?p) (HandEmpty) (CanMove) (not (Holding ?b))",
+        "(AtPose ?b ?p) (HandEmpty) (CanMove) (not (Holding ?b))" + EFFECT,
+    )
+    text = text.replace("(not (HandEmpty)))", "(not (HandEmpty)) (forall (?r) (not (Inside ?b ?r))))")
+    return text[: text.index("(:derived (UnsafePose")] + ")"
+
+
 STREAMS = """
 (define (stream pick-and-place)
   (:stream sample-pose
@@ -99,11 +125,11 @@ def overlaps(facts: dict[str, Any]) -> list[tuple[str, str]]:
     return [(a, b) for a, p in at for b, q in at if str(a) < str(b) and not collision_free(a, p, b, q)]
 
 
-def line(n: int) -> Problem:
+def line(n: int, domain: str = DOMAIN) -> Problem:
     """n blocks side by side from 0 on; all must come into the region from -2n - 2 to -1."""
     table = (np.array([-1.0]), np.array([n + 1.0]))
     goal = (np.array([-2.0 * n - 2.0]), np.array([-1.0]))
-    return _problem(np.arange(n, dtype=float)[:, None] + 0.5, {"table": table, "goal": goal}, n)
+    return _problem(np.arange(n, dtype=float)[:, None] + 0.5, {"table": table, "goal": goal}, n, domain=domain)
 
 
 def plane(n: int) -> Problem:
@@ -127,13 +153,17 @@ def occupied(n: int) -> Problem:
     return _problem(starts, regions, 1, everywhere=True)
 
 
-def _problem(starts: Array, regions: dict[str, Bounds], moved: int, everywhere: bool = False) -> Problem:
+def _problem(
+    starts: Array, regions: dict[str, Bounds], moved: int, everywhere: bool = False, domain: str = DOMAIN
+) -> Problem:
     home = np.zeros(starts.shape[1])
     blocks = [f"block{i}" for i in range(len(starts))]
-    init: list[Any] = [("HandEmpty",), ("CanMove",), ("Conf", home), ("AtConf", home)]
+    init: list[Any] = [("HandEmpty",), ("CanMove",), ("Safe",), ("Conf", home), ("AtConf", home)]
     init += [("Region", region) for region in regions]
     for block, start in zip(blocks, starts, strict=True):
         init += [("Block", block), ("Pose", block, start), ("AtPose", block, start)]
         init += [("Placeable", block, region) for region in regions if everywhere or region == "goal"]
-    goal = ("and", *(("In", block, "goal") for block in blocks[:moved]))
-    return Problem(domain=DOMAIN, streams=STREAMS, samplers=SAMPLERS, init=init, goal=goal, scene=regions)
+    goal: Any = ("and", *(("In", block, "goal") for block in blocks[:moved]))
+    if "(Safe)" in domain:
+        goal = ("and", ("Safe",), goal)
+    return Problem(domain=domain, streams=STREAMS, samplers=SAMPLERS, init=init, goal=goal, scene=regions)
