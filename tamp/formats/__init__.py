@@ -1,0 +1,1 @@
+"""Other people's task files: in and, where it makes sense, out again."""
