@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tamp.language.domain import Domain
-from tamp.language.formula import OBJECT, Atom, Parameter, Variable
+from tamp.language.formula import OBJECT, Atom, Variable
 from tamp.language.read_action import read_attributes
 from tamp.language.read_domain import read_define
 from tamp.language.read_formula import FormulaReader, Scope
@@ -87,15 +87,12 @@ class _StreamReader:
         what = f"stream {symbol.text!r}"
         valid = (":inputs", ":domain", ":fluents", ":outputs", ":certified")
         given = read_attributes(reader, group, 2, valid, what)
-        inputs, input_facts, scope = self._variables(given.get(":inputs"), {})
-        outputs, output_facts, whole_scope = self._variables(given.get(":outputs"), scope)
-        clash = next((variable for variable in outputs if variable.name not in whole_scope), None)
-        if clash is not None:
-            raise reader.source.error(
-                given[":outputs"], f"{clash.name.rstrip(chr(39))!r} is both input and output of {what}"
-            )
+        inputs, input_facts, scope = self._variables(given.get(":inputs"))
+        outputs, output_facts, output_scope = self._variables(given.get(":outputs"))
+        for name in sorted(scope.keys() & output_scope.keys()):
+            raise reader.source.error(given[":outputs"], f"{name!r} is both input and output of {what}")
         domain = input_facts + self._facts(given.get(":domain"), scope)
-        certified = output_facts + self._facts(given.get(":certified"), whole_scope)
+        certified = output_facts + self._facts(given.get(":certified"), {**scope, **output_scope})
         if not certified:
             raise reader.source.error(symbol, f"{what} certifies nothing; expected :certified with at least one fact")
         fluents = self._fluents(given[":fluents"]) if ":fluents" in given else ()
@@ -109,7 +106,7 @@ class _StreamReader:
             raise reader.source.error(group, f"expected {form}, found {len(group.items) - 1} operands")
         symbol, args = reader.application(group.items[1], form)
         self._claim(symbol, what)
-        inputs, facts, scope = self._variables(Group(args, group.items[1].position), {})
+        inputs, facts, scope = self._variables(Group(args, group.items[1].position))
         table = self.domain.functions if what == "function" else reader.predicates
         if symbol.text in table:
             reader.arity(symbol, len(inputs), table[symbol.text])
@@ -120,7 +117,7 @@ class _StreamReader:
     def _rule(self, group: Group) -> Rule:
         """(:rule :inputs (...) :domain ... :certified ...)."""
         given = read_attributes(self.formulas, group, 1, (":inputs", ":domain", ":certified"), "a rule")
-        inputs, facts, scope = self._variables(given.get(":inputs"), {})
+        inputs, facts, scope = self._variables(given.get(":inputs"))
         certified = self._facts(given.get(":certified"), scope)
         if not certified:
             raise self.formulas.source.error(group, "the rule certifies nothing; expected :certified with a fact")
@@ -131,20 +128,17 @@ class _StreamReader:
             raise self.formulas.source.error(symbol, f"{what} {symbol.text!r} is defined twice")
         self.names.add(symbol.text)
 
-    def _variables(self, node: Node | None, scope: Scope) -> tuple[tuple[Variable, ...], tuple[Atom, ...], Scope]:
-        """Variables, what their types say about them, and `scope` with them in it."""
+    def _variables(self, node: Node | None) -> tuple[tuple[Variable, ...], tuple[Atom, ...], Scope]:
+        """Variables, what their types say about them, and the scope that they make."""
         if node is None:
-            return (), (), scope
-        parameters, inner = self.formulas.parameters(node, scope)
-        return tuple(p.variable for p in parameters), self._type_facts(node, parameters), inner
-
-    def _type_facts(self, node: Node, parameters: tuple[Parameter, ...]) -> tuple[Atom, ...]:
+            return (), (), {}
+        parameters, scope = self.formulas.parameters(node)
         for parameter in parameters:
             if len(parameter.types) > 1:
-                raise self.formulas.source.error(
-                    node, "a stream's variable has one type; (either ...) is not supported"
-                )
-        return tuple(Atom(p.types[0], (p.variable,)) for p in parameters if p.types != (OBJECT,))
+                message = "a stream's variable has one type; (either ...) is not supported"
+                raise self.formulas.source.error(node, message)
+        facts = tuple(Atom(p.types[0], (p.variable,)) for p in parameters if p.types != (OBJECT,))
+        return tuple(p.variable for p in parameters), facts, scope
 
     def _facts(self, node: Node | None, scope: Scope) -> tuple[Atom, ...]:
         """A conjunction of facts, flattened."""
