@@ -1,0 +1,137 @@
+"""Collision-free motion between configurations: the straight edge, else OMPL, then shortcuts. Geometry, no time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from tamp.world.paths import RESOLUTION, Array, StateChecker, shortcut, without_duplicates
+
+ITERATIONS = 100_000
+"""How often a planner may extend its trees before it gives up, whatever the clock says."""
+
+ATTEMPTS = 3
+"""How often the search is repeated, at twice the resolution each, where its path fails the finer recheck."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionResult:
+    """A path, or the reason why there is none.
+
+    Attributes:
+        path: shape (n, dof) [rad], free of collision, n >= 2; None where none was found.
+        reason: "" where a path was found, else one clause that says why not.
+        planning_s: time until the first path [wall seconds].
+        simplify_s: time to shorten and recheck it [wall seconds].
+        bodies: the two bodies in contact where the start or the goal is in collision, as the checker names them.
+        exhausted: whether the search ended for lack of time or iterations: no proof that there is no path.
+    """
+
+    path: Array | None
+    reason: str
+    planning_s: float
+    simplify_s: float = 0.0
+    bodies: tuple[str, ...] = ()
+    exhausted: bool = False
+
+
+def planner_names() -> tuple[str, ...]:
+    """Names that `plan_motion` takes as `planner`, the default first."""
+    from tamp.world.ompl_search import PLANNERS
+
+    return tuple(PLANNERS)
+
+
+def plan_motion(
+    checker: StateChecker,
+    lower: Array,
+    upper: Array,
+    q_start: Array,
+    q_goal: Array,
+    *,
+    seed: int,
+    timeout: float,
+    planner: str = "rrtconnect",
+    iterations: int = ITERATIONS,
+    shortcuts: int = 60,
+    step: float = 1.5,
+) -> MotionResult:
+    """Plan a path from a configuration to another, or to any of several.
+
+    The result depends on the arguments alone, except where the clock ends the search.
+
+    Args:
+        checker: says which configurations and edges are free.
+        lower: shape (dof,), joint limits [rad].
+        upper: as lower.
+        q_start: shape (dof,) [rad].
+        q_goal: shape (dof,), or (k, dof) where any of k configurations will do; those that are not free are ignored.
+        seed: of the planner and of the shortcuts.
+        timeout: time for the search [wall seconds].
+        planner: one of planner_names().
+        iterations: bound of the search that repeats from run to run, unlike the timeout.
+        shortcuts: attempts to shorten the path; 0 leaves it as found.
+        step: longest edge that a tree grows by [rad].
+
+    Raises:
+        ValueError: for an unknown planner, or arrays whose shapes do not fit.
+    """
+    begin = time.monotonic()
+    lower, upper, start = (np.asarray(a, dtype=float) for a in (lower, upper, q_start))
+    goals = np.atleast_2d(np.asarray(q_goal, dtype=float))
+    if planner != "rrtconnect" and planner not in planner_names():
+        raise ValueError(f"unknown motion planner {planner!r}; there are {', '.join(planner_names())}")
+    if not len(lower) == len(upper) == len(start) == goals.shape[1]:
+        raise ValueError(f"start {start.shape}, goal {goals.shape} and limits {lower.shape} differ in their joints")
+    at_start = _obstacle(checker, lower, upper, start, "start")
+    at_goals = [_obstacle(checker, lower, upper, goal, "goal") for goal in goals]
+    hopeless = at_start or (at_goals[0] if all(at_goals) else None)
+    if hopeless:
+        return MotionResult(None, hopeless[0], time.monotonic() - begin, bodies=hopeless[1])
+    goals = goals[[obstacle is None for obstacle in at_goals]]
+    goals = goals[np.argsort(np.linalg.norm(goals - start, axis=1), kind="stable")]
+    for goal in goals:
+        if checker.edge_free(start, goal):
+            return MotionResult(np.array([start, goal]), "", time.monotonic() - begin)
+
+    from tamp.world.ompl_search import search
+
+    # A corner touched between two tested configurations shows in the recheck; then all is searched anew, finer.
+    simplify_s, resolution = 0.0, RESOLUTION
+    for attempt in range(ATTEMPTS):
+        found = search(
+            checker, lower, upper, start, goals,
+            planner=planner, seed=seed + attempt, deadline=begin + timeout, iterations=iterations,
+            step=step, resolution=resolution,
+        )  # fmt: skip
+        planned = time.monotonic()
+        if found is None:
+            break
+        rng = np.random.default_rng(seed)
+        path = shortcut(without_duplicates(found), checker, rng, attempts=shortcuts, resolution=resolution)
+        accepted = all(checker.edge_free(a, b, resolution / 2) for a, b in pairwise(path))
+        simplify_s += time.monotonic() - planned
+        if accepted:
+            return MotionResult(path, "", time.monotonic() - begin - simplify_s, simplify_s)
+        resolution /= 2
+    spent = time.monotonic() - begin
+    return MotionResult(
+        None, f"{planner} found no path in {spent:.2f} s", spent - simplify_s, simplify_s, exhausted=True
+    )
+
+
+def _obstacle(
+    checker: StateChecker, lower: Array, upper: Array, q: Array, which: str
+) -> tuple[str, tuple[str, ...]] | None:
+    """Why a configuration cannot be an end of a path, and which bodies touch there; None where it can."""
+    beyond = np.flatnonzero((q < lower - 1e-9) | (q > upper + 1e-9))
+    if beyond.size:
+        i = int(beyond[0])
+        return f"the {which} has joint {i + 1} at {q[i]:.4f}, beyond its limits [{lower[i]:.4f}, {upper[i]:.4f}]", ()
+    contact = checker.contact(q)
+    if contact is None:
+        return None
+    return f"the {which} is in collision: {contact}", (contact.a, contact.b)
