@@ -1,0 +1,81 @@
+"""The algorithms by name: how search for skeletons and sampling of values take turns."""
+
+from __future__ import annotations
+
+from tamp.planning.binding import Budget
+from tamp.planning.session import Ended, Session
+from tamp.planning.skeleton import Skeleton
+
+
+def adaptive(session: Session) -> None:
+    """Search under hopes, bind, learn; skeletons that failed get another turn with a growing budget.
+
+    A turn of the search costs little, so each iteration searches with all that was learnt; a skeleton that comes out
+    again is bound with twice the budget. Every few failures an old skeleton has a turn, so that each is tried again
+    and again while its streams have values left.
+    """
+    budget = Budget()
+    failures = 0
+    while True:
+        skeleton = _next_skeleton(session)
+        if skeleton is None:
+            continue
+        _bind(session, skeleton, budget)
+        failures += 1
+        if failures % 4 == 0:
+            oldest = min(session.tried, key=lambda s: session.tried[s].attempts)
+            if oldest is not skeleton:
+                _bind(session, oldest, budget)
+
+
+def focused(session: Session) -> None:
+    """Search under hopes and bind once with few samples; what was sampled and failed is avoided, never tried longer."""
+    budget = Budget(values=2, draws=60, patience=2, jumps=400)
+    while True:
+        skeleton = _next_skeleton(session)
+        if skeleton is not None:
+            _bind(session, skeleton, budget)
+
+
+def incremental(session: Session) -> None:
+    """Draw from every stream in turn and search among real values only, after each round.
+
+    Only motions that depend on the state are left to the end, as in the other algorithms.
+    """
+    budget = Budget()
+    while True:
+        result = session.search()
+        if result.plan is not None:
+            version = session.knowledge.version
+            skeleton = session.skeleton(op.source for op in result.plan)
+            if not session.bind(skeleton, budget) and session.knowledge.version > version:
+                continue
+        _expand(session)
+
+
+def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
+    """Bind; where nothing was learnt from it, see to it that something new is known by the next search."""
+    version = session.knowledge.version
+    if session.bind(skeleton, budget) or session.knowledge.version == version:
+        _expand(session)
+
+
+def _next_skeleton(session: Session) -> Skeleton | None:
+    """The skeleton that the search finds, or None after it was given more to work with.
+
+    Raises:
+        Ended: where there is nothing more to give.
+    """
+    result = session.search()
+    if result.plan is not None:
+        return session.skeleton(op.source for op in result.plan)
+    if not session.grounder.deepen():
+        _expand(session)
+    return None
+
+
+def _expand(session: Session) -> None:
+    if not session.expand() and not session.grounder.deepen():
+        if session.best is not None:
+            raise Ended("solved", "No better plan exists.")
+        raise Ended("infeasible", "All streams are exhausted and no plan exists.")

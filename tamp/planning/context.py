@@ -1,0 +1,47 @@
+"""What a sampler receives first: the scene, its own random generator, the deadline, and what the plan has settled."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+
+class Context:
+    """The first argument of every sampler; one for each stream and inputs, alive as long as its generator.
+
+    Attributes:
+        scene: what the problem was given as its scene.
+        rng: a generator derived from (seed, stream, inputs), so that samples do not depend on the order of calls.
+        deadline: when planning must end, on the clock of time.monotonic [s].
+        fluents: for a stream with `:fluents`, the facts of those predicates at the point of the plan where the output
+            is used, in the order in which they became true.
+        bound: fluent facts that hold in the plan while this output will be in use, as far as they are settled: first
+            those of later states, last those that hold at once. Advice only: it changes between two outputs.
+    """
+
+    def __init__(self, scene: Any, rng: np.random.Generator, deadline: float, fluents: tuple[Any, ...] = ()) -> None:
+        self.scene = scene
+        self.rng = rng
+        self.deadline = deadline
+        self.fluents = fluents
+        self.bound: tuple[Any, ...] = ()
+        self.failures: list[tuple[str, tuple[Any, ...]]] = []
+
+    def fail(self, reason: str, because: Iterable[Any] = ()) -> None:
+        """Say why nothing comes, or why a test says no.
+
+        Args:
+            reason: for the report, in a few words, the same for the same cause.
+            because: the facts of `fluents` that suffice for the failure, so that the planner can change just those.
+        """
+        self.failures.append((reason, tuple(because)))
+
+
+def generator_for(seed: int, stream: str, inputs: Iterable[str]) -> np.random.Generator:
+    """The random generator of a stream for inputs with these keys: the same in every process."""
+    text = "\x1f".join((str(seed), stream, *inputs))
+    digest = hashlib.blake2b(text.encode(), digest_size=16).digest()
+    return np.random.default_rng(int.from_bytes(digest, "little"))

@@ -1,0 +1,59 @@
+"""What actions cost: for a plan with real values exactly, for the search with what is known so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from tamp.planning.binding import BoundStep
+from tamp.planning.grounding import GroundOperator
+from tamp.planning.instances import Knowledge, ground
+from tamp.planning.normal import ActionSchema
+from tamp.planning.sampling import Sampling
+
+SCALE = 10.0
+"""What one unit of cost weighs in the search, where one call of an ordinary stream weighs 1."""
+
+
+class Costs:
+    """Costs of actions. Where the domain has no costs, or the caller wants unit costs, each action costs 1."""
+
+    def __init__(self, knowledge: Knowledge, sampling: Sampling, unit_costs: bool) -> None:
+        self._knowledge = knowledge
+        self._sampling = sampling
+        schema = knowledge.schema
+        self.unit = unit_costs or not schema.domain.uses_costs
+        self._values = {
+            (term.function, *(schema.objects.intern(arg.value) for arg in term.args)): value  # type: ignore[union-attr]
+            for term, value in schema.problem.initial_state.values.items()
+        }
+
+    def of_plan(self, steps: Iterable[BoundStep]) -> float:
+        """The cost of a plan."""
+        return sum(self._of(step.schema, step.binding) for step in steps)
+
+    def of_operator(self, operator: GroundOperator) -> int:
+        """What the search minimises: the action's cost, and how reluctantly its streams should be used."""
+        cost = self._of(operator.schema, operator.binding)
+        effort = sum(instance.effort for instance in operator.needs)
+        return round(SCALE * cost + effort)
+
+    def _of(self, schema: ActionSchema, binding: dict[str, int]) -> float:
+        if self.unit:
+            return 1.0
+        total = 0.0
+        for term in schema.cost or ():
+            total += term if isinstance(term, int | float) else self._function(ground(term, binding))
+        return total
+
+    def _function(self, term: tuple[object, ...]) -> float:
+        name, handles = str(term[0]), tuple(h for h in term[1:] if isinstance(h, int))
+        known = self._values.get(term)  # type: ignore[call-overload]
+        if known is not None:
+            return float(known)
+        functions = self._knowledge.schema.functions
+        if name not in functions:
+            return 0.0
+        if all(map(self._knowledge.objects.is_real, handles)):
+            return self._sampling.function(name, handles)
+        info = self._knowledge.schema.problem.info.get(name)
+        return info.bound if info is not None else 0.0

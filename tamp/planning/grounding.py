@@ -1,0 +1,268 @@
+"""Ground operators and axioms, kept up to date as facts arrive; and the stream instances that the facts give rise to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from tamp.planning.connectors import Connectors
+from tamp.planning.instances import Instance, Knowledge, ground
+from tamp.planning.join import Join, JoinRule, Pattern
+from tamp.planning.normal import ActionSchema, AxiomSchema, Condition, EffectSchema
+from tamp.planning.objects import Fact
+from tamp.planning.schema import FALSE_MARK, TRUE_MARK, External, Schema
+
+
+@dataclass(frozen=True)
+class GroundEffect:
+    """`atom` becomes true or false where `positive` hold and `negative` do not."""
+
+    atom: Fact
+    adds: bool
+    positive: tuple[Fact, ...] = ()
+    negative: tuple[Fact, ...] = ()
+
+
+@dataclass(eq=False)
+class GroundOperator:
+    """An action schema with a handle for each variable of its condition.
+
+    Attributes:
+        static: facts without fluents that it rests on; they may be hoped for.
+        absent: facts without fluents that must not hold.
+        positive, negative: fluent and derived atoms of its precondition.
+        needs: the instances that it hopes for, supports first.
+    """
+
+    schema: ActionSchema
+    binding: dict[str, int]
+    static: tuple[Fact, ...]
+    absent: tuple[Fact, ...]
+    positive: tuple[Fact, ...]
+    negative: tuple[Fact, ...]
+    effects: list[GroundEffect] = field(default_factory=list)
+    needs: tuple[Instance, ...] = ()
+
+    @property
+    def args(self) -> tuple[int, ...]:
+        """Handles of the action's own parameters."""
+        return tuple(self.binding[t] if isinstance(t, str) else t for t in self.schema.parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class GroundAxiom:
+    """`head` holds where the literals do."""
+
+    head: Fact
+    static: tuple[Fact, ...]
+    absent: tuple[Fact, ...]
+    positive: tuple[Fact, ...]
+    negative: tuple[Fact, ...]
+
+
+class Grounder:
+    """Turns facts into operators, axioms and stream instances, each exactly once.
+
+    Only what is reachable when nothing is ever deleted is grounded. Atoms that tests decide are assumed in the plan's
+    favour: a negated test in an axiom becomes a condition that the test was refuted.
+    """
+
+    def __init__(self, schema: Schema, knowledge: Knowledge, connectors: Connectors, lazy: bool = True) -> None:
+        self.schema = schema
+        self.knowledge = knowledge
+        self.connectors = connectors
+        self.operators: list[GroundOperator] = []
+        self.axioms: list[GroundAxiom] = []
+        self.limit = 1
+        self.on_instance: Callable[[Instance], None] = lambda instance: None
+        self._lazy = lazy
+        self._pending: list[Instance] = []
+        self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
+        self._depth: dict[Fact, int] = {}
+        self._with_objects = False
+        self.join = Join(self._rules())
+        self._seen: set[int] = set()
+        knowledge.on_fact(self.tell)
+        self.join.start()
+
+    def tell(self, fact: Fact) -> None:
+        """Take a fact in, and the objects it speaks of."""
+        if self._with_objects and fact[0][0] not in (FALSE_MARK, TRUE_MARK):
+            for handle in fact[1:]:
+                if handle not in self._seen:
+                    self._seen.add(handle)
+                    self.join.add(("object", handle))
+        self.join.add(fact)
+
+    def deepen(self) -> bool:
+        """Allow one more stream in a row to be hoped for; whether that brought anything new."""
+        if not self._pending:
+            return False
+        self.limit = min(instance.level for instance in self._pending)
+        waiting, self._pending = self._pending, []
+        for instance in waiting:
+            self._admit(instance)
+        return True
+
+    def _rules(self) -> list[JoinRule]:
+        rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
+        rules += [self._axiom_rule(axiom) for axiom in self.schema.axioms]
+        rules += [self._stream_rule(external) for external in self._joined()]
+        self._with_objects = any(p[0] == "object" for rule in rules for p in rule.body)
+        return rules
+
+    def _action_rules(self, schema: ActionSchema) -> Iterable[JoinRule]:
+        if self.connectors.is_connector(schema.name):
+            return
+        condition = self.connectors.without(schema.condition)
+        variables = _variables(condition)
+        index = self.schema.actions.index(schema)
+        yield JoinRule(
+            variables, condition.positive, condition.unequal, lambda values: self._operator(index, schema, values)
+        )
+        for effect in self.connectors.effects(schema):
+            if effect.condition == Condition() or (not effect.condition.positive and not effect.condition.unequal):
+                continue
+            body = tuple(dict.fromkeys(condition.positive + effect.condition.positive))
+            names = tuple(dict.fromkeys((*variables, *_variables(effect.condition))))
+            unequal = condition.unequal + effect.condition.unequal
+            yield JoinRule(names, body, unequal, self._effect_rule(index, schema, effect, names, len(variables)))
+
+    def _effect_rule(
+        self, index: int, schema: ActionSchema, effect: EffectSchema, names: tuple[str, ...], count: int
+    ) -> Callable[[tuple[int, ...]], None]:
+        def on_match(values: tuple[int, ...]) -> None:
+            operator = self._operator(index, schema, values[:count])
+            self._add_effect(operator, effect, dict(zip(names, values, strict=True)))
+
+        return on_match
+
+    def _operator(self, index: int, schema: ActionSchema, values: tuple[int, ...]) -> GroundOperator:
+        found = self._by_binding.get((index, values))
+        if found is not None:
+            return found
+        condition = self.connectors.without(schema.condition)
+        binding = dict(zip(_variables(condition), values, strict=True))
+        static, absent, positive, negative = self._split(condition, binding)
+        operator = GroundOperator(schema, binding, static, absent, positive, negative)
+        operator.needs = self._needs(operator)
+        self._by_binding[index, values] = operator
+        self.operators.append(operator)
+        for effect in self.connectors.effects(schema):
+            if not effect.condition.positive and not effect.condition.unequal:
+                self._add_effect(operator, effect, binding)
+        return operator
+
+    def _add_effect(self, operator: GroundOperator, effect: EffectSchema, binding: dict[str, int]) -> None:
+        static, absent, positive, negative = self._split(effect.condition, binding)
+        if any(fact in self.knowledge.real for fact in absent):
+            return
+        atom = ground(effect.atom, binding)
+        operator.static = tuple(dict.fromkeys(operator.static)) if static else operator.static
+        operator.effects.append(GroundEffect(atom, effect.positive, positive, negative))
+        if effect.positive:
+            self.tell(atom)
+
+    def _split(
+        self, condition: Condition, binding: dict[str, int]
+    ) -> tuple[tuple[Fact, ...], tuple[Fact, ...], tuple[Fact, ...], tuple[Fact, ...]]:
+        """Static and absent facts, positive and negative atoms of a condition."""
+        changing = self.schema.fluents | self.schema.derived
+        static, absent, positive, negative = [], [], [], []
+        for pattern in condition.positive:
+            (positive if pattern[0] in changing else static).append(ground(pattern, binding))
+        for pattern in condition.negative:
+            (negative if pattern[0] in changing else absent).append(ground(pattern, binding))
+        return tuple(static), tuple(absent), tuple(positive), tuple(negative)
+
+    def _axiom_rule(self, axiom: AxiomSchema) -> JoinRule:
+        condition = self.connectors.without(axiom.condition)
+        if axiom.head[0] in self.schema.doubted and self._lazy:
+            condition = self._doubting(condition)
+        variables = _variables(condition)
+
+        def on_match(values: tuple[int, ...]) -> None:
+            binding = dict(zip(variables, values, strict=True))
+            head = ground(axiom.head, binding)
+            self.axioms.append(GroundAxiom(head, *self._split(condition, binding)))
+            self.tell(head)
+
+        return JoinRule(variables, condition.positive, condition.unequal, on_match)
+
+    def _doubting(self, condition: Condition) -> Condition:
+        """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
+        tests = self.schema.tests
+        positive = tuple((TRUE_MARK + str(p[0]), *p[1:]) if p[0] in tests else p for p in condition.positive)
+        refuted = tuple((FALSE_MARK + str(p[0]), *p[1:]) for p in condition.negative if p[0] in tests)
+        negative = tuple(p for p in condition.negative if p[0] not in tests)
+        return Condition(positive + refuted, negative, (), condition.unequal)
+
+    def _joined(self) -> list[External]:
+        """The streams whose promises some condition may use; the others are only called on demand."""
+        used: set[str] = set()
+        for action in self.schema.actions:
+            if not self.connectors.is_connector(action.name):
+                used |= {
+                    str(p[0]) for c in (action.condition, *(e.condition for e in action.effects)) for p in c.positive
+                }
+        for axiom in self.schema.axioms:
+            condition = self._doubting(axiom.condition) if axiom.head[0] in self.schema.doubted else axiom.condition
+            used |= {str(p[0]) for p in condition.positive}
+        used |= {str(p[0]) for p in self.schema.goal.positive}
+        joined: dict[str, External] = {}
+        while True:
+            more = [
+                e
+                for e in self.schema.externals.values()
+                if e.name not in joined and (e.info.eager or used & {str(p[0]) for p in e.certified})
+            ]
+            if not more:
+                return [e for e in self.schema.externals.values() if e.name in joined]
+            for external in more:
+                joined[external.name] = external
+                used |= {str(p[0]) for p in external.domain}
+
+    def _stream_rule(self, external: External) -> JoinRule:
+        def on_match(values: tuple[int, ...]) -> None:
+            instance = self.knowledge.instance(external, values)
+            instance.supports = self._supports(values, instance.domain)
+            instance.level = 1 + max((s.level for s in instance.supports), default=0)
+            self._admit(instance)
+
+        return JoinRule(external.inputs, external.domain, (), on_match)
+
+    def _supports(self, handles: Iterable[int], facts: Iterable[Fact]) -> tuple[Instance, ...]:
+        """The instances that placeholders and hoped-for facts come from."""
+        origins = [self.knowledge.objects.origin(h) for h in handles if not self.knowledge.objects.is_real(h)]
+        for fact in facts:
+            if fact not in self.knowledge.real:
+                producers = self.knowledge.producers.get(fact, ())
+                origins.extend(p for p in producers[:1] if p not in origins)
+        return tuple(dict.fromkeys(origins))
+
+    def _admit(self, instance: Instance) -> None:
+        if instance.level > self.limit:
+            self._pending.append(instance)
+            return
+        self.on_instance(instance)
+
+    def _needs(self, operator: GroundOperator) -> tuple[Instance, ...]:
+        found: dict[Instance, None] = {}
+
+        def visit(instance: Instance) -> None:
+            if instance not in found:
+                for support in instance.supports:
+                    visit(support)
+                found[instance] = None
+
+        for instance in self._supports(operator.binding.values(), operator.static):
+            visit(instance)
+        return tuple(found)
+
+
+def _variables(condition: Condition) -> tuple[str, ...]:
+    """The variables of a condition's positive patterns, in order."""
+    return tuple(dict.fromkeys(t for p in condition.positive for t in p[1:] if isinstance(t, str)))
+
+
+__all__ = ["GroundAxiom", "GroundEffect", "GroundOperator", "Grounder", "Pattern"]

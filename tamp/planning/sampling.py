@@ -1,0 +1,214 @@
+"""Calling samplers: generators are kept, results cached, outputs checked, calls counted and timed."""
+
+from __future__ import annotations
+
+import numbers
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tamp.errors import SamplerError, TampError
+from tamp.planning.context import Context, generator_for
+from tamp.planning.instances import Instance, Knowledge
+from tamp.planning.objects import Fact
+from tamp.planning.report import StreamReport
+
+
+@dataclass(frozen=True)
+class Certified:
+    """What a sampler yields to certify more than its stream promises.
+
+    Attributes:
+        outputs: the outputs as it would otherwise yield them; None to certify facts alone.
+        facts: further facts about any values; their predicates must not be changed by actions.
+    """
+
+    outputs: Any
+    facts: tuple[tuple[Any, ...], ...] = ()
+
+
+@dataclass
+class _Count:
+    calls: int = 0
+    successes: int = 0
+    seconds: float = 0.0
+    failures: dict[str, int] = field(default_factory=dict)
+
+
+class Sampling:
+    """Draws from streams and asks tests. Every result enters the knowledge at once; the search hears of it later."""
+
+    def __init__(self, knowledge: Knowledge, seed: int, deadline: float) -> None:
+        self._knowledge = knowledge
+        self._problem = knowledge.schema.problem
+        self._seed = seed
+        self.deadline = deadline
+        names = (*knowledge.schema.externals, *knowledge.schema.functions)
+        self._counts = {name: _Count() for name in names}
+        self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
+        self.draws = 0
+
+    def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
+        """Ask a stream for its next output, or a test for its answer; whether there is a new result.
+
+        Raises:
+            SamplerError: where the output does not fit the stream.
+        """
+        if instance.exhausted:
+            return False
+        self.draws += 1
+        external = instance.external
+        context = self._context(instance)
+        context.bound = tuple(map(self._knowledge.objects.values_of, bound))
+        counter = self._counts[external.name]
+        counter.calls += 1
+        instance.calls += 1
+        before = time.perf_counter()
+        try:
+            output = self._call(instance, context)
+        finally:
+            counter.seconds += time.perf_counter() - before
+        if output is _END:
+            instance.exhausted, output = True, None
+        self._take_failures(instance, context, counter, failed=output is None)
+        if output is None:
+            return False
+        counter.successes += 1
+        return self._record(instance, output)
+
+    def _context(self, instance: Instance) -> Context:
+        if instance.context is None:
+            objects = self._knowledge.objects
+            keys = [objects.key(h) for h in instance.inputs]
+            keys += [" ".join((f[0], *map(objects.key, f[1:]))) for f in instance.fluents]
+            rng = generator_for(self._seed, instance.external.name, keys)
+            fluents = tuple(map(objects.values_of, instance.fluents))
+            instance.context = Context(self._problem.scene, rng, self.deadline, fluents)
+        return instance.context
+
+    def _call(self, instance: Instance, context: Context) -> Any:
+        """One output, () for a test that holds, or None; marks the instance exhausted where nothing more can come."""
+        external = instance.external
+        values = [self._knowledge.objects.value(h) for h in instance.inputs]
+        sampler = self._problem.samplers[external.name]
+        try:
+            if external.is_test:
+                instance.exhausted = True
+                return self._answer(instance, sampler(context, *values))
+            if instance.generator is None:
+                instance.generator = self._iterator(instance, sampler(context, *values))
+            return next(instance.generator, _END)
+        except (TampError, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            shown = ", ".join(self._knowledge.objects.name(h) for h in instance.inputs)
+            raise RuntimeError(f"the sampler of stream {external.name!r} raised for ({shown}): {error!r}") from error
+
+    def _answer(self, instance: Instance, answer: Any) -> Any:
+        if isinstance(answer, Certified):
+            return answer
+        if not isinstance(answer, bool | np.bool_):
+            raise SamplerError(f"test {instance.external.name!r}: expected True or False, found {answer!r}")
+        return () if answer else None
+
+    def _iterator(self, instance: Instance, made: Any) -> Iterator[Any]:
+        if not isinstance(made, Iterable):
+            raise SamplerError(
+                f"stream {instance.external.name!r}: expected a generator function that yields one output at a time, "
+                f"but the function returned {made!r}"
+            )
+        return iter(made)
+
+    def _take_failures(self, instance: Instance, context: Context, counter: _Count, failed: bool) -> None:
+        for reason, because in context.failures:
+            counter.failures[reason] = counter.failures.get(reason, 0) + 1
+            if failed:
+                facts = tuple(f for raw in because if (f := self._fluent(instance, raw)) is not None)
+                instance.reasons[reason, facts] = instance.reasons.get((reason, facts), 0) + 1
+        context.failures.clear()
+
+    def _fluent(self, instance: Instance, raw: Any) -> Fact | None:
+        """A fact that a sampler names as a cause, by handles."""
+        fact = (str(raw[0]).lower(), *map(self._knowledge.objects.intern, raw[1:]))
+        return fact if not instance.fluents or fact in instance.fluents else None
+
+    def _record(self, instance: Instance, output: Any) -> bool:
+        facts: tuple[tuple[Any, ...], ...] = ()
+        if isinstance(output, Certified):
+            output, facts = output.outputs, output.facts
+        for raw in facts:
+            self._knowledge.certify(self._extra(instance, raw), active=True)
+        if output is None:
+            return False
+        handles = self._handles(instance, output)
+        return self._knowledge.record(instance, handles)
+
+    def _extra(self, instance: Instance, raw: tuple[Any, ...]) -> Fact:
+        name = str(raw[0]).lower()
+        if name in self._knowledge.schema.fluents:
+            raise SamplerError(f"stream {instance.external.name!r} certifies {raw[0]!r}, which actions change")
+        return (name, *map(self._knowledge.objects.intern, raw[1:]))
+
+    def _handles(self, instance: Instance, output: Any) -> tuple[int, ...]:
+        external = instance.external
+        count = len(external.outputs)
+        if count == 0:
+            return ()
+        values = (output,) if count == 1 else output
+        if not isinstance(values, tuple | list) or len(values) != count:
+            names = ", ".join(name[1:] for name in external.outputs)
+            raise SamplerError(
+                f"stream {external.name!r}: expected to yield a tuple of {count} outputs ({names}), found {output!r}"
+            )
+        objects = self._knowledge.objects
+        key = f"{external.name}({','.join(map(objects.key, instance.inputs))})[{len(instance.results)}"
+        return tuple(objects.intern(value, f"{key},{i}]") for i, value in enumerate(values))
+
+    def function(self, name: str, inputs: tuple[int, ...]) -> float:
+        """What a function stream returns for real inputs.
+
+        Raises:
+            SamplerError: where it is no number of 0 or more.
+        """
+        key = (name, inputs)
+        if key not in self.function_values:
+            objects, counter = self._knowledge.objects, self._counts[name]
+            rng = generator_for(self._seed, name, map(objects.key, inputs))
+            context = Context(self._problem.scene, rng, self.deadline)
+            counter.calls += 1
+            before = time.perf_counter()
+            try:
+                value = self._problem.samplers[name](context, *map(objects.value, inputs))
+            except Exception as error:
+                raise RuntimeError(f"the sampler of function {name!r} raised: {error!r}") from error
+            finally:
+                counter.seconds += time.perf_counter() - before
+            if not isinstance(value, numbers.Real) or not 0 <= float(value) < float("inf"):
+                raise SamplerError(f"function {name!r}: expected a finite number of 0 or more, found {value!r}")
+            counter.successes += 1
+            self.function_values[key] = float(value)
+        return self.function_values[key]
+
+    def report(self) -> tuple[StreamReport, ...]:
+        """The counts of each stream, in the order of the file."""
+        return tuple(
+            StreamReport(
+                name, c.calls, c.successes, c.seconds, tuple(sorted(c.failures.items(), key=lambda i: (-i[1], i[0])))
+            )
+            for name, c in self._counts.items()
+        )
+
+    @property
+    def seconds(self) -> float:
+        """Time spent inside samplers [s]."""
+        return sum(c.seconds for c in self._counts.values())
+
+
+class _End:
+    """What a generator that has ended gives."""
+
+
+_END = _End()

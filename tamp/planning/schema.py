@@ -1,0 +1,121 @@
+"""What kind of predicate is which, and the problem in normal form: what every part of the planner looks up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from tamp.language import FunctionStream, PredicateStream, Rule, Stream
+from tamp.planning.join import Pattern
+from tamp.planning.normal import AxiomSchema, Condition, NormalDomain, normalise
+from tamp.planning.objects import Objects
+from tamp.planning.problem import Problem, StreamInfo
+
+FALSE_MARK = "~"
+"""Prefix of the pseudo-predicate of atoms that a test has refuted."""
+TRUE_MARK = "+"
+"""Prefix of the pseudo-predicate of atoms that a test has confirmed, where nothing may be assumed."""
+
+
+@dataclass(frozen=True)
+class External:
+    """A stream, test or predicate as the planner sees it: patterns over variables named as in the file."""
+
+    name: str
+    inputs: tuple[str, ...]
+    domain: tuple[Pattern, ...]
+    outputs: tuple[str, ...]
+    certified: tuple[Pattern, ...]
+    fluents: tuple[str, ...]
+    info: StreamInfo
+    is_predicate: bool = False
+
+    @property
+    def is_test(self) -> bool:
+        """Whether it only answers yes or no."""
+        return not self.outputs
+
+    @property
+    def deferred(self) -> bool:
+        """Whether its outputs are bound after everything else."""
+        return bool(self.fluents) if self.info.defer is None else self.info.defer
+
+
+class Schema:
+    """A problem's domain, goal and streams in normal form, with its constants as handles.
+
+    Attributes:
+        externals: streams, tests and predicates by name, in the order of the file.
+        functions: function streams by name.
+        tests: predicate -> the tests that decide it; only predicates that nothing else certifies.
+    """
+
+    def __init__(self, problem: Problem, objects: Objects) -> None:
+        domain, streams = problem.parsed_domain, problem.parsed_streams
+        self.problem = problem
+        self.objects = objects
+        for constant in domain.constants.values():
+            objects.intern(constant.value)
+        normal = normalise(domain, problem.goal_formula, objects)
+        rules = tuple(axiom for rule in streams.rules for axiom in self._rule(rule))
+        self.domain = domain
+        self.actions = normal.actions
+        self.axioms: tuple[AxiomSchema, ...] = normal.axioms + rules
+        self.goal = normal.goal
+        self.fluents = normal.fluents
+        self.derived = normal.derived | {str(axiom.head[0]) for axiom in rules}
+        self.externals = {s.name: self._external(s) for s in (*streams.streams, *streams.predicates)}
+        self.functions: dict[str, FunctionStream] = {f.name: f for f in streams.functions}
+        self.tests = self._tests()
+        self.normal: NormalDomain = normal
+
+    def _pattern(self, atom: object) -> Pattern:
+        from tamp.language import Atom, Variable
+
+        assert isinstance(atom, Atom)
+        return (
+            atom.predicate,
+            *(t.name if isinstance(t, Variable) else self.objects.intern(t.value) for t in atom.args),
+        )
+
+    def _rule(self, rule: Rule) -> tuple[AxiomSchema, ...]:
+        condition = Condition(positive=tuple(map(self._pattern, rule.domain)))
+        return tuple(AxiomSchema(self._pattern(atom), condition) for atom in rule.certified)
+
+    def _external(self, stream: Stream | PredicateStream) -> External:
+        inputs = tuple(v.name for v in stream.inputs)
+        domain = tuple(map(self._pattern, stream.domain))
+        covered = {t for pattern in domain for t in pattern[1:]}
+        domain += tuple(("object", v) for v in inputs if v not in covered)
+        info = self.problem.info.get(stream.name, StreamInfo())
+        if isinstance(stream, PredicateStream):
+            return External(stream.name, inputs, domain, (), ((stream.name, *inputs),), (), info, is_predicate=True)
+        outputs = tuple(v.name for v in stream.outputs)
+        certified = tuple(map(self._pattern, stream.certified))
+        return External(stream.name, inputs, domain, outputs, certified, stream.fluents, info)
+
+    def _tests(self) -> dict[str, tuple[External, ...]]:
+        generated = {str(p[0]) for e in self.externals.values() if not e.is_test for p in e.certified}
+        found: dict[str, tuple[External, ...]] = {}
+        for external in self.externals.values():
+            for pattern in external.certified if external.is_test else ():
+                if pattern[0] not in generated:
+                    found[str(pattern[0])] = (*found.get(str(pattern[0]), ()), external)
+        return found
+
+    @cached_property
+    def doubted(self) -> frozenset[str]:
+        """Derived predicates that some condition wants false: nothing is assumed in their favour."""
+        wanted = [c.negative for c in self._conditions()]
+        found = {str(p[0]) for patterns in wanted for p in patterns if p[0] in self.derived}
+        while True:
+            inside = [a.condition for a in self.axioms if a.head[0] in found]
+            more = {str(p[0]) for c in inside for p in c.positive if p[0] in self.derived} - found
+            if not more:
+                return frozenset(found)
+            found |= more
+
+    def _conditions(self) -> list[Condition]:
+        found = [action.condition for action in self.actions] + [axiom.condition for axiom in self.axioms]
+        found += [effect.condition for action in self.actions for effect in action.effects]
+        return [*found, self.goal]

@@ -1,0 +1,295 @@
+"""One run of the planner: its parts put together, the clock, and what it has found."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from tamp.planning.binding import Attempt, Binder, BoundStep, Budget
+from tamp.planning.connectors import Connectors
+from tamp.planning.costs import SCALE, Costs
+from tamp.planning.evaluate import Evaluator
+from tamp.planning.grounding import Grounder, GroundOperator
+from tamp.planning.instances import Instance, Knowledge, ground
+from tamp.planning.invariants import find_invariants, groups
+from tamp.planning.objects import Fact, Objects
+from tamp.planning.problem import Problem
+from tamp.planning.report import SkeletonReport
+from tamp.planning.sampling import Sampling
+from tamp.planning.schema import Schema
+from tamp.planning.search import Search, SearchResult
+from tamp.planning.skeleton import Skeleton, make_skeleton
+from tamp.planning.task import Blame, GroundTask, TaskBuilder
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the caller of `solve` wants.
+
+    Attributes:
+        max_cost: only plans that cost at most this count.
+        success_cost: a plan that costs at most this ends the run; otherwise a better one is looked for.
+        max_iterations: searches before giving up.
+        connectors: whether moves may be left out of the search.
+    """
+
+    seed: int = 0
+    timeout: float = 60.0
+    max_cost: float = math.inf
+    success_cost: float = math.inf
+    unit_costs: bool = False
+    max_iterations: int = 1_000_000
+    connectors: bool = True
+
+
+class Ended(Exception):  # noqa: N818  control flow inside this package, never seen outside
+    """The run is over: time or iterations are used up, or infeasibility is proven."""
+
+    def __init__(self, status: str, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+        self.message = message
+
+
+@dataclass
+class _Tried:
+    attempts: int = 0
+    last: Attempt = field(default_factory=Attempt)
+
+
+class Session:
+    """The parts of a run, and the steps that the algorithms are made of."""
+
+    def __init__(self, problem: Problem, options: Options, search: Search, eager: bool) -> None:
+        self.started = time.monotonic()
+        self.options = options
+        self.deadline = self.started + options.timeout
+        self.seconds = {"grounding": 0.0, "search": 0.0, "binding": 0.0}
+        self.objects = Objects()
+        self.schema = Schema(problem, self.objects)
+        self.knowledge = Knowledge(self.schema, self.objects)
+        self.sampling = Sampling(self.knowledge, options.seed, self.deadline)
+        self.evaluator = Evaluator(self.knowledge, self.sampling)
+        self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
+        self.connectors = Connectors(self.schema, options.connectors)
+        self.binder = Binder(self.knowledge, self.sampling, self.evaluator, self.connectors, self.deadline)
+        self.blames: dict[int, Blame] = {}
+        self.tried: dict[Skeleton, _Tried] = {}
+        self.best: tuple[BoundStep, ...] | None = None
+        self.best_skeleton: Skeleton | None = None
+        self.best_cost = math.inf
+        self.iterations = 0
+        self.operators = 0
+        self._search = search
+        self._eager = eager
+        self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
+        invariants = find_invariants(self.schema, self.connectors.fluent)
+        self._builder = TaskBuilder(
+            self.knowledge,
+            lambda atoms: groups(invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
+            self.costs.of_operator,
+            self.connectors.fluent,
+        )
+        with self._timed("grounding"):
+            self.grounder = Grounder(self.schema, self.knowledge, self.connectors)
+            self.grounder.on_instance = self._appear
+            for fact in self._given(problem):
+                self.knowledge.give(fact)
+
+    @contextmanager
+    def _timed(self, phase: str) -> Iterator[None]:
+        sampled, before = self.sampling.seconds, time.perf_counter()
+        try:
+            yield
+        finally:
+            spent = time.perf_counter() - before - (self.sampling.seconds - sampled)
+            self.seconds[phase] += spent
+
+    def _given(self, problem: Problem) -> Iterator[Fact]:
+        """The facts of the problem, with the supertypes of each object."""
+        domain = problem.parsed_domain
+        for fact in self._typed_constants():
+            yield fact
+        for atom in problem.initial_state.facts:
+            fact = (atom.predicate, *(self.objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
+            yield fact
+            if atom.predicate in domain.types:
+                yield from ((above, fact[1]) for above in domain.supertypes(atom.predicate) if above != "object")
+        for atom in problem.initial_state.negated:
+            self.knowledge.refute(
+                (atom.predicate, *(self.objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
+            )
+        yield from self._goal_objects()
+
+    def _typed_constants(self) -> Iterator[Fact]:
+        domain = self.schema.domain
+        for name, types in domain.constant_types.items():
+            handle = self.objects.intern(domain.constants[name].value)
+            yield ("object", handle)
+            for kind in types:
+                yield from ((t, handle) for t in (kind, *domain.supertypes(kind)) if t != "object")
+
+    def _goal_objects(self) -> Iterator[Fact]:
+        for pattern in self.schema.goal.positive + self.schema.goal.negative:
+            yield from (("object", term) for term in pattern[1:] if isinstance(term, int))
+
+    def _appear(self, instance: Instance) -> None:
+        """A stream instance whose domain facts are there: call it, or hope for it."""
+        eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
+        callable_now = all(map(self.objects.is_real, instance.inputs)) and all(
+            f in self.knowledge.real or f in self.knowledge.state or f[0] == "object" for f in instance.domain
+        )
+        if eager and callable_now and instance.external.is_test:
+            self.sampling.draw(instance)
+            self.knowledge.activate(instance, 1)
+            if not instance.results:
+                for fact in instance.certified(()):
+                    if fact not in self.knowledge.real:
+                        self.knowledge.refute(fact)
+        elif eager and self._eager:
+            self.knowledge.templates.append(instance)
+        else:
+            if eager and callable_now:
+                self.sampling.draw(instance)
+                self.knowledge.activate(instance, 1)
+            self.knowledge.hope(instance)
+
+    def check_limits(self) -> None:
+        """End the run where a limit is reached.
+
+        Raises:
+            Ended: with the status to report.
+        """
+        if time.monotonic() >= self.deadline:
+            raise Ended("timeout", f"The time limit of {self.options.timeout:g} s was reached.")
+        if self.iterations >= self.options.max_iterations:
+            raise Ended("failed", f"The limit of {self.options.max_iterations} iterations was reached.")
+
+    def search(self) -> SearchResult:
+        """Search for a plan under the hopes of this moment.
+
+        Raises:
+            Ended: at a limit.
+        """
+        self.check_limits()
+        self.iterations += 1
+        with self._timed("grounding"):
+            self.knowledge.refresh()
+            task = self._task()
+        if not task.solvable:
+            return SearchResult(None, proven=True)
+        with self._timed("search"):
+            bound = self._bound()
+            result = self._search(task, self.deadline - time.monotonic(), bound)
+        self.operators = len(task.operators)
+        self.check_limits()
+        return result
+
+    def _bound(self) -> int | None:
+        """The search cost at which a plan can no longer be better than the best, or allowed."""
+        limit = min(self.options.max_cost, self.best_cost)
+        return None if limit == math.inf else math.ceil(SCALE * limit) + 1000
+
+    def _task(self) -> GroundTask:
+        goal = self.connectors.without(self.schema.goal)
+        changing = self.schema.fluents | self.schema.derived
+        positive = [ground(p, {}) for p in goal.positive]
+        negative = [ground(p, {}) for p in goal.negative]
+        static = [f for f in positive if f[0] not in changing]
+        if not all(self.knowledge.usable(f) or self.evaluator.truth(f) for f in static):
+            return GroundTask((), frozenset(), (), (), (), (), solvable=False)
+        literals = (
+            tuple(f for f in positive if f[0] in changing),
+            tuple(f for f in negative if f[0] in changing),
+        )
+        return self._builder.build(self.grounder.operators, self.grounder.axioms, literals, self.blames)
+
+    def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
+        """The skeleton of a symbolic plan; the same object for the same plan."""
+        made = make_skeleton(operators, self.schema, self.knowledge, self.connectors)
+        return self._by_key.setdefault(made.key, made)
+
+    def bind(self, skeleton: Skeleton, budget: Budget) -> bool:
+        """Try to bind a skeleton, and learn from it where it fails; whether it gave an acceptable plan.
+
+        Raises:
+            Ended: where a plan as good as wanted is found, or at a limit.
+        """
+        record = self.tried.setdefault(skeleton, _Tried())
+        with self._timed("binding"):
+            attempt = self.binder.bind(skeleton, budget.grown(record.attempts))
+        record.attempts += 1
+        record.last = attempt
+        self.check_found(skeleton, attempt)
+        with self._timed("grounding"):
+            self._learn(attempt)
+        self.check_limits()
+        return attempt.steps is not None
+
+    def check_found(self, skeleton: Skeleton, attempt: Attempt) -> None:
+        """Keep a plan that is better than the best so far; end the run where it is good enough."""
+        if attempt.steps is None:
+            return
+        cost = self.costs.of_plan(attempt.steps)
+        if cost <= self.options.max_cost and cost < self.best_cost:
+            self.best, self.best_cost, self.best_skeleton = attempt.steps, cost, skeleton
+        if self.best is not None and self.best_cost <= self.options.success_cost:
+            raise Ended("solved", "")
+
+    def _learn(self, attempt: Attempt) -> None:
+        """Tell the search what a failed attempt has taught: sampled values, and what to avoid."""
+        for instance in attempt.blamed:
+            instance.failures += 1
+            self.knowledge.activate(instance, 16 * instance.failures)
+        for _, target, facts in attempt.motions:
+            blame = self.blames.setdefault(target, Blame(target))
+            blame.facts.update(dict.fromkeys(facts))
+            blame.failures += 1
+
+    def expand(self) -> bool:
+        """Draw once more from every stream that has more to give, and show it to the search; whether any had.
+
+        Raises:
+            Ended: at a limit.
+        """
+        any_left = False
+        for instance in self.knowledge.instances():
+            if instance.fluents or instance.external.fluents or not instance.unfinished:
+                continue
+            if not all(map(self.objects.is_real, instance.inputs)) or not all(
+                map(self.evaluator.given, instance.domain)
+            ):
+                continue
+            any_left = True
+            self.check_limits()
+            if not instance.exhausted:
+                self.sampling.draw(instance)
+            if instance.external.is_test and not instance.results:
+                for fact in instance.certified(()):
+                    if fact not in self.knowledge.real:
+                        self.knowledge.refute(fact)
+            with self._timed("grounding"):
+                self.knowledge.activate(instance, len(instance.results))
+        return any_left
+
+    def skeleton_reports(self) -> tuple[SkeletonReport, ...]:
+        """What was tried, in order."""
+        found = []
+        for skeleton, record in self.tried.items():
+            actions = tuple(
+                f"{step.schema.name}({', '.join(map(self.objects.name, step.args))})" for step in skeleton.steps
+            )
+            bound = record.last.steps is not None
+            found.append(
+                SkeletonReport(
+                    actions,
+                    record.attempts,
+                    bound,
+                    "" if bound else record.last.broke_at,
+                    "" if bound else record.last.reason,
+                )
+            )
+        return tuple(found)

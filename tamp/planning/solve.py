@@ -1,0 +1,96 @@
+"""The entry point: `solve` runs an algorithm on a problem and says what came of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+from tamp.errors import DomainError
+from tamp.planning.algorithms import adaptive, focused, incremental
+from tamp.planning.fast_downward import FastDownward
+from tamp.planning.problem import GroundAction, Problem, Solution
+from tamp.planning.report import Report
+from tamp.planning.search import BuiltinSearch, Search
+from tamp.planning.session import Ended, Options, Session
+
+ALGORITHMS: dict[str, Callable[[Session], None]] = {
+    "adaptive": adaptive,
+    "focused": focused,
+    "incremental": incremental,
+}
+
+
+def solve(
+    problem: Problem,
+    *,
+    algorithm: str = "adaptive",
+    timeout: float = 60.0,
+    seed: int = 0,
+    max_cost: float = math.inf,
+    success_cost: float = math.inf,
+    unit_costs: bool = False,
+    search: str | Search = "ff",
+    max_iterations: int = 1_000_000,
+) -> Solution:
+    """Plan.
+
+    Args:
+        problem: what to solve.
+        algorithm: "adaptive", "focused" or "incremental".
+        timeout: when to end [s]; the best plan found by then is returned.
+        seed: decides every random choice.
+        max_cost: plans that cost more do not count.
+        success_cost: a plan that costs at most this ends the run; above it, better ones are looked for until the timeout.
+        unit_costs: let each action cost 1, whatever the domain says.
+        search: "builtin", one of Fast Downward's configurations by name, or any function that fits `Search`.
+        max_iterations: how many searches may be run.
+
+    Raises:
+        DomainError: for an unknown algorithm or search.
+        SamplerError: where a sampler's output does not fit its stream.
+    """
+    if algorithm not in ALGORITHMS:
+        raise DomainError(f"unknown algorithm {algorithm!r}; there are: {', '.join(ALGORITHMS)}")
+    searcher: Search = _searcher(search) if isinstance(search, str) else search
+    options = Options(seed, timeout, max_cost, success_cost, unit_costs, max_iterations)
+    session = Session(problem, options, searcher, eager=algorithm == "incremental")
+    try:
+        ALGORITHMS[algorithm](session)
+        status, message = "failed", "The algorithm ended without a plan."
+    except Ended as ended:
+        status, message = ended.status, ended.message
+    except KeyboardInterrupt:
+        status, message = "interrupted", "The run was interrupted."
+    return _solution(session, algorithm, status, message)
+
+
+def _searcher(name: str) -> Search:
+    return BuiltinSearch() if name == "builtin" else FastDownward(name)
+
+
+def _solution(session: Session, algorithm: str, status: str, message: str) -> Solution:
+    objects, best = session.objects, session.best
+    plan = None
+    if best is not None:
+        plan = tuple(GroundAction(step.schema.name, tuple(map(objects.value, step.args))) for step in best)
+        if status != "interrupted":
+            status = "solved"
+    seconds = {**session.seconds, "sampling": session.sampling.seconds}
+    report = Report(
+        algorithm,
+        status,
+        session.best_cost,
+        time.monotonic() - session.started,
+        seconds,
+        session.sampling.report(),
+        session.skeleton_reports(),
+        {
+            "iterations": session.iterations,
+            "operators": session.operators,
+            "instances": len(session.knowledge.instances()),
+        },
+        message,
+    )
+    certified = tuple(objects.values_of(fact) for fact in session.knowledge.real)
+    return Solution(plan, session.best_cost, status, certified, report)
