@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+TRIED = 4
+"""So many times more solutions than asked for may turn out in collision before the search ends."""
 DISTINCT = 0.05
 """Two solutions that differ by less than this in every joint [rad] count as one."""
 MAX_JOINT_STEP = 0.3
@@ -53,6 +55,7 @@ def inverse(
         checker: where given, only configurations it calls free.
     """
     found: list[Array] = []
+    most = TRIED * count
     for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near):
         q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience)
         solutions = q[residual == 0.0]
@@ -67,7 +70,7 @@ def inverse(
                 count -= 1
                 if count == 0:
                     return
-        if not found and residual.min() > effort.despair:
+        if len(found) >= most or (not found and residual.min() > effort.despair):
             return
 
 

@@ -43,7 +43,14 @@ class Round:
     despair: float
 
 
-ROUNDS = (Round(12, 4, 0.15), Round(24, 6, 0.1), Round(48, 12, 0.05), Round(96, 25, 0.02), Round(192, 25, 0.0))
+ROUNDS = (
+    Round(12, 4, 0.15),
+    Round(12, 5, 0.12),
+    Round(24, 8, 0.08),
+    Round(48, 12, 0.05),
+    Round(96, 25, 0.02),
+    Round(192, 25, 0.0),
+)
 
 
 @dataclass(frozen=True, eq=False)
