@@ -1,0 +1,232 @@
+"""When the arm is where: a path becomes a trajectory under velocity and acceleration limits, by TOPPRA."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from tamp.task.plan import Trajectory
+from tamp.task.robot import RobotSpec
+from tamp.world.paths import Array, deviation, without_duplicates
+from tamp.world.rounding import RoundedPath, rounded
+
+SAMPLE_S = 0.02
+"""Longest time between two samples of a trajectory [s]."""
+
+TOLERANCE = 0.004
+"""How far rounded corners may leave the polyline [rad]."""
+
+GRID = 80
+"""Number of stretches that TOPPRA divides an evenly long path into, besides the ends of its blends."""
+
+SLACK = 1e-3
+"""Share by which a sampled trajectory may exceed a limit before it is stretched; numerical, not physical."""
+
+
+class ConfigurationTest(Protocol):
+    """Says whether a configuration is free; `tamp.world.collision.CollisionChecker` is one."""
+
+    def free(self, q: Array, /) -> bool:
+        """Whether the configuration, shape (dof,), is free of collision."""
+
+
+def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: float = TOLERANCE) -> Trajectory:
+    """The fastest trajectory along a path, at rest at both ends, by TOPPRA (Pham and Pham, 2018).
+
+    The corners of the path are rounded by parabolas, so that path and timing are smooth between the points at which
+    TOPPRA sets the acceleration; these are all samples of the trajectory, at most SAMPLE_S apart. Without
+    acceleration limits exceeded by construction, the samples are still verified, and stretched in time if need be.
+
+    Args:
+        path: shape (n, dof) [rad]; duplicates are dropped. A path of no length becomes two equal samples, SAMPLE_S
+            apart, at rest.
+        limits: position, velocity and acceleration limits are respected; jerk is not bounded, see `largest_jerk`.
+        speed: share of the velocity and acceleration limits to use, in (0, 1].
+        tolerance: how far the trajectory may leave the polyline, at its corners [rad].
+
+    Raises:
+        ValueError: for a path of wrong shape, not finite or outside the position limits, or a speed out of range.
+    """
+    path = _checked(path, limits, speed)
+    points = without_duplicates(path)
+    if len(points) == 1:
+        still = np.repeat(points, 2, axis=0)
+        return Trajectory(np.array([0.0, SAMPLE_S]), still, np.zeros_like(still))
+    curve = rounded(points, tolerance)
+    grid = _grid(curve)
+    velocity, acceleration = speed * np.array(limits.velocity), speed * np.array(limits.acceleration)
+    rates = _toppra_rates(curve, grid, velocity, acceleration)
+    trajectory = _sample(curve, grid, rates)
+    excess = max(
+        float((np.abs(trajectory.velocities) / velocity).max()),
+        float(np.sqrt((np.abs(accelerations(trajectory)) / acceleration).max())),
+    )
+    return trajectory if excess <= 1.0 + SLACK / 2 else stretched(trajectory, excess)
+
+
+@dataclass(frozen=True, eq=False)
+class TimedMotion:
+    """A trajectory that is free of collision, or the reason why there is none.
+
+    Attributes:
+        trajectory: None where the timed curve touches something, however closely it follows the path.
+        reason: "" or one clause.
+    """
+
+    trajectory: Trajectory | None
+    reason: str = ""
+
+
+def time_free_path(
+    path: Array, limits: RobotSpec, checker: ConfigurationTest, *, speed: float = 1.0, reach: float = 1.2
+) -> TimedMotion:
+    """Time a path and check the timed curve at 1 cm of motion of the arm's fastest point.
+
+    Where the curve touches something, the path is timed again with sharper corners; the last attempt follows the
+    polyline within 0.1 mrad.
+
+    Args:
+        path: shape (n, dof) [rad], free of collision.
+        limits: as in `time_path`.
+        checker: says which configurations are free.
+        speed: as in `time_path`.
+        reach: largest distance of a moving point from any joint's axis [m]: no point moves faster than
+            reach times the sum of the joints' speeds.
+    """
+    for tolerance in (TOLERANCE, TOLERANCE / 8, 1e-4):
+        trajectory = time_path(path, limits, speed=speed, tolerance=tolerance)
+        blocked = first_blocked(trajectory, checker, 0.01 / reach)
+        if blocked is None:
+            return TimedMotion(trajectory)
+    return TimedMotion(None, f"the timed motion touches something {blocked:.2f} s after its start")
+
+
+def first_blocked(trajectory: Trajectory, checker: ConfigurationTest, step: float) -> float | None:
+    """Time of the first configuration in collision [s], tested every `step` [rad] of the joints' motions together."""
+    travel = np.abs(np.diff(trajectory.positions, axis=0)).sum(axis=1)
+    counts = np.maximum(1, np.ceil(travel / step)).astype(int)
+    arc = np.concatenate([[0.0], np.cumsum(counts)])
+    times = np.interp(np.arange(0.0, arc[-1] + 1), arc, trajectory.times)
+    # A slow stretch has many samples in little motion: skip those nearer than a step to the one tested last.
+    tested = -np.inf
+    distance = np.interp(times, trajectory.times, np.concatenate([[0.0], np.cumsum(travel)]))
+    for time, position, q in zip(times, distance, positions_at(trajectory, times), strict=True):
+        if position - tested < step / 2 and time != times[-1]:
+            continue
+        tested = position
+        if not checker.free(q):
+            return float(time)
+    return None
+
+
+def positions_at(trajectory: Trajectory, times: Array) -> Array:
+    """Positions of the cubic Hermite curve at `times` [s], shape (k,): shape (k, dof) [rad]."""
+    t, q, v = trajectory.times, trajectory.positions, trajectory.velocities
+    i = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
+    h = (t[i + 1] - t[i])[:, None]
+    s = (np.asarray(times) - t[i])[:, None] / h
+    q0, q1, v0, v1 = q[i], q[i + 1], h * v[i], h * v[i + 1]
+    return np.asarray(q0 + s * (v0 + s * (3 * (q1 - q0) - 2 * v0 - v1 + s * (2 * (q0 - q1) + v0 + v1))))
+
+
+def accelerations(trajectory: Trajectory) -> Array:
+    """Mean acceleration between each two samples, shape (n - 1, dof) [rad/s^2]."""
+    return np.asarray(np.diff(trajectory.velocities, axis=0) / np.diff(trajectory.times)[:, None])
+
+
+def largest_jerk(trajectory: Trajectory) -> Array:
+    """Largest change of acceleration in 1 ms, over 1 ms, of each joint, shape (dof,) [rad/s^3].
+
+    TOPPRA switches accelerations at once, so the jerk of the ideal motion has no bound; a millisecond is the period at
+    which such arms take commands.
+    """
+    times = np.arange(0.0, trajectory.duration + 0.003, 0.001)
+    q = positions_at(trajectory, np.minimum(times, trajectory.duration))
+    return np.asarray(np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / 0.001**3)
+
+
+def largest_deviation(trajectory: Trajectory, path: Array) -> float:
+    """Largest distance of the sampled trajectory to the polyline [rad]."""
+    return float(deviation(trajectory.positions, np.asarray(path, dtype=float)).max())
+
+
+def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    """The same motion in `factor` times the time."""
+    return Trajectory(trajectory.times * factor, trajectory.positions.copy(), trajectory.velocities / factor)
+
+
+def _checked(path: Array, limits: RobotSpec, speed: float) -> Array:
+    path = np.asarray(path, dtype=float)
+    if path.ndim != 2 or path.shape[0] < 1 or path.shape[1] != len(limits.joints):
+        raise ValueError(f"a path of {limits.name} has shape (n, {len(limits.joints)}), n >= 1, not {path.shape}")
+    if not np.isfinite(path).all():
+        raise ValueError("the path holds numbers that are not finite")
+    if not 0.0 < speed <= 1.0:
+        raise ValueError(f"speed is a share of the limits in (0, 1], not {speed}")
+    outside = np.argwhere((path < np.array(limits.lower) - 1e-6) | (path > np.array(limits.upper) + 1e-6))
+    if outside.size:
+        row, joint = outside[0]
+        bounds = f"[{limits.lower[joint]:.4f}, {limits.upper[joint]:.4f}]"
+        raise ValueError(f"waypoint {row} has {limits.joints[joint]} at {path[row, joint]:.4f}, beyond {bounds}")
+    return path
+
+
+def _grid(curve: RoundedPath) -> Array:
+    """All breaks of the curve, its straight stretches divided evenly, both ends of the path divided finely."""
+    breaks = curve.breaks
+    spacing = curve.arc[-1] / GRID
+    counts = np.maximum(1, np.ceil(np.diff(breaks) / spacing)).astype(int)
+    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(breaks[:-1], breaks[1:], counts, strict=True)]
+    return np.concatenate([*pieces, breaks[-1:]])
+
+
+def _toppra_rates(curve: RoundedPath, grid: Array, velocity: Array, acceleration: Array) -> Array:
+    """The path's fastest rate ds/dt at each point of the grid, zero at both ends.
+
+    Between two points of the grid d2s/dt2 and the curve's second derivative are constant, so a limit that holds at
+    both ends of an interval (TOPPRA's Interpolation discretisation) holds within.
+    """
+    from toppra import algorithm, constraint
+
+    limits = [
+        constraint.JointVelocityConstraint(np.stack([-velocity, velocity], axis=1)),
+        constraint.JointAccelerationConstraint(
+            np.stack([-acceleration, acceleration], axis=1),
+            discretization_scheme=constraint.DiscretizationType.Interpolation,
+        ),
+    ]
+    instance = algorithm.TOPPRA(limits, _Geometry(curve), gridpoints=grid, solver_wrapper="seidel")
+    _, rates, _ = instance.compute_parameterization(0.0, 0.0)
+    if rates is None or not np.isfinite(rates).all():
+        raise ArithmeticError(f"TOPPRA found no timing of a path of {len(curve.corners)} corners")
+    return np.asarray(rates, dtype=float)
+
+
+class _Geometry:
+    """A rounded path in the form that TOPPRA asks for."""
+
+    def __init__(self, curve: RoundedPath) -> None:
+        self._curve = curve
+        self.dof = curve.corners.shape[1]
+        self.path_interval = np.array([0.0, curve.arc[-1]])
+
+    def __call__(self, s: Any, order: int = 0) -> Array:
+        values = self._curve(np.atleast_1d(s), order)
+        return values if np.ndim(s) else values[0]
+
+
+def _sample(curve: RoundedPath, grid: Array, rates: Array) -> Trajectory:
+    """Sample at every grid point and at most SAMPLE_S apart; d2s/dt2 is constant between the grid's points."""
+    spans = 2 * np.diff(grid) / (rates[:-1] + rates[1:])
+    counts = np.maximum(1, np.ceil(spans / SAMPLE_S - 1e-9)).astype(int)
+    interval = np.repeat(np.arange(len(spans)), counts)
+    share = (np.arange(len(interval)) - (np.cumsum(counts) - counts)[interval]) / counts[interval]
+    elapsed = share * spans[interval]
+    growth = (np.diff(rates) / spans)[interval]
+    starts = np.concatenate([[0.0], np.cumsum(spans)])
+    times = np.append(starts[interval] + elapsed, starts[-1])
+    s = np.append(grid[interval] + elapsed * (rates[interval] + elapsed * growth / 2), grid[-1])
+    rate = np.append(rates[interval] + elapsed * growth, rates[-1])
+    return Trajectory(times, curve(s), curve(s, 1) * rate[:, None])
