@@ -10,7 +10,7 @@ import numpy as np
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Action, Attachment, Grip, Move, Release, Step
-from tamp.world.timing import time_path
+
 
 GENTLE = 0.4  # share of the limits while near or lifting an object
 

@@ -11,7 +11,7 @@ from tamp.checking import check
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.tabletop import DEFAULT_SAMPLERS, assemble, tabletop_problem
 from tamp.errors import PlanningFailure
-from tamp.execution import settle
+from tamp.execution.settling import settle
 from tamp.pipeline.situation import Situation, observe, settled_goals
 from tamp.pipeline.validity import check_geometry, check_settled
 from tamp.planning import solve as solve_problem

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from tamp.execution.settling import settle
-from tamp.scoring import ede
+from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.placements import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE
@@ -113,4 +113,4 @@ def _already_there(
 
 
 def _near(task: Task, name: str, here: Placement, there: Placement) -> bool:
-    return here.on == there.on and ede(task.object(name).shape, here.pose, there.pose) < SAME_PLACE
+    return here.on == there.on and ede(mean_edge(task.object(name).shape), here.pose, there.pose) < SAME_PLACE

@@ -1,0 +1,72 @@
+"""A run as a folder: the task, every plan, the final poses, the planner's report, and what is needed to run it again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tamp.pipeline.solving import Run
+from tamp.results import to_json
+from tamp.task import Mesh, Pose, Task
+from tamp.task.plan_file import save_plan
+
+
+def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Path) -> None:
+    """Write a run's files into `folder`: manifest.json, result.json, poses.json, plan-N.json, report.txt.
+
+    Args:
+        run: what came of it.
+        task: what was asked.
+        configuration: the arguments it was run with.
+        folder: made where absent; files of an earlier run in it are replaced.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "result.json").write_text(to_json(run.result) + "\n", encoding="utf-8")
+    save_poses(run.final_poses, folder / "poses.json")
+    for stale in folder.glob("plan-*.json"):
+        stale.unlink()
+    for number, plan in enumerate(run.plans):
+        save_plan(plan, folder / f"plan-{number}.json")
+    _write_json(folder / "manifest.json", manifest(task, configuration, run))
+    (folder / "report.txt").write_text(_report(run), encoding="utf-8")
+
+
+def save_poses(poses: Mapping[str, Pose], path: Path) -> None:
+    """Write final poses as {"name": {"xyz": [m], "quat": [x, y, z, w]}}, the form that `tamp score` reads."""
+    _write_json(path, {name: {"xyz": list(pose.xyz), "quat": list(pose.quat)} for name, pose in poses.items()})
+
+
+def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str, Any]:
+    """What a run depends on: versions, seed, configuration, and a hash of each input file."""
+    inputs = {o.shape.path for o in task.objects if isinstance(o.shape, Mesh)}
+    if task.path is not None:
+        inputs.add(task.path)
+    return {
+        "format": "tamp-manifest",
+        "version": 1,
+        "task": task.name,
+        "seed": run.result.seed,
+        "configuration": dict(configuration),
+        "versions": dict(run.result.versions),
+        "plan_sha256": run.result.plan_sha256,
+        "inputs": {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(inputs)},
+    }
+
+
+def _report(run: Run) -> str:
+    lines = [f"{run.result.task}, seed {run.result.seed}: {run.result.status}", run.result.message]
+    for number, plan in enumerate(run.plans):
+        lines += ["", f"plan {number}:", *(f"  {i}. {action}" for i, action in enumerate(plan.actions))]
+    for number, execution in enumerate(run.executions):
+        lines += ["", f"execution {number}: {execution.status} after {execution.sim_s:.1f} s"]
+        lines += [f"  {entry.name}: {entry.sim_s:.1f} s" for entry in execution.log]
+    if run.failure is not None:
+        lines += ["", str(run.failure)]
+    return "\n".join(lines) + "\n"
+
+
+def _write_json(path: Path, data: Any) -> None:
+    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")

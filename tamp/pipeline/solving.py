@@ -1,0 +1,192 @@
+"""The whole job on one task: plan, check, execute, watch, plan again where needed, score."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from tamp.errors import PlanningFailure
+from tamp.execution.executor import Executor, open_execution
+from tamp.execution.record import Execution
+from tamp.pipeline.planning import Samplers, Setup, plan_from, prepare
+from tamp.results import Result, Status
+from tamp.scoring import Score, score
+from tamp.task import Plan, Pose, Task, load_robot
+from tamp.task.plan_file import plan_sha256
+from tamp.versions import versions
+
+MAX_REPLANS = 8
+
+
+@dataclass(frozen=True)
+class Run:
+    """Everything a run left behind.
+
+    Attributes:
+        result: the record.
+        plans: all plans, in order.
+        executions: one for each plan that was carried out.
+        final_poses: object -> pose (world frame) at the end.
+        failure: why planning gave up the last time, or None.
+    """
+
+    result: Result
+    plans: tuple[Plan, ...]
+    executions: tuple[Execution, ...]
+    final_poses: Mapping[str, Pose]
+    failure: PlanningFailure | None = None
+
+
+def solve(
+    task: Task,
+    *,
+    seed: int = 0,
+    timeout: float | None = None,
+    samplers: Samplers | None = None,
+    algorithm: str = "adaptive",
+    execute: bool = True,
+) -> Result:
+    """Do the whole job and say how it went; see `carry_out`."""
+    return carry_out(task, seed=seed, timeout=timeout, samplers=samplers, algorithm=algorithm, execute=execute).result
+
+
+def carry_out(
+    task: Task,
+    *,
+    seed: int = 0,
+    timeout: float | None = None,
+    samplers: Samplers | None = None,
+    algorithm: str = "adaptive",
+    execute: bool = True,
+) -> Run:
+    """Settle a task, plan it, execute the plan in the simulator, replan where reality deviates, and score the end.
+
+    Args:
+        task: what is to be done.
+        seed: decides every random choice.
+        timeout: for all planning together [wall s]; the task's own limit where it is None.
+        samplers: stream name -> function or "package.module:function".
+        algorithm: of the stream planner.
+        execute: whether to carry the plan out; without it the end is the start.
+
+    Raises:
+        TaskError, RobotError, SamplerError: where the input cannot be used.
+    """
+    limit = task.limits.planning_s if timeout is None else timeout
+    job = _Job(task, seed, limit, samplers, algorithm)
+    with job.planning():
+        setup = prepare(task)
+    home = load_robot(task.robot).home
+    job.final_poses = dict(setup.start)
+    if job.plan(setup, setup.start, home) and execute:
+        with open_execution(task, setup.start, home, seed=seed) as executor:
+            _execute(job, setup, executor)
+    return job.run(execute)
+
+
+def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
+    """Carry out plan after plan until the goals are reached, time is up, or a new plan would change nothing."""
+    while True:
+        execution = executor.carry_out(job.plans[-1])
+        job.executions.append(execution)
+        job.final_poses = dict(execution.final_poses)
+        if execution.status == "timeout" or (score(job.task, job.final_poses).solved and execution.status == "done"):
+            return
+        if len(job.plans) > MAX_REPLANS or not job.plan(setup, job.final_poses, execution.configuration):
+            return
+        if not job.plans[-1].actions:
+            return
+
+
+@dataclass
+class _Job:
+    """A run in the making."""
+
+    task: Task
+    seed: int
+    limit: float
+    samplers: Samplers | None
+    algorithm: str
+    began: float = field(default_factory=time.monotonic)
+    planning_s: float = 0.0
+    plans: list[Plan] = field(default_factory=list)
+    executions: list[Execution] = field(default_factory=list)
+    final_poses: dict[str, Pose] = field(default_factory=dict)
+    failure: PlanningFailure | None = None
+
+    @contextmanager
+    def planning(self) -> Iterator[None]:
+        """Counts what happens inside as planning."""
+        began = time.monotonic()
+        try:
+            yield
+        finally:
+            self.planning_s += time.monotonic() - began
+
+    def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
+        """Plan from a state at rest; False where there is no plan."""
+        with self.planning():
+            deadline = time.monotonic() + self.limit - self.planning_s
+            # A new plan from a state that chance has brought about draws other samples than the first.
+            seed = self.seed + 7919 * len(self.plans)
+            options: Any = {"samplers": self.samplers, "algorithm": self.algorithm}
+            try:
+                self.plans.append(plan_from(setup, poses, q, seed=seed, deadline=deadline, **options))
+            except PlanningFailure as failure:
+                self.failure = failure
+        return self.failure is None
+
+    def run(self, execute: bool) -> Run:
+        """Close the books."""
+        reached = score(self.task, self.final_poses)
+        status = self._status(execute, reached)
+        result = Result(
+            task=self.task.name,
+            seed=self.seed,
+            status=status,
+            planning_s=self.planning_s,
+            execution_sim_s=sum(e.sim_s for e in self.executions),
+            wall_s=time.monotonic() - self.began,
+            n_actions=sum(len(e.log) for e in self.executions) or sum(len(p.actions) for p in self.plans[:1]),
+            n_replans=max(0, len(self.plans) - 1),
+            grasps_attempted=sum(e.grasps_attempted for e in self.executions),
+            grasps_succeeded=sum(e.grasps_succeeded for e in self.executions),
+            plan_checked=bool(self.plans),  # planning hands out nothing that the checker has not accepted
+            **{n: getattr(reached, n) for n in ("ede_m", "do_nothing_ede_m", "mean_ueb_m")},
+            improvement=reached.improvement,
+            improvement_ueb=reached.improvement_ueb,
+            objects=tuple(vars(o) for o in reached.objects),
+            goals_met=reached.goals_met,
+            plan_sha256=plan_sha256(self.plans[0]) if self.plans else "",
+            message="" if status in ("solved", "planned") else self._message(reached),
+            versions=versions(),
+            task_path="" if self.task.path is None else str(self.task.path),
+        )
+        return Run(result, tuple(self.plans), tuple(self.executions), self.final_poses, self.failure)
+
+    def _status(self, execute: bool, reached: Score) -> Status:
+        if self.plans and not execute:
+            return "planned"
+        if self.executions and reached.solved:
+            return "solved"
+        if self.executions or self.failure is None:
+            return "failed"
+        return "timeout" if self.failure.status == "timeout" else _verdict(self.failure)
+
+    def _message(self, reached: Score) -> str:
+        missed = [name for name, met in reached.goals_met.items() if not met]
+        parts = [f"goals not reached: {', '.join(missed)}"] if missed and self.executions else []
+        if self.executions and self.executions[-1].deviation is not None:
+            parts.append(f"last deviation: {self.executions[-1].deviation}")
+        if self.executions and self.executions[-1].status == "timeout":
+            parts.append(f"execution passed its limit of {self.task.limits.execution_sim_s:g} simulated seconds")
+        if self.failure is not None:
+            parts.append(f"no plan ({self.failure.status})")
+        return "; ".join(parts)
+
+
+def _verdict(failure: PlanningFailure) -> Status:
+    return "infeasible" if failure.status == "infeasible" else "failed"
