@@ -1,0 +1,31 @@
+"""Random problems: the algorithms agree with exhaustive search on what can be solved, and plans are valid."""
+
+import pytest
+
+from tamp.planning import solve
+from tests.planning.exhaustive import search
+from tests.planning.problems import chance
+from tests.planning.test_problems import ALGORITHMS, check
+
+
+def agree(problem, algorithm):
+    solution = solve(problem, algorithm=algorithm, timeout=10.0, seed=0)
+    if solution.plan is not None:
+        assert solution.status == "solved"
+        check(problem, solution)
+        return
+    plan, final = search(problem, rounds=5, calls=3, limit=300)
+    assert plan is None, f"{solution.status}, but there is a plan: {plan}"
+    assert solution.status == "infeasible" or not final, solution.status
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(25))
+def test_without_streams(seed, algorithm):
+    agree(chance.problem(seed), algorithm)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(25))
+def test_with_finite_streams(seed, algorithm):
+    agree(chance.problem(seed, streams=True), algorithm)
