@@ -5,6 +5,7 @@ The gripper holds by friction alone: nothing is ever welded, moved by hand or pu
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from tamp.errors import PlanError
 from tamp.execution.monitor import Monitor, deviation
-from tamp.execution.record import ActionLog, Deviation, Execution, Kind, Status
+from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Kind, Status
 from tamp.execution.simulator import STEP, Simulator
 from tamp.execution.tracking import set_points
 from tamp.task import Action, Attachment, Grip, Move, Plan, Pose, Release, Task, load_robot
@@ -36,7 +37,7 @@ class Executor:
     may start from.
     """
 
-    def __init__(self, task: Task, simulator: Simulator, monitor: Monitor | None) -> None:
+    def __init__(self, task: Task, simulator: Simulator, monitor: Monitor | None, frame_s: float | None = None) -> None:
         if simulator.robot is None:
             raise ValueError("an executor needs a simulator with a robot")
         self._task = task
@@ -45,6 +46,9 @@ class Executor:
         self._monitor = monitor
         self._held: Attachment | None = None
         self._tracking_error = 0.0
+        self._frames: list[Frame] = []
+        if frame_s is not None:
+            self._record(max(1, round(frame_s / STEP)))
 
     @property
     def time(self) -> float:
@@ -59,6 +63,21 @@ class Executor:
         """Where the arm's joints are now [rad]."""
         return tuple(float(q) for q in self._robot.configuration())
 
+    def frame(self) -> Frame:
+        """The scene as it is now."""
+        return Frame(self.time, self.poses(), self.configuration(), self._robot.opening())
+
+    def _record(self, every: int) -> None:
+        """Keep a frame now and then every so many steps."""
+        steps = itertools.count(1)
+        self._frames.append(self.frame())
+
+        def keep() -> None:
+            if next(steps) % every == 0:
+                self._frames.append(self.frame())
+
+        self._simulator.on_step = keep
+
     def carry_out(self, plan: Plan) -> Execution:
         """Run a plan to its end, or until something is off by more than the monitor tolerates.
 
@@ -69,7 +88,7 @@ class Executor:
             PlanError: where the plan is for other objects, or starts from another arm configuration.
         """
         self._refuse_misfit(plan)
-        began = self._simulator.time
+        began, first_frame = self._simulator.time, len(self._frames)
         expected = dict(plan.start)
         log: list[ActionLog] = []
         stop: Deviation | None = None
@@ -84,7 +103,15 @@ class Executor:
                 status = "timeout"
                 break
         self._simulator.step(round(SETTLE_S / STEP))
-        return Execution(status, self.poses(), self.configuration(), tuple(log), self._simulator.time - began, stop)
+        return Execution(
+            status=status,
+            final_poses=self.poses(),
+            configuration=self.configuration(),
+            log=tuple(log),
+            sim_s=self._simulator.time - began,
+            deviation=stop,
+            frames=tuple(self._frames[first_frame:]),
+        )
 
     def _refuse_misfit(self, plan: Plan) -> None:
         known = self._simulator.bodies
@@ -194,6 +221,7 @@ def open_execution(
     seed: int = 0,
     jitter: float = 0.0,
     monitor: Monitor | None = WATCHFUL,
+    frame_s: float | None = None,
 ) -> Iterator[Executor]:
     """A simulated world to carry out plans in.
 
@@ -204,6 +232,7 @@ def open_execution(
         seed: decides the jitter; without jitter the simulation knows no chance.
         jitter: standard deviation of a random shift of each object on the table [m], unknown to the plan.
         monitor: when to give up a plan; None never does.
+        frame_s: simulated time between recorded frames [s]; None records none.
 
     Raises:
         TaskError: where an object's mesh cannot be used.
@@ -216,12 +245,18 @@ def open_execution(
         for name, pose in start.items()
     }
     with Simulator(task.objects, poses, table=task.table, robot=load_robot(task.robot), q=q) as simulator:
-        yield Executor(task, simulator, monitor)
+        yield Executor(task, simulator, monitor, frame_s)
 
 
 def execute(
-    task: Task, plan: Plan, *, seed: int = 0, jitter: float = 0.0, monitor: Monitor | None = WATCHFUL
+    task: Task,
+    plan: Plan,
+    *,
+    seed: int = 0,
+    jitter: float = 0.0,
+    monitor: Monitor | None = WATCHFUL,
+    frame_s: float | None = None,
 ) -> Execution:
     """Carry out a plan from its own start in a world of its own; see `open_execution` and `Executor.carry_out`."""
-    with open_execution(task, plan.start, plan.home, seed=seed, jitter=jitter, monitor=monitor) as run:
+    with open_execution(task, plan.start, plan.home, seed=seed, jitter=jitter, monitor=monitor, frame_s=frame_s) as run:
         return run.carry_out(plan)

@@ -60,6 +60,26 @@ class ActionLog:
 
 
 @dataclass(frozen=True)
+class Frame:
+    """The scene at one moment, for pictures.
+
+    Attributes:
+        time: simulated time since the world was built [s].
+        poses: object -> pose (world frame).
+        configuration: the arm's joint positions [rad].
+        opening: distance between the finger pads [m].
+    """
+
+    time: float
+    poses: Mapping[str, Pose]
+    configuration: tuple[float, ...]
+    opening: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "poses", MappingProxyType(dict(self.poses)))
+
+
+@dataclass(frozen=True)
 class Execution:
     """How carrying out a plan ended.
 
@@ -70,6 +90,7 @@ class Execution:
         log: one entry an action that was begun, in order.
         sim_s: simulated time it took [s].
         deviation: why it stopped, or None.
+        frames: the scene at regular times, where recording was asked for.
     """
 
     status: Status
@@ -78,6 +99,7 @@ class Execution:
     log: tuple[ActionLog, ...]
     sim_s: float
     deviation: Deviation | None = None
+    frames: tuple[Frame, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "final_poses", MappingProxyType(dict(self.final_poses)))

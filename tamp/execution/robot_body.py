@@ -79,6 +79,12 @@ class RobotBody:
         )
         return Pose(state[4], state[5]) @ self.spec.T_parent_tool
 
+    def set_state(self, q: Sequence[float] | Vector, opening: float) -> None:
+        """Put the arm at `q` [rad] and the fingers at `opening` [m], at rest. For building a scene and for pictures."""
+        values = (*q, *(opening / 2 for _ in self.fingers))
+        for joint, value in zip((*self.arm, *self.fingers), values, strict=True):
+            pybullet.resetJointState(self.id, joint, value, physicsClientId=self.client)
+
     def command(self, q: Sequence[float] | Vector, velocity: Sequence[float] | Vector | None = None) -> None:
         """Send the arm to `q` [rad], with `velocity` [rad/s] fed forward."""
         pybullet.setJointMotorControlArray(
@@ -165,10 +171,8 @@ def load_robot_body(client: int, folder: Path, spec: RobotSpec, q: Sequence[floa
 
 
 def _set_up(body: RobotBody, q: Sequence[float]) -> None:
-    for joint, value in zip(body.arm, q, strict=True):
-        pybullet.resetJointState(body.id, joint, value, physicsClientId=body.client)
+    body.set_state(q, body.spec.gripper.stroke)
     for finger in body.fingers:
-        pybullet.resetJointState(body.id, finger, body.spec.gripper.stroke / 2, physicsClientId=body.client)
         pybullet.changeDynamics(
             body.id,
             finger,

@@ -61,6 +61,10 @@ class Simulator:
         robot: the robot, or None for a world without one.
         q: arm configuration to start from [rad]; the robot's home where it is None.
 
+    Attributes:
+        table, bodies, robot: what was built; `bodies` by object name, `robot` None where there is none.
+        on_step: called after every step, for an onlooker.
+
     Raises:
         TaskError: where an object's mesh cannot be used.
         RobotError: where the robot's URDF cannot be used.
@@ -78,6 +82,7 @@ class Simulator:
         self._files = tempfile.TemporaryDirectory(prefix="tamp-")
         self._client: int = pybullet.connect(pybullet.DIRECT)
         self._steps = 0
+        self.on_step: Callable[[], None] | None = None
         try:
             self._build(tuple(objects), poses, table or Table(), robot, q)
         except BaseException:
@@ -147,7 +152,9 @@ class Simulator:
         """Let `count` steps pass."""
         for _ in range(count):
             pybullet.stepSimulation(physicsClientId=self._client)
-        self._steps += count
+            self._steps += 1
+            if self.on_step is not None:
+                self.on_step()
 
     def wait(self, limit_s: float, until: Callable[[], bool], patience: int = 12) -> bool:
         """Step until a condition has held for `patience` steps on end; False where `limit_s` [s] ran out first."""
