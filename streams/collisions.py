@@ -21,6 +21,8 @@ ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
 def test_cfree_placements(context: Context, obj: str, placement: Placement, other: str, standing: Placement) -> bool:
     """Whether two objects can stand at these placements together."""
+    if obj == other:
+        return True
     workspace: Workspace = context.scene
     overlap = workspace.world.overlap(obj, placement.pose.matrix, other, standing.pose.matrix, tolerance=CONTACT_DEPTH)
     if overlap:

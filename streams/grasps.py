@@ -133,8 +133,9 @@ def _openings(workspace: Workspace, pinches: Pinches) -> NDArray[np.float64]:
 
 def _in_tool_frames(points: NDArray[np.float64], T_tool: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points (m, 3) seen from many frames (n, 4, 4); shape (n, m, 3)."""
-    local: NDArray[np.float64] = points @ T_tool[:, :3, :3].transpose(0, 2, 1) + T_tool[:, None, :3, 3]
-    return local
+    # Coordinates first in memory, so that each can be compared as one array.
+    local = T_tool[:, :3, :3].transpose(1, 0, 2) @ points.T + T_tool[:, :3, 3].T[:, :, None]
+    return local.transpose(1, 2, 0)
 
 
 def _boxes(workspace: Workspace) -> HandBoxes:

@@ -88,8 +88,13 @@ def points_hit(
     lower, upper = boxes.opened(openings)
     hit = np.zeros(len(openings), bool)
     for box in range(lower.shape[1]):
-        low, high = lower[:, box, None] - margin, upper[:, box, None] + margin
-        hit |= ((low < T_tool_points) & (high > T_tool_points)).all(axis=2).any(axis=1)
+        # One axis after the other over whole arrays: many times faster than testing points of three coordinates.
+        inside = np.ones(T_tool_points.shape[:2], bool)
+        for axis in range(3):
+            along = T_tool_points[:, :, axis]
+            inside &= along > lower[:, box, axis, None] - margin
+            inside &= along < upper[:, box, axis, None] + margin
+        hit |= inside.any(axis=1)
     return hit
 
 
