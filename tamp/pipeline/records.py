@@ -1,4 +1,4 @@
-"""A run as a folder: the task, every plan, the final poses, the planner's report, and what is needed to run it again."""
+"""A run as a folder: the task, every plan, the final poses, the report, and what is needed to run it again."""
 
 from __future__ import annotations
 

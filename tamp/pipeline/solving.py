@@ -93,11 +93,12 @@ def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
         execution = executor.carry_out(job.plans[-1])
         job.executions.append(execution)
         job.final_poses = dict(execution.final_poses)
-        if execution.status == "timeout" or (score(job.task, job.final_poses).solved and execution.status == "done"):
+        reached = execution.status == "done" and score(job.task, job.final_poses).solved
+        if reached or execution.status == "timeout":
             return
         if len(job.plans) > MAX_REPLANS or not job.plan(setup, job.final_poses, execution.configuration):
             return
-        if not job.plans[-1].actions:
+        if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be
             return
 
 

@@ -1,7 +1,7 @@
 """EDE, the error of the OCRTOC paper, Algorithm 1 (Liu et al., "OCRTOC", IEEE Robotics and Automation Letters, 2022).
 
 Per object, c = (L + W + H) / 3 of its model's bounding box. EDE is the mean distance between the eight vertices of the
-model-aligned cube of edge c, centred at the model's origin, in the solution pose and the goal pose. UEB = 5 c bounds it.
+model-aligned cube of edge c, centred at the model's origin, in the solution and the goal pose. UEB = 5 c bounds it.
 """
 
 from __future__ import annotations

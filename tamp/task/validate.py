@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tamp.errors import TaskError
-from tamp.task.document import Document, FieldPath, dotted, read_document
+from tamp.task.document import Document, FieldPath, dotted
 from tamp.task.model import In, On, Region, Table, Task
 from tamp.task.robot import robot_names
 
@@ -81,16 +81,3 @@ def _on_table(region: Region, table: Table) -> bool:
 def _span(table: Table) -> str:
     spans = ((c - s / 2, c + s / 2) for c, s in zip(table.center, table.size, strict=True))
     return ", ".join(f"{axis} {low:.3f} to {high:.3f} m" for axis, (low, high) in zip("xy", spans, strict=True))
-
-
-def where(task: Task, *field: str | int) -> str:
-    """`file:line: field` for a task that came from a file, else the task's name and the field; for messages."""
-    if task.path is not None and task.path.is_file():
-        return read_document(task.path).where(field)
-    return f"task {task.name}: {dotted(field)}"
-
-
-def where_object(task: Task, name: str, *field: str) -> str:
-    """`where` for a field of the object called `name`."""
-    index = next(i for i, o in enumerate(task.objects) if o.name == name)
-    return where(task, "objects", index, *field)

@@ -1,0 +1,180 @@
+"""Many jobs in worker processes, a fresh one for each; a job that crashes, hangs or eats memory costs only itself.
+
+Workers are forked from a server process that has imported the heavy libraries once and done nothing else, so that a
+fresh process is cheap and no job sees what another left behind.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from typing import Any, Literal
+
+from tamp.batch.processes import available, kill_tree, tree
+from tamp.batch.worker import run_job
+from tamp.errors import TampError
+
+# Workers share the cores among themselves: threads inside a worker would only get in each other's way.
+SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+MEMORY_WATCH_S = 0.25
+"""How often the memory of workers is looked at where it is limited [s]."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One call of the work function.
+
+    Attributes:
+        key: what the job is filed under; unique within a batch.
+        arguments: JSON-like keyword arguments of the work function.
+    """
+
+    key: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a job ended.
+
+    Attributes:
+        job: the job.
+        ended: "returned", "raised", "crashed" (also: killed by someone), "timeout" or "memory".
+        value: what the work function returned; None unless it returned.
+        message: why there is no value, in words.
+        wall_s: how long it took [s].
+    """
+
+    job: Job
+    ended: Literal["returned", "raised", "crashed", "timeout", "memory"]
+    value: Mapping[str, Any] | None
+    message: str
+    wall_s: float
+
+
+def run_jobs(
+    jobs: Iterable[Job],
+    work: str,
+    *,
+    workers: int = 1,
+    time_limit_s: float | None = None,
+    memory_limit: int | None = None,
+    preload: Sequence[str] = (),
+) -> Iterator[Outcome]:
+    """Run jobs in worker processes and yield each outcome as it comes.
+
+    Closing the iterator, or an exception such as KeyboardInterrupt in it, ends all workers.
+
+    Args:
+        jobs: what to run, in this order.
+        work: the work function as "package.module:function".
+        workers: how many run at the same time.
+        time_limit_s: a job that runs longer is killed with all its child processes [s].
+        memory_limit: a job whose processes together have more resident memory is killed [bytes].
+        preload: modules that the work imports anyway, imported once for all.
+
+    Raises:
+        TampError: for a memory limit on a system that does not show the memory of processes.
+    """
+    if memory_limit is not None and not available():
+        raise TampError("a memory limit needs /proc, which this system does not have; leave the limit out")
+    for name in SINGLE_THREADED:
+        os.environ.setdefault(name, "1")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["tamp.batch.worker", *preload])
+    waiting = deque(jobs)
+    running: list[_Worker] = []
+    try:
+        while waiting or running:
+            while waiting and len(running) < workers:
+                running.append(_Worker(context, waiting.popleft(), work, memory_limit, time_limit_s))
+            wait(
+                [w.process.sentinel for w in running] + [w.connection for w in running],
+                _patience(running, memory_limit),
+            )
+            for worker in list(running):
+                outcome = worker.outcome()
+                if outcome is not None:
+                    running.remove(worker)
+                    yield outcome
+    finally:
+        for worker in running:
+            worker.kill()
+
+
+def _patience(running: Sequence[_Worker], memory_limit: int | None) -> float | None:
+    """Until when nothing needs to be done [s]."""
+    deadlines = [w.deadline for w in running if w.deadline is not None]
+    until = max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
+    return until if memory_limit is None else min(MEMORY_WATCH_S, MEMORY_WATCH_S if until is None else until)
+
+
+class _Worker:
+    """A process at its one job."""
+
+    def __init__(self, context: Any, job: Job, work: str, memory_limit: int | None, time_limit_s: float | None) -> None:
+        self._job = job
+        self._began = time.monotonic()
+        self._limit = time_limit_s
+        self._memory_limit = memory_limit
+        self.deadline = None if time_limit_s is None else self._began + time_limit_s
+        self.connection: Connection
+        self.connection, theirs = context.Pipe(duplex=False)
+        arguments = (theirs, work, dict(job.arguments))
+        self.process = context.Process(target=run_job, args=arguments, name=f"tamp {job.key}")
+        self.process.start()
+        theirs.close()
+
+    def outcome(self) -> Outcome | None:
+        """How the job ended; None while it runs."""
+        message = self._message()
+        if message is not None:
+            self.process.join(1.0)  # it has nothing left to do but to end
+        elif self.process.is_alive():
+            if self.deadline is not None and time.monotonic() >= self.deadline:
+                self.kill()
+                return self._ended("timeout", f"ended from outside after {self._limit:g} s")
+            if self._memory_limit is not None and sum(tree(self.process.pid).values()) > self._memory_limit:
+                self.kill()
+                return self._ended("memory", f"ended from outside at {self._memory_limit / 2**30:.3g} GiB of memory")
+            return None
+        self.kill()
+        if message is None:
+            return self._ended("crashed", _cause(self.process.exitcode))
+        if "value" in message:
+            return self._ended("returned", "", message["value"])
+        return self._ended("raised", str(message.get("error")))
+
+    def kill(self) -> None:
+        """End the process and everything it started."""
+        kill_tree(self.process.pid)
+        self.process.join()
+        self.connection.close()
+
+    def _message(self) -> dict[str, Any] | None:
+        try:
+            if not self.connection.poll():
+                return None
+            message = json.loads(self.connection.recv_bytes())
+        except (EOFError, OSError, ValueError):  # the other end is gone, perhaps in the middle of a message
+            return None
+        return message if isinstance(message, dict) else None
+
+    def _ended(self, ended: Any, message: str, value: Mapping[str, Any] | None = None) -> Outcome:
+        return Outcome(self._job, ended, value, message, time.monotonic() - self._began)
+
+
+def _cause(exit_code: int | None) -> str:
+    if exit_code is not None and exit_code < 0:
+        with suppress(ValueError):
+            return f"the worker was ended by {signal.Signals(-exit_code).name}"
+    return f"the worker ended without a result (exit status {exit_code})"

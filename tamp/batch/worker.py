@@ -1,0 +1,48 @@
+"""The inside of a worker process: one job, then the end. What it sends back is JSON text, never a pickle."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection
+from typing import Any
+
+PR_SET_PDEATHSIG = 1  # from linux/prctl.h
+
+
+def run_job(connection: Connection, work: str, arguments: Mapping[str, Any]) -> None:
+    """Call `work` ("package.module:function") with `arguments` and send back what it returns, or how it failed.
+
+    Args:
+        connection: where one message goes: {"value": ...} or {"error": one line}.
+        work: a function of JSON-like keyword arguments that returns a JSON-like mapping.
+        arguments: its keyword arguments.
+    """
+    _detach()
+    try:
+        module, _, function = work.partition(":")
+        call: Callable[..., Any] = getattr(importlib.import_module(module), function)
+        message = {"value": call(**arguments)}
+    except MemoryError:
+        message = {"error": "out of memory"}
+    except Exception as error:  # a job's bug costs that job alone; the traceback goes where the user can see it
+        traceback.print_exc()
+        message = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
+    connection.send_bytes(json.dumps(message).encode())
+    connection.close()
+    sys.stdout.flush()
+    sys.stderr.flush()
+
+
+def _detach() -> None:
+    """Be the head of a process group of one's own, and end with the parent however it ends."""
+    os.setsid()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
