@@ -17,9 +17,12 @@ from tamp.planning.sas import write_sas
 from tamp.planning.search import SearchResult
 from tamp.planning.task import GroundTask
 
+_FF = "let(h, ff(axioms=approximate_negative), "
+
 CONFIGURATIONS = {
-    "ff": "let(h, ff(axioms=approximate_negative), lazy_greedy([h], preferred=[h], cost_type=normal{bound}))",
-    "ff-wastar": "let(h, ff(axioms=approximate_negative), lazy_wastar([h], preferred=[h], w=3{bound}))",
+    "ff": _FF + "lazy_wastar([h], preferred=[h], w=3, boost=0{bound}))",
+    "ff-greedy": _FF + "lazy_greedy([h], preferred=[h]{bound}))",
+    "ff-eager": _FF + "eager_wastar([h], preferred=[h], w=2, boost=0{bound}))",
     "add": "let(h, add(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
     "cea": "let(h, cea(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
     "astar": "astar(blind(){bound})",
@@ -62,10 +65,14 @@ class FastDownward:
         Args:
             timeout: when to give up [s]; the program and its children are then killed.
         """
+        if not task.goal_positive and not task.goal_negative:
+            return SearchResult(())
         search = self._search.format(bound="" if bound is None else f", bound={bound}")
         deadline = time.monotonic() + timeout
         with tempfile.TemporaryDirectory(prefix="tamp-") as folder:
             text = write_sas(task)
+            if text is None:
+                return SearchResult(None, proven=True)
             code = _run(text, search, folder, max(0.01, deadline - time.monotonic()))
             plan = Path(folder) / "plan"
             if plan.is_file() and code is not None:

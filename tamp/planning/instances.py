@@ -62,7 +62,7 @@ class Instance:
     def effort(self) -> float:
         """How reluctantly the search should use it."""
         info = self.external.info
-        return info.cost / info.p_success + 30.0 * self.failures
+        return info.cost / info.p_success + 60.0 * self.failures
 
 
 def ground(pattern: Pattern, binding: dict[str, int]) -> Fact:

@@ -25,8 +25,8 @@ class _Variables:
     layers: tuple[int, ...]
 
 
-def write_sas(task: GroundTask) -> str:
-    """The task as text. Operators are named by their numbers, and so is nothing else."""
+def write_sas(task: GroundTask) -> str | None:
+    """The task as text, operators named by their numbers; None where its goal wants two atoms that exclude each other."""
     variables = _variables(task)
     lines = ["begin_version", "3", "end_version", "begin_metric", "1", "end_metric", str(len(variables.sizes))]
     for i, size in enumerate(variables.sizes):
@@ -34,7 +34,8 @@ def write_sas(task: GroundTask) -> str:
     lines.append("0")
     lines += ["begin_state", *map(str, _initial(task, variables)), "end_state"]
     goal = _condition(task.goal_positive, task.goal_negative, variables)
-    assert goal is not None
+    if goal is None:
+        return None
     lines += ["begin_goal", str(len(goal)), *(f"{var} {value}" for var, value in goal.items()), "end_goal"]
     operators = [text for i, op in enumerate(task.operators) if (text := _operator(i, op, variables))]
     lines += [str(len(operators)), *operators]

@@ -92,5 +92,5 @@ def _solution(session: Session, algorithm: str, status: str, message: str) -> So
         },
         message,
     )
-    certified = tuple(objects.values_of(fact) for fact in session.knowledge.real)
+    certified = tuple(objects.values_of(fact) for fact in (*session.knowledge.real, *session.knowledge.state))
     return Solution(plan, session.best_cost, status, certified, report)
