@@ -48,6 +48,7 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
         "format": "tamp-manifest",
         "version": 1,
         "task": task.name,
+        "task_path": "" if task.path is None else str(task.path),
         "seed": run.result.seed,
         "configuration": dict(configuration),
         "versions": dict(run.result.versions),

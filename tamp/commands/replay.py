@@ -1,0 +1,50 @@
+"""`tamp solve --replay RUN`: run again what a run's manifest records, and hold the two plans against each other."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tamp.cli import SOLVED, UNSOLVED
+from tamp.errors import TampError
+from tamp.task.load import load_task
+from tamp.versions import versions
+
+
+def replay(folder: Path) -> int:
+    """Solve the run's task once more; exit status 0 where the plan is the same to the last bit.
+
+    Raises:
+        TampError: where the folder holds no run, or an input has changed since.
+    """
+    from tamp.pipeline.solving import solve
+
+    recorded = _manifest(folder / "manifest.json")
+    configuration = dict(recorded["configuration"])
+    task = load_task(recorded["task_path"], allow_outside=configuration.pop("allow_outside"))
+    for name, version in versions().items():
+        if recorded["versions"].get(name) != version:
+            print(f"note: {name} is {version}; the run had {recorded['versions'].get(name, 'none')}")
+    result = solve(task, **configuration)
+    same = result.plan_sha256 == recorded["plan_sha256"]
+    print(f"{task.name}, seed {result.seed}: {result.status}; {'the same plan' if same else 'another plan'}")
+    return SOLVED if same else UNSOLVED
+
+
+def _manifest(path: Path) -> Mapping[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise TampError(f"{path}: not the manifest of a run: {error}") from None
+    if not isinstance(data, dict) or data.get("format") != "tamp-manifest" or data.get("version") != 1:
+        raise TampError(f"{path}: not a manifest of version 1")
+    if not data.get("task_path"):
+        raise TampError(f"{path}: the run's task came from no file and cannot be run again")
+    for name, digest in data["inputs"].items():
+        file = Path(name)
+        if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != digest:
+            raise TampError(f"{path}: {file} has changed since the run, or is gone")
+    return data
