@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,7 @@ class Batch:
         if twice:
             raise TampError(f"several files call their task {', '.join(twice)}; in one batch names must differ")
 
-    def run(self) -> Iterator[Result]:
+    def run(self) -> Generator[Result, None, None]:
         """Yield results: first those that the output folder already has, where resuming, then each as it comes.
 
         Raises:

@@ -27,7 +27,7 @@ def domains(options: argparse.Namespace) -> int:
         domain = parse_domain(folder / "domain.pddl")
         streams = parse_streams(folder / "stream.pddl", domain)
         print(folder.name)
-        print(f"  actions: {', '.join(a.name for a in domain.actions)}")
+        print(f"  actions: {', '.join(domain.actions)}")
         print(f"  streams: {', '.join(s.name for s in streams.streams)}")
     return SOLVED
 

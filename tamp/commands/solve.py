@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from tamp.batch import Batch
 from tamp.cli import BAD_INPUT, SOLVED, UNSOLVED
@@ -46,15 +46,17 @@ def solve(options: argparse.Namespace) -> int:
 
 def _load(paths: Sequence[Path], allow_outside: bool) -> list[Task]:
     """The tasks; none where one of the files is bad, after a sentence on each that is."""
-    tasks: list[Task] = []
-    mistakes = 0
-    for path in paths:
-        try:
-            tasks.append(load_task(path, allow_outside=allow_outside))
-        except TampError as error:
-            print(f"tamp: {error}", file=sys.stderr)
-            mistakes += 1
-    return [] if mistakes else tasks
+    tasks = [_task(path, allow_outside) for path in paths]
+    good = [task for task in tasks if task is not None]
+    return good if len(good) == len(tasks) else []
+
+
+def _task(path: Path, allow_outside: bool) -> Task | None:
+    try:
+        return load_task(path, allow_outside=allow_outside)
+    except TampError as error:
+        print(f"tamp: {error}", file=sys.stderr)
+        return None
 
 
 def _batch(options: argparse.Namespace, tasks: Sequence[Task]) -> Batch:
