@@ -53,8 +53,7 @@ def _checked(path: Path, raw: RawMesh, scale: float) -> RawMesh:
     faces = sum(len(group) for group in raw.groups)
     if faces == 0 or len(raw.vertices) == 0:
         raise TaskError(f"{path}: the mesh has no faces")
-    if faces > MAX_FACES:
-        raise TaskError(f"{path}: the mesh has {faces:,} faces; at most {MAX_FACES:,} are accepted, simplify it first")
+    _check_count(path, faces)
     used = np.concatenate(raw.groups)
     if used.min() < 0 or used.max() >= len(raw.vertices):
         raise TaskError(f"{path}: a face refers to a vertex that is not among the {len(raw.vertices)} of the file")
@@ -72,10 +71,16 @@ def _checked(path: Path, raw: RawMesh, scale: float) -> RawMesh:
     return RawMesh(vertices, raw.groups)
 
 
+def _check_count(path: Path, faces: int) -> None:
+    if faces > MAX_FACES:
+        raise TaskError(f"{path}: the mesh has {faces:,} faces; at most {MAX_FACES:,} are accepted, simplify it first")
+
+
 def _read_obj(path: Path) -> RawMesh:
     """Vertices and polygons of an OBJ; materials, normals and texture coordinates play no role."""
     import numpy as np
 
+    _check_count(path, path.read_bytes().count(b"\nf "))  # before spending seconds on a file too large
     vertices: list[list[str]] = []
     groups: list[list[tuple[int, int, int]]] = [[]]
     with path.open(encoding="utf-8", errors="replace") as file:

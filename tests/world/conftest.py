@@ -1,0 +1,9 @@
+import pytest
+
+from tamp.task import load_robot
+from tamp.world.robot_model import robot_model
+
+
+@pytest.fixture(scope="session")
+def panda():
+    return robot_model(load_robot("panda"))
