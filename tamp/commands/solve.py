@@ -118,15 +118,10 @@ def _progress(total: int) -> Iterator[_Progress]:
         yield lambda result: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns: tuple[Any, ...] = (
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    now = TextColumn("{task.description}")
+    with Progress(BarColumn(), MofNCompleteColumn(), now, console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task("", total=total)
         yield lambda result: bar.update(line, advance=1, description=f"{result.task} {result.status}")
 
