@@ -57,18 +57,22 @@ class Piece:
         return normals, np.einsum("ij,ij->i", normals, a[wide])
 
     @cached_property
-    def surface(self) -> Array:
-        """Points all over the surface, shape (n, 3): the vertices, and a lattice on every triangle of some size."""
+    def surface(self) -> tuple[Array, Array]:
+        """Points all over the surface and the outward normals there, each of shape (n, 3): a lattice on every face."""
         a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
-        points = [self.part.vertices]
+        normals = np.cross(b - a, c - a)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-14)[:, None]
         longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
         count = np.clip(np.ceil(longest / SPACING).astype(np.int64), 1, 100)
-        for n in np.unique(count[count > 1]):
+        points, directions = [], []
+        for n in np.unique(count):
             i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
             u, v = (i[i + j <= n] / n)[:, None, None], (j[i + j <= n] / n)[:, None, None]
             chosen = count == n
-            points.append((a[chosen] * (1 - u - v) + b[chosen] * u + c[chosen] * v).reshape(-1, 3))
-        return np.vstack(points)
+            lattice = a[chosen] * (1 - u - v) + b[chosen] * u + c[chosen] * v
+            points.append(lattice.reshape(-1, 3))
+            directions.append(np.broadcast_to(normals[chosen], lattice.shape).reshape(-1, 3))
+        return np.vstack(points), np.vstack(directions)
 
     @cached_property
     def volume_and_centroid(self) -> tuple[float, Array]:
@@ -149,7 +153,7 @@ def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
     """
     transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
     if len(a.pieces) > 1 or len(b.pieces) > 1:
-        apart = _gap(a.hull, b.hull, transform)
+        apart = _gap(a.hull, b.hull, transform, T_a_b)
         if apart > 0.0:
             return apart
     centers = b.centers @ T_a_b[:3, :3].T + T_a_b[:3, 3]
@@ -163,14 +167,26 @@ def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
     return float(least) if np.isfinite(least) else float(gaps.min())
 
 
-def _gap(a: Piece, b: Piece, transform: Any) -> float:
-    """Distance between two pieces; not positive where they touch or overlap."""
+def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> float:
+    """A lower bound of the distance between two pieces, and the distance almost always; -1 where they may touch.
+
+    fcl sometimes stops early and overstates a distance by some percent. The line between the nearest points it names
+    is the normal of a slab, and what lies between the pieces along it is a distance that is certain.
+    """
     b.moving.setTransform(transform)
-    return float(fcl.distance(a.still, b.moving, fcl.DistanceRequest(), fcl.DistanceResult()))
+    result = fcl.DistanceResult()
+    if fcl.distance(a.still, b.moving, fcl.DistanceRequest(enable_nearest_points=True), result) <= 0.0:
+        return -1.0
+    on_a, on_b = result.nearest_points
+    normal = on_b - on_a
+    normal = normal / np.linalg.norm(normal)
+    nearest = (b.part.vertices @ (T_a_b[:3, :3].T @ normal)).min() + normal @ T_a_b[:3, 3]
+    certain = float(nearest - (a.part.vertices @ normal).max())
+    return certain if certain > 0.0 else -1.0
 
 
 def _signed(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -> float:
-    apart = _gap(a, b, transform)
+    apart = _gap(a, b, transform, T_a_b)
     if apart > 0.0:
         return apart
     result = fcl.CollisionResult()

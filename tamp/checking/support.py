@@ -14,10 +14,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from tamp.checking.solids import Solid
+    from tamp.checking.solids import Piece, Solid
 
     Array = NDArray[np.float64]
 
+BESIDE = 2e-4
+"""How far beside a carrying face a point still counts as over it [m]."""
 UPWARD = 0.2
 """Least vertical component of a contact normal that carries weight: walls up to 78 degrees do not."""
 
@@ -73,29 +75,36 @@ def _world(points: Array, T: Array) -> Array:
 
 
 def _near(body: Solid, other: Solid, T_other_body: Array, gap: float, up: Array, sign: float) -> Array:
-    """Surface points of `body` within `gap` of `other` where the face of `other` looks up (sign 1) or down (-1).
+    """Surface points of `body` that look down (sign 1) or up (-1) where faces of `other` look back at them.
 
     Points in the frame of `other`, shape (n, 3); `up` is the world's vertical in that frame.
     """
     kept: list[Array] = []
+    up_in_body = T_other_body[:3, :3].T @ up
     for a in body.pieces:
         center = T_other_body[:3, :3] @ a.center + T_other_body[:3, 3]
-        reach = np.linalg.norm(other.centers - center, axis=1) < other.radii + a.radius + gap
-        for j in np.flatnonzero(reach):
-            b = other.pieces[j]
-            points = _world(a.surface, T_other_body)
-            low, high = b.part.vertices.min(axis=0) - gap, b.part.vertices.max(axis=0) + gap
-            points = points[((points >= low) & (points <= high)).all(axis=1)]
-            if not len(points):
-                continue
-            normals, offsets = b.planes
-            height = points @ normals.T - offsets
-            face = height.argmax(axis=1)
-            near = height.max(axis=1)
-            touching = (near <= gap) & (near >= -2 * gap)
-            carries = sign * (normals[face] @ up) >= UPWARD
-            kept.append(points[touching & carries])
+        reach = np.flatnonzero(np.linalg.norm(other.centers - center, axis=1) < other.radii + a.radius + gap)
+        if not len(reach):
+            continue
+        surface, directions = a.surface
+        facing = _world(surface[sign * (directions @ up_in_body) <= -UPWARD], T_other_body)
+        kept += [_over(facing, other.pieces[j], gap, sign * up) for j in reach]
     return np.vstack(kept) if kept else np.zeros((0, 3))
+
+
+def _over(points: Array, piece: Piece, gap: float, up: Array) -> Array:
+    """Those points that lie within `gap` of faces of a piece that look along `up`, and over them."""
+    low, high = piece.part.vertices.min(axis=0) - gap, piece.part.vertices.max(axis=0) + gap
+    points = points[((points >= low) & (points <= high)).all(axis=1)]
+    if not len(points):
+        return points
+    normals, offsets = piece.planes
+    height = points @ normals.T - offsets
+    carries = normals @ up >= UPWARD
+    beside = height[:, ~carries].max(axis=1, initial=-np.inf)
+    above = height[:, carries].max(axis=1, initial=-np.inf)
+    kept: Array = points[(above <= gap) & (above >= -2 * gap) & (beside <= BESIDE)]
+    return kept
 
 
 def _inside(points: Array) -> float:

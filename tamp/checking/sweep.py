@@ -72,11 +72,11 @@ def _split(times: Array, counts: Array) -> Array:
 def travelled(solid: Solid, T: Array) -> Array:
     """Bound on the distance any point of a solid moves from each pose to the next, shape (n - 1,) [m].
 
-    A rotation by an angle moves points of a sphere round the centre by at most 2 sin(angle / 2) radii.
+    A rotation by an angle moves points of a sphere round the centre by at most 2 sin(angle / 2) radii; that chord is
+    the Frobenius norm of the difference of the rotations over sqrt(2).
     """
     center = T[:, :3, :3] @ solid.center + T[:, :3, 3]
-    trace = np.einsum("nij,nij->n", T[:-1, :3, :3], T[1:, :3, :3])
-    chord = np.sqrt(np.maximum(3.0 - trace, 0.0))
+    chord = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)
     bound: Array = np.linalg.norm(np.diff(center, axis=0), axis=1) + chord * solid.radius
     return bound
 

@@ -27,7 +27,7 @@ def test_a_valid_plan_is_accepted(valid: tuple[Task, Plan]) -> None:
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
 def test_a_corrupted_plan_is_rejected_for_its_own_reason(valid: tuple[Task, Plan], mutation: Mutation) -> None:
     seen = 0
-    for seed in range(3):
+    for seed in range(2):
         mutant = mutation(*valid, np.random.default_rng(seed))
         if mutant is None:
             continue
