@@ -56,8 +56,8 @@ def inverse(
     """
     found: list[Array] = []
     most = TRIED * count
-    for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near):
-        q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience)
+    for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near, count):
+        q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience, enough=count + 2)
         solutions = q[residual == 0.0]
         if near is not None:
             solutions = solutions[np.argsort(np.linalg.norm(solutions - near, axis=1), kind="stable")]

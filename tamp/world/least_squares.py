@@ -26,7 +26,9 @@ METRES_PER_RADIAN = 0.25
 ITERATIONS = 30
 
 
-def levenberg_marquardt(robot: RobotModel, starts: Array, goals: Array, patience: int) -> tuple[Array, Array]:
+def levenberg_marquardt(
+    robot: RobotModel, starts: Array, goals: Array, patience: int, enough: int | None = None
+) -> tuple[Array, Array]:
     """Drive configurations towards tool poses, within the position limits.
 
     Args:
@@ -34,6 +36,7 @@ def levenberg_marquardt(robot: RobotModel, starts: Array, goals: Array, patience
         starts: shape (b, dof) [rad].
         goals: `T_world_tool`, one of shape (4, 4) or one for each start, shape (b, 4, 4).
         patience: iterations that every start is granted.
+        enough: stop when so many have reached their goals; default all.
 
     Returns:
         Configurations, shape (b, dof), and how far the tool is from its goal at each: 0 where within tolerance, else
@@ -46,6 +49,7 @@ def levenberg_marquardt(robot: RobotModel, starts: Array, goals: Array, patience
     lower, upper = robot.lower, robot.upper
     q = np.clip(starts, lower, upper)
     goals = np.broadcast_to(goals, (len(q), 4, 4))
+    most = len(q) if enough is None else enough
     active, residual = np.arange(len(q)), np.full(len(q), np.inf)
     for iteration in itertools.count():
         R, p, jacobian = arm.forward(q[active])
@@ -57,7 +61,7 @@ def levenberg_marquardt(robot: RobotModel, starts: Array, goals: Array, patience
         going = ~reached & ((size < 0.5 * residual[active]) | (iteration < patience))
         residual[active] = size
         active, error, jacobian = active[going], error[going], jacobian[going]
-        if len(active) == 0 or iteration == ITERATIONS:
+        if len(active) == 0 or iteration == ITERATIONS or np.count_nonzero(residual == 0.0) >= most:
             break
         q[active] = np.clip(q[active] + _step(jacobian, error), lower, upper)
     return q, residual

@@ -44,7 +44,6 @@ class Round:
 
 
 ROUNDS = (
-    Round(12, 4, 0.15),
     Round(12, 5, 0.12),
     Round(24, 8, 0.08),
     Round(48, 12, 0.05),
@@ -78,17 +77,22 @@ def _features(R: Array, p: Array) -> Array:
 
 
 def rounds_of_starts(
-    robot: RobotModel, T_world_tool: Array, rng: np.random.Generator, near: Array | None
+    robot: RobotModel, T_world_tool: Array, rng: np.random.Generator, near: Array | None, count: int
 ) -> Iterator[tuple[Array, Round]]:
-    """The starts of each round: around `near`, then the table's next nearest, shuffled within a round."""
+    """The starts of each round: around `near`, then the table's next nearest, shuffled within a round.
+
+    The first round is large enough to yield `count` solutions as a rule: one large batch costs less than two small.
+    """
     table = _seed_table(robot)
     point = _features(T_world_tool[None, :3, :3], T_world_tool[None, :3, 3])[0]
-    if table.tree.query(point)[0] > FAR:
+    size = min(3 * max(count, 4), 48)
+    distance, nearest = table.tree.query(point, k=size)
+    if distance[0] > FAR:
         return
     if near is not None:
         yield np.concatenate([near[None], near + rng.normal(0.0, 0.2, (3, robot.dof))]), Round(4, 4, np.inf)
-    taken = 0
+    yield table.configurations[rng.permutation(nearest)], Round(size, 4, 0.15)
     for effort in ROUNDS:
-        _, nearest = table.tree.query(point, k=taken + effort.starts)
-        yield table.configurations[rng.permutation(nearest[taken:])], effort
-        taken += effort.starts
+        _, nearest = table.tree.query(point, k=size + effort.starts)
+        yield table.configurations[rng.permutation(nearest[size:])], effort
+        size += effort.starts
