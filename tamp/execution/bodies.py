@@ -9,14 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pybullet
 
 from tamp.task.mesh import Part, parts
-from tamp.task.model import Box, Capsule, Cylinder, Shape, Sphere
+from tamp.task.model import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from tamp.task.pose import Pose
 from tamp.world.geometry import load_geometry
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 Color = tuple[float, float, float, float]
 
@@ -25,6 +29,10 @@ SPINNING_FRICTION = 0.1
 
 ROLLING_FRICTION = 1e-4
 """Resistance against rolling: what lets a lying can come to rest."""
+
+
+MARGIN = 0.001
+"""How far outside its vertices PyBullet lets a hull begin [m]."""
 
 
 @dataclass(frozen=True)
@@ -128,17 +136,44 @@ def _geometry(folder: Path, shape: Shape) -> dict[str, object]:
         return {"shapeType": pybullet.GEOM_CYLINDER, "radius": shape.radius, "height": shape.height}
     if isinstance(shape, Capsule):
         return {"shapeType": pybullet.GEOM_CAPSULE, "radius": shape.radius, "height": shape.height}
-    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(_write_obj(folder, parts(shape)))}
+    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(write_obj(folder, obj_text(shape)))}
 
 
-def _write_obj(folder: Path, pieces: tuple[Part, ...]) -> Path:
+@lru_cache(maxsize=256)
+def obj_text(shape: Mesh) -> str:
+    """A mesh's convex parts as PyBullet should read them."""
+    return hulls_as_obj(parts(shape))
+
+
+def hulls_as_obj(pieces: tuple[Part, ...]) -> str:
+    """An OBJ file with one group per convex part, each smaller by the margin that PyBullet adds to it."""
     lines: list[str] = []
     first = 1
     for number, part in enumerate(pieces):
         lines.append(f"o part_{number}")
-        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in part.vertices.tolist()]
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in _without_margin(part.vertices).tolist()]
         lines += [f"f {a + first} {b + first} {c + first}" for a, b, c in part.faces.tolist()]
         first += len(part.vertices)
+    return "\n".join(lines) + "\n"
+
+
+def write_obj(folder: Path, text: str) -> Path:
+    """Write an OBJ file under a name that the folder does not have yet."""
     path = folder / f"body_{sum(1 for _ in folder.iterdir())}.obj"
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
     return path
+
+
+def _without_margin(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The vertices, shape (n, 3) [m], drawn in by the margin along the principal axes of their cloud.
+
+    Exact for boxes, and within a fraction of the margin for other shapes. What is thinner than twice the margin keeps
+    half of its thickness.
+    """
+    center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    _, axes = np.linalg.eigh(np.cov((vertices - center).T))
+    local = (vertices - center) @ axes
+    low, high = local.min(axis=0), local.max(axis=0)
+    middle, half = (low + high) / 2, (high - low) / 2
+    shrunk = middle + (local - middle) * np.maximum(0.5, 1 - MARGIN / half)
+    return np.asarray(shrunk @ axes.T + center)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -12,7 +13,9 @@ import numpy as np
 import pybullet
 
 from tamp.errors import RobotError
+from tamp.execution.bodies import hulls_as_obj, write_obj
 from tamp.task import Pose, RobotSpec
+from tamp.world.urdf import link_shapes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -204,15 +207,30 @@ def _couple(body: RobotBody) -> None:
 
 
 def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
-    """A copy of the URDF whose mesh files are absolute: PyBullet guesses what `package://` means."""
-    try:
-        tree = ElementTree.parse(spec.urdf)
-    except (OSError, ElementTree.ParseError) as error:
-        raise RobotError(f"{spec.urdf}: cannot read the URDF: {error}") from error
-    for mesh in tree.iter("mesh"):
-        name = mesh.get("filename", "")
-        root = spec.mesh_root if name.startswith("package://") else spec.urdf.parent
-        mesh.set("filename", str(root / name.removeprefix("package://")))
+    """A copy of the URDF as PyBullet should read it.
+
+    Each collision shape becomes the convex hull that the planner sees too, less PyBullet's margin: with it, fingers
+    would be 2 mm closer to each other than planned. Visual meshes get absolute paths: PyBullet guesses what
+    `package://` means.
+    """
+    hulls = iter(_hulls(spec))
+    tree = ElementTree.parse(spec.urdf)
+    for link in tree.iter("link"):
+        for collision in link.findall("collision"):
+            path = write_obj(folder, next(hulls))
+            collision.clear()
+            geometry = ElementTree.SubElement(collision, "geometry")
+            ElementTree.SubElement(geometry, "mesh", filename=str(path))
+        for mesh in link.iterfind("visual/geometry/mesh"):
+            name = mesh.get("filename", "")
+            root = spec.mesh_root if name.startswith("package://") else spec.urdf.parent
+            mesh.set("filename", str(root / name.removeprefix("package://")))
     path = folder / "robot.urdf"
     tree.write(path, encoding="unicode")
     return path
+
+
+@lru_cache(maxsize=16)
+def _hulls(spec: RobotSpec) -> tuple[str, ...]:
+    """An OBJ file for each collision shape of the URDF, in file order."""
+    return tuple(hulls_as_obj((shape.hull,)) for shape in link_shapes(spec))
