@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
-from tamp.world.arena import Actor
 from tamp.world.robot_model import RobotModel
-from tamp.world.solid import solid
+from tamp.world.solid import Solid, solid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Vector = NDArray[np.float64]
     Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Actor:
+    """What moves: a whole robot, or a hand alone.
+
+    Attributes:
+        model: Pinocchio's model.
+        names, joints, solids: name, joint and shape (in the joint's frame) of each body.
+        pairs: indices of bodies that may collide with each other.
+        tool_joint: the joint that a held object is attached to.
+        T_joint_tool: tool frame in that joint's frame.
+        grip: bodies that may touch what is held.
+    """
+
+    model: Any
+    names: tuple[str, ...]
+    joints: tuple[int, ...]
+    solids: tuple[Solid, ...]
+    pairs: tuple[tuple[int, int], ...]
+    tool_joint: int
+    T_joint_tool: Matrix
+    grip: frozenset[int]
 
 
 def robot_actor(robot: RobotModel) -> Actor:

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
 from tamp.world import solid as solids
+from tamp.world.actor import Actor
 from tamp.world.solid import Solid
 
 if TYPE_CHECKING:
@@ -27,29 +28,6 @@ if TYPE_CHECKING:
 
 SELF_MARGIN = 0.002
 """Clearance kept between the robot's own links [m]: hulls are exact here, and joints know where they are."""
-
-
-@dataclass(frozen=True, eq=False)
-class Actor:
-    """What moves: a whole robot, or a hand alone.
-
-    Attributes:
-        model: Pinocchio's model.
-        names, joints, solids: name, joint and shape (in the joint's frame) of each body.
-        pairs: indices of bodies that may collide with each other.
-        tool_joint: the joint that a held object is attached to.
-        T_joint_tool: tool frame in that joint's frame.
-        grip: bodies that may touch what is held.
-    """
-
-    model: Any
-    names: tuple[str, ...]
-    joints: tuple[int, ...]
-    solids: tuple[Solid, ...]
-    pairs: tuple[tuple[int, int], ...]
-    tool_joint: int
-    T_joint_tool: Matrix
-    grip: frozenset[int]
 
 
 @dataclass(frozen=True, eq=False)

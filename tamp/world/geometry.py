@@ -53,15 +53,19 @@ class Geometry:
         return _hull(self)
 
 
-@lru_cache(maxsize=512)
 def load_geometry(shape: Shape) -> Geometry:
-    """The geometry of a shape.
+    """The geometry of a shape; the same object as long as the shape's file does not change.
 
     Raises:
         TaskError: where the shape's mesh cannot be used.
     """
+    return _geometry(shape, parts(shape))
+
+
+@lru_cache(maxsize=512)
+def _geometry(shape: Shape, pieces: tuple[Part, ...]) -> Geometry:
     lower, upper = bounds(shape)
-    return geometry_of(parts(shape), lower, upper, watertight(shape))
+    return geometry_of(pieces, lower, upper, watertight(shape))
 
 
 @lru_cache(maxsize=512)

@@ -12,8 +12,8 @@ import numpy as np
 from tamp.task.mesh import parts
 from tamp.task.model import Box, Table
 from tamp.world import solid as solids
-from tamp.world.actor import hand_actor, hand_configuration, robot_actor
-from tamp.world.arena import Actor, Arena, Setting
+from tamp.world.actor import Actor, hand_actor, hand_configuration, robot_actor
+from tamp.world.arena import Arena, Setting
 from tamp.world.collision import CollisionChecker
 from tamp.world.geometry import Geometry
 from tamp.world.robot_model import RobotModel
