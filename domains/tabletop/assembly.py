@@ -1,92 +1,114 @@
-"""From a symbolic solution to a plan that a robot can run: every handling and path timed, in order."""
+"""From a symbolic solution to a plan that a robot can run: every handling and path timed and checked, in order."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Action, Attachment, Grip, Move, Release, Step
+from tamp.world.scene import Scene
+from tamp.world.timing import time_free_path
 
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 GENTLE = 0.4  # share of the limits while near or lifting an object
+CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
+
+
+class NotFree(Exception):  # noqa: N818  an outcome of timing, for the caller to plan again
+    """A timed motion cannot keep clear, however closely it follows its path."""
 
 
 def assemble(workspace: Workspace, solution: Sequence[Any]) -> tuple[Action, ...]:
     """Turn ground actions of the tabletop domain into timed actions.
 
     Args:
-        workspace: where they happen.
+        workspace: where they happen, objects at their start.
         solution: the planner's ground actions, each with `name` and `args`.
+
+    Raises:
+        NotFree: where a timed motion touches something.
     """
-    return tuple(_action(workspace, ground.name, ground.args) for ground in solution)
+    assembly = _Assembly(workspace)
+    return tuple(assembly.action(ground.name, ground.args) for ground in solution)
 
 
-def _action(workspace: Workspace, name: str, args: Sequence[Any]) -> Action:
-    match name:
-        case "move-free":
-            return Action("move", (), tuple(_transit(workspace, *args)))
-        case "move-holding":
-            obj, grasp, _, _, path = args
-            return Action("move", (obj,), (_move(workspace, "transfer", path, grasp.width, _held(obj, grasp)),))
-        case "pick" | "unstack":
-            handling: Handling = args[-1]
-            return Action(name, _arguments(handling), tuple(_pick(workspace, handling)))
-        case "place" | "stack":
-            handling = args[-1]
-            return Action(name, _arguments(handling), tuple(_place(workspace, handling)))
-    raise ValueError(f"the tabletop domain has no action {name!r}")
+class _Assembly:
+    """Replays a solution; knows where everything stands when an action begins."""
 
+    def __init__(self, workspace: Workspace) -> None:
+        self._world = workspace.world
+        self._poses = {name: placement.pose.matrix for name, placement in workspace.start.items()}
 
-def _arguments(handling: Handling) -> tuple[str, ...]:
-    return (handling.object, *handling.placement.on)
+    def action(self, name: str, args: Sequence[Any]) -> Action:
+        """The timed action; the replay goes on to the state after it."""
+        match name:
+            case "move-free":
+                start, goal, path = args
+                return Action("move", (), (self._transit(start, goal, path),))
+            case "move-holding":
+                obj, grasp, _, _, path = args
+                return Action("move", (obj,), (self._transfer(obj, grasp, path),))
+            case "pick" | "unstack":
+                handling: Handling = args[-1]
+                return Action(name, (handling.object, *handling.placement.on), tuple(self._pick(handling)))
+            case "place" | "stack":
+                handling = args[-1]
+                return Action(name, (handling.object, *handling.placement.on), tuple(self._place(handling)))
+        raise ValueError(f"the tabletop domain has no action {name!r}")
 
+    def _transit(self, start: Configuration, goal: Configuration, path: ArmPath) -> Move:
+        return self._move("transit", path.points, min(start.opening, goal.opening))
 
-def _transit(workspace: Workspace, start: Configuration, goal: Configuration, path: ArmPath) -> Iterator[Step]:
-    yield _move(workspace, "transit", path, min(start.opening, goal.opening), None)
+    def _transfer(self, obj: str, grasp: Grasp, path: ArmPath) -> Move:
+        return self._move("transfer", path.points, grasp.width, _held(obj, grasp))
 
+    def _pick(self, handling: Handling) -> Iterator[Step]:
+        held = _held(handling.object, handling.grasp)
+        yield self._move("approach", handling.approach, handling.opening, touching=handling.object)
+        yield Grip(held, handling.grasp.width)
+        del self._poses[handling.object]
+        yield self._move("lift", handling.lift, handling.grasp.width, held)
 
-def _pick(workspace: Workspace, handling: Handling) -> Iterator[Step]:
-    held = _held(handling.object, handling.grasp)
-    yield _move(workspace, "approach", handling.approach, handling.opening, None, _finger_contact(handling))
-    yield Grip(held, handling.grasp.width)
-    yield _move(workspace, "lift", handling.lift, handling.grasp.width, held, _support_contacts(workspace, handling))
+    def _place(self, handling: Handling) -> Iterator[Step]:
+        held = _held(handling.object, handling.grasp)
+        yield self._move("lower", handling.lift[::-1], handling.grasp.width, held)
+        yield Release(handling.object, handling.placement.pose, handling.opening)
+        self._poses[handling.object] = handling.placement.pose.matrix
+        yield self._move("retreat", handling.approach[::-1], handling.opening, touching=handling.object)
 
-
-def _place(workspace: Workspace, handling: Handling) -> Iterator[Step]:
-    held = _held(handling.object, handling.grasp)
-    contacts = _support_contacts(workspace, handling)
-    yield _move(workspace, "lower", handling.lift[::-1], handling.grasp.width, held, contacts)
-    yield Release(handling.object, handling.placement.pose, handling.opening)
-    yield _move(workspace, "retreat", handling.approach[::-1], handling.opening, None, _finger_contact(handling))
-
-
-def _move(
-    workspace: Workspace,
-    phase: str,
-    path: Any,
-    opening: float,
-    held: Attachment | None,
-    contacts: frozenset[tuple[str, str]] = frozenset(),
-) -> Move:
-    points = path.points if isinstance(path, ArmPath) else np.asarray(path)
-    speed = 1.0 if phase in ("transit", "transfer") else GENTLE
-    trajectory = time_path(points, workspace.world.robot.spec, speed=speed)
-    return Move(phase, trajectory, opening, held, contacts)
+    def _move(
+        self,
+        phase: str,
+        path: NDArray[np.float64],
+        opening: float,
+        held: Attachment | None = None,
+        touching: str | None = None,
+    ) -> Move:
+        near_support = phase in ("lift", "lower")
+        scene = Scene(self._poses, opening=opening)
+        if held is not None:
+            scene = scene.attached(held.object, held.T_tool_object.matrix, opening)
+        checker = self._world.checker(
+            scene,
+            margin=CLEARANCE,
+            held_margin=-CONTACT_DEPTH - CLEARANCE if near_support else CLEARANCE,
+            touch={} if touching is None else {touching: -2 * CLEARANCE},
+        )
+        speed = 1.0 if phase in ("transit", "transfer") else GENTLE
+        timed = time_free_path(path, self._world.robot.spec, checker, speed=speed)
+        if timed.trajectory is None:
+            raise NotFree(f"{phase}: {timed.reason}")
+        contacts = {("robot", touching)} if touching is not None else set()
+        if near_support and held is not None:
+            contacts |= {(held.object, other) for other in (TABLE, *self._poses)}
+        return Move(phase, timed.trajectory, opening, held, frozenset(contacts))
 
 
 def _held(obj: str, grasp: Grasp) -> Attachment:
     return Attachment(obj, grasp.T_object_tool.inverse())
-
-
-def _finger_contact(handling: Handling) -> frozenset[tuple[str, str]]:
-    return frozenset({("robot", handling.object)})
-
-
-def _support_contacts(workspace: Workspace, handling: Handling) -> frozenset[tuple[str, str]]:
-    """The lifted object may slide along everything it stands on or beside at its placement."""
-    others = {TABLE, *workspace.start} - {handling.object}
-    return frozenset((handling.object, other) for other in others)

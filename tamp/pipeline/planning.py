@@ -9,7 +9,7 @@ from typing import Any
 
 from tamp.checking import check
 from tamp.domains.samplers import resolve_samplers
-from tamp.domains.tabletop import DEFAULT_SAMPLERS, assemble, tabletop_problem
+from tamp.domains.tabletop import DEFAULT_SAMPLERS, NotFree, assemble, tabletop_problem
 from tamp.errors import PlanningFailure
 from tamp.execution.settling import settle
 from tamp.pipeline.situation import Situation, observe, settled_goals
@@ -119,7 +119,11 @@ def plan_from(
         )
         if solution.plan is None:
             raise PlanningFailure(solution.status, solution.report)
-        actions = assemble(workspace, solution.plan)
+        try:
+            actions = assemble(workspace, solution.plan)
+        except NotFree as reason:
+            rejected.append(str(reason))
+            continue
         report = {**solution.report.as_dict(), "rejected": list(rejected)}
         found = Plan(task.name, task.robot, seed, poses, tuple(q), _goal_poses(task, situation), actions, report)
         verdict = check(task, found, start=poses, goals=_goal_poses(task, situation))

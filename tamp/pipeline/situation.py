@@ -52,9 +52,7 @@ def placements(poses: Mapping[str, Pose], supports: Supports) -> dict[str, Place
     for upper, lower in pairs:
         if upper in below:
             below[upper].add(lower)
-    kept = {
-        name: {lower for lower in lowers if name not in _all_below(below, lower)} for name, lowers in below.items()
-    }
+    kept = {name: {lower for lower in lowers if name not in _all_below(below, lower)} for name, lowers in below.items()}
     return {name: Placement(pose, tuple(sorted(kept[name])) or (TABLE,)) for name, pose in poses.items()}
 
 
@@ -94,9 +92,7 @@ def _raised(placement: Placement) -> Placement:
     return replace(placement, pose=Pose((x, y, z + RELEASE_HEIGHT), placement.pose.quat))
 
 
-def _already_there(
-    task: Task, start: Mapping[str, Placement], goals: Mapping[str, Placement]
-) -> dict[str, Placement]:
+def _already_there(task: Task, start: Mapping[str, Placement], goals: Mapping[str, Placement]) -> dict[str, Placement]:
     """Goals, with the start itself in place of every goal that is fulfilled and rests on what stays."""
     result = dict(goals)
     waiting = [name for name in goals if _near(task, name, start[name], goals[name])]
