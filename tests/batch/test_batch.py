@@ -1,0 +1,190 @@
+"""Batches: what goes wrong in one job stays there, and every result is written exactly once."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tamp.batch import RESULTS, Batch
+from tamp.batch.processes import available
+from tamp.errors import TampError
+from tamp.results import Result, read_results
+from tamp.task import Task
+
+WORK = "tests.batch.toys:work"
+
+needs_proc = pytest.mark.skipif(not available(), reason="this system has no /proc")
+
+
+def _tasks(*names: str) -> list[Task]:
+    return [Task(name, (), path=Path(f"{name}.yaml")) for name in names]
+
+
+def _run(*names: str, options: dict[str, Any] | None = None, **bounds: Any) -> dict[tuple[str, int], Result]:
+    batch = Batch(_tasks(*names), options=options or {}, work=WORK, preload=(), **bounds)
+    results = list(batch.run())
+    assert len({(r.task, r.seed) for r in results}) == len(results)
+    return {(r.task, r.seed): r for r in results}
+
+
+def _gone(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+def test_a_job_that_goes_wrong_costs_only_itself(capfd: pytest.CaptureFixture[str]) -> None:
+    results = _run("ok_1", "crash", "exit", "raise", "kill", "ok_2", workers=2, seeds=(0, 7))
+    assert len(results) == 12
+    assert {name: results[name, 7].status for name in ("ok_1", "crash", "exit", "raise", "kill", "ok_2")} == {
+        "ok_1": "solved", "crash": "error", "exit": "error", "raise": "error", "kill": "error", "ok_2": "solved",
+    }  # fmt: skip
+    assert results["crash", 0].message == "the worker was ended by SIGABRT"
+    assert results["kill", 0].message == "the worker was ended by SIGKILL"
+    assert "exit status 3" in results["exit", 0].message
+    assert results["raise", 0].message == "ValueError: a bug in two lines"
+    assert "Traceback" in capfd.readouterr().err
+
+
+@needs_proc
+def test_a_job_that_hangs_ends_with_all_it_started(tmp_path: Path) -> None:
+    pids = tmp_path / "pids"
+    results = _run("hang", "ok", options={"pids": str(pids)}, time_limit_s=3.0)
+    assert results["hang", 0].status == "timeout"
+    assert "ended from outside after 3 s" in results["hang", 0].message
+    assert results["ok", 0].solved
+    time.sleep(0.1)
+    assert all(_gone(int(pid)) for pid in pids.read_text(encoding="utf-8").split())
+
+
+@needs_proc
+def test_a_job_that_eats_memory_is_ended() -> None:
+    results = _run("eat", "ok", memory_limit=400 << 20, time_limit_s=60.0)
+    assert results["eat", 0].status == "error"
+    assert "GiB of memory" in results["eat", 0].message
+    assert results["ok", 0].solved
+
+
+def test_resuming_runs_what_is_missing_exactly_once(tmp_path: Path) -> None:
+    ran = tmp_path / "ran"
+    out = tmp_path / "out"
+    options = {"ran": str(ran)}
+    first = _run("a", "b", options=options, output=out)
+    torn = (out / RESULTS).read_bytes() + b'{"task": "c", "se'
+    (out / RESULTS).write_bytes(torn)
+    both = _run("a", "b", "c", options=options, output=out, resume=True, seeds=(0, 1))
+    assert len(first) == 2
+    assert len(both) == 6
+    assert sorted(ran.read_text(encoding="utf-8").split()) == ["a:0", "a:1", "b:0", "b:1", "c:0", "c:1"]
+    assert {(r.task, r.seed) for r in read_results(out / RESULTS)} == set(both)
+
+
+def test_without_resuming_the_results_start_anew(tmp_path: Path) -> None:
+    for _ in range(2):
+        _run("a", output=tmp_path)
+    assert len(read_results(tmp_path / RESULTS)) == 1
+
+
+def test_two_batches_do_not_share_a_results_file(tmp_path: Path) -> None:
+    first = Batch(_tasks("a", "b"), output=tmp_path, work=WORK, preload=()).run()
+    next(first)
+    with pytest.raises(TampError, match="another batch"):
+        next(Batch(_tasks("a"), output=tmp_path, work=WORK, preload=()).run())
+    first.close()
+
+
+def test_a_full_disk_is_reported_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = Batch(_tasks("a", "b"), output=tmp_path, work=WORK, preload=()).run()
+    next(runs)
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda fd, data: write(fd, data[:10]) if b"task" in data[:10] else write(fd, data))
+    with pytest.raises(TampError, match="the disk is full; the results before this one are kept"):
+        next(runs)
+    assert [r.task for r in read_results(tmp_path / RESULTS)] == ["a"]
+
+
+def test_tasks_of_the_same_name_are_refused() -> None:
+    with pytest.raises(TampError, match="call their task a;"):
+        Batch(_tasks("a", "a"))
+
+
+def test_an_unwritable_output_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(TampError, match="cannot be written"):
+        next(Batch(_tasks("a"), output=tmp_path / "file", work=WORK, preload=()).run())
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from tamp.batch import Batch
+from tamp.task import Task
+
+if __name__ == "__main__":
+    tasks = [Task(f"slow_{i}", (), path=Path("t")) for i in range(12)]
+    options = {"ran": sys.argv[2]}
+    for result in Batch(tasks, options=options, output=Path(sys.argv[1]), work="tests.batch.toys:work", preload=(),
+                        workers=2, resume=True).run():
+        print(result.task, flush=True)
+"""
+
+
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGKILL])
+def test_a_batch_that_is_ended_leaves_a_file_that_can_be_resumed(tmp_path: Path, sign: signal.Signals) -> None:
+    (tmp_path / "batch.py").write_text(SCRIPT, encoding="utf-8")
+    root = str(Path(__file__).parents[2])
+    command = [sys.executable, str(tmp_path / "batch.py"), str(tmp_path / "out"), str(tmp_path / "ran")]
+    environment = {**os.environ, "PYTHONPATH": root}
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.stdout.readline()
+        process.send_signal(sign)
+        process.wait(timeout=20)
+    lines = (tmp_path / "out" / RESULTS).read_text(encoding="utf-8").splitlines()
+    assert 2 <= len(lines) < 12
+    assert all(json.loads(line)["status"] == "solved" for line in lines)
+    subprocess.run(command, env=environment, check=True, capture_output=True, timeout=60)
+    names = [r.task for r in read_results(tmp_path / "out" / RESULTS)]
+    assert sorted(names) == sorted(f"slow_{i}" for i in range(12))
+
+
+@needs_proc
+def test_under_a_killer_every_task_has_one_result(tmp_path: Path) -> None:
+    """Worker after worker is killed at random moments; nothing is lost and nothing counted twice."""
+    names = [f"slow_{i}" for i in range(40)]
+    runs = Batch(_tasks(*names), options={"sleep": 0.05}, output=tmp_path, work="tests.batch.toys:work", preload=(),
+                 workers=2)  # fmt: skip
+    killed = 0
+    seen = []
+    for number, result in enumerate(runs.run()):
+        seen.append(result.task)
+        if number % 2 == 0:
+            killed += _kill_a_worker()
+    assert killed >= 1
+    assert sorted(seen) == sorted(names)
+    assert sorted(r.task for r in read_results(tmp_path / RESULTS)) == sorted(names)
+
+
+def _kill_a_worker() -> int:
+    """Kill one process that works for this one, found as a session leader below it."""
+    from tamp.batch.processes import tree
+
+    for pid in sorted(tree(os.getpid()), reverse=True):
+        try:
+            leads = os.getsid(pid) == pid and pid != os.getsid(0)
+        except ProcessLookupError:
+            continue
+        if leads:
+            os.kill(pid, signal.SIGKILL)
+            return 1
+    return 0
