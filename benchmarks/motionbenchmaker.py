@@ -91,7 +91,7 @@ def _problem(family: str, number: int, scene: Any, request: Any, spec: RobotSpec
     state = request["start_state"]["joint_state"]
     start = dict(zip(state["name"], state["position"], strict=True))
     goal = {c["joint_name"]: c["position"] for c in request["goal_constraints"][0]["joint_constraints"]}
-    opening = 2 * min(start[spec.gripper.joints[0]], spec.gripper.stroke / 2)
+    opening = sum(start[joint] for joint in spec.gripper.joints)  # as published: wider than the real fingers open
     # MoveIt's own limits are the URDF's: a problem may lie a rounding error beyond the maker's.
     ends = [np.clip([values[j] for j in spec.joints], spec.lower, spec.upper) for values in (start, goal)]
     return Problem(family, number, tuple(objects), *ends, opening)

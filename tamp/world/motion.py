@@ -57,7 +57,7 @@ def plan_motion(
     planner: str = "rrtconnect",
     iterations: int = ITERATIONS,
     shortcuts: int = 60,
-    step: float = 1.5,
+    step: float = 0.5,
 ) -> MotionResult:
     """Plan a path from a configuration to another, or to any of several.
 

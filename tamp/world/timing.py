@@ -36,8 +36,8 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     """The fastest trajectory along a path, at rest at both ends, by TOPPRA (Pham and Pham, 2018).
 
     The corners of the path are rounded by parabolas, so that path and timing are smooth between the points at which
-    TOPPRA sets the acceleration; these are all samples of the trajectory, at most SAMPLE_S apart. Without
-    acceleration limits exceeded by construction, the samples are still verified, and stretched in time if need be.
+    TOPPRA sets the acceleration; these are all samples of the trajectory, at most SAMPLE_S apart. The limits hold by
+    construction; the samples are verified nevertheless, and stretched in time if need be.
 
     Args:
         path: shape (n, dof) [rad]; duplicates are dropped. A path of no length becomes two equal samples, SAMPLE_S
@@ -106,16 +106,10 @@ def time_free_path(
 def first_blocked(trajectory: Trajectory, checker: ConfigurationTest, step: float) -> float | None:
     """Time of the first configuration in collision [s], tested every `step` [rad] of the joints' motions together."""
     travel = np.abs(np.diff(trajectory.positions, axis=0)).sum(axis=1)
-    counts = np.maximum(1, np.ceil(travel / step)).astype(int)
-    arc = np.concatenate([[0.0], np.cumsum(counts)])
-    times = np.interp(np.arange(0.0, arc[-1] + 1), arc, trajectory.times)
-    # A slow stretch has many samples in little motion: skip those nearer than a step to the one tested last.
-    tested = -np.inf
-    distance = np.interp(times, trajectory.times, np.concatenate([[0.0], np.cumsum(travel)]))
-    for time, position, q in zip(times, distance, positions_at(trajectory, times), strict=True):
-        if position - tested < step / 2 and time != times[-1]:
-            continue
-        tested = position
+    distance = np.concatenate([[0.0], np.cumsum(travel)])
+    marks = np.linspace(0.0, distance[-1], max(2, int(np.ceil(distance[-1] / step)) + 1))
+    times = np.interp(marks, distance, trajectory.times)
+    for time, q in zip(times, positions_at(trajectory, times), strict=True):
         if not checker.free(q):
             return float(time)
     return None
@@ -174,7 +168,7 @@ def _checked(path: Array, limits: RobotSpec, speed: float) -> Array:
 
 
 def _grid(curve: RoundedPath) -> Array:
-    """All breaks of the curve, its straight stretches divided evenly, both ends of the path divided finely."""
+    """All breaks of the curve, its longer stretches divided evenly."""
     breaks = curve.breaks
     spacing = curve.arc[-1] / GRID
     counts = np.maximum(1, np.ceil(np.diff(breaks) / spacing)).astype(int)
