@@ -26,7 +26,7 @@ DOMAIN = """
 
 
 def inversion(n: int) -> Problem:
-    """A tower of n blocks, to be built again upside down: 4n - 4 actions at least where n > 1."""
+    """A tower of n blocks, to be built again upside down: 2n actions at least where n > 1."""
     blocks = [f"b{i}" for i in range(n)]
     tower = list(zip(blocks[1:], blocks, strict=False))
     init = [("arm-empty",), ("on-table", blocks[0]), ("clear", blocks[-1]), *(("on", a, b) for a, b in tower)]
