@@ -80,7 +80,7 @@ def cook(n: int) -> Problem:
     """n things on the table, of which the first is to be cooked, and the last is to be clean and held."""
     things = [f"food{i}" for i in range(n)]
     size = {"table": 4.0 + 2 * n, "basin": 1.5, "hob": 1.5}
-    init: list[Any] = [("Type", "basin", "@sink"), ("Type", "hob", "@stove")]
+    init: list[Any] = [("Type", "basin", "sink"), ("Type", "hob", "stove")]
     for arm in ("left", "right"):
         init += [("Arm", arm), ("HandEmpty", arm)]
     for i, thing in enumerate(things):
@@ -101,4 +101,7 @@ def cook(n: int) -> Problem:
         "inverse-kinematics": inverse_kinematics,
         "test-cfree": test_cfree,
     }
-    return Problem(domain=DOMAIN, streams=STREAMS, samplers=samplers, init=init, goal=goal, scene=size)
+    constants = {"@sink": "sink", "@stove": "stove"}
+    return Problem(
+        domain=DOMAIN, streams=STREAMS, samplers=samplers, init=init, goal=goal, scene=size, constants=constants
+    )
