@@ -87,10 +87,11 @@ def create_body(client: int, folder: Path, shape: Shape, material: Material, T_w
         TaskError: where the shape's mesh cannot be used.
     """
     T_object_inertial, principal = _mass_properties(shape)
-    geometry = _geometry(folder, shape)
+    geometry = _geometry(folder, shape, MARGIN)
     visual = -1
     if material.color is not None:
-        looks = {"length" if key == "height" else key: value for key, value in geometry.items()}
+        exact = _geometry(folder, shape, 0.0)
+        looks = {"length" if key == "height" else key: value for key, value in exact.items()}
         visual = pybullet.createVisualShape(**looks, rgbaColor=material.color, physicsClientId=client)
     body = pybullet.createMultiBody(
         baseMass=material.mass,
@@ -126,8 +127,8 @@ def _mass_properties(shape: Shape) -> tuple[Pose, tuple[float, ...]]:
     return Pose.from_matrix(T), tuple(float(v) for v in moments)
 
 
-def _geometry(folder: Path, shape: Shape) -> dict[str, object]:
-    """The arguments that describe a shape to PyBullet."""
+def _geometry(folder: Path, shape: Shape, margin: float) -> dict[str, object]:
+    """The arguments that describe a shape to PyBullet, a mesh less `margin` [m]."""
     if isinstance(shape, Box):
         return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [side / 2 for side in shape.size]}
     if isinstance(shape, Sphere):
@@ -136,22 +137,21 @@ def _geometry(folder: Path, shape: Shape) -> dict[str, object]:
         return {"shapeType": pybullet.GEOM_CYLINDER, "radius": shape.radius, "height": shape.height}
     if isinstance(shape, Capsule):
         return {"shapeType": pybullet.GEOM_CAPSULE, "radius": shape.radius, "height": shape.height}
-    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(write_obj(folder, obj_text(shape)))}
+    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(write_obj(folder, _obj_text(shape, margin)))}
 
 
 @lru_cache(maxsize=256)
-def obj_text(shape: Mesh) -> str:
-    """A mesh's convex parts as PyBullet should read them."""
-    return hulls_as_obj(parts(shape))
+def _obj_text(shape: Mesh, margin: float) -> str:
+    return hulls_as_obj(parts(shape), margin)
 
 
-def hulls_as_obj(pieces: tuple[Part, ...]) -> str:
-    """An OBJ file with one group per convex part, each smaller by the margin that PyBullet adds to it."""
+def hulls_as_obj(pieces: tuple[Part, ...], margin: float = MARGIN) -> str:
+    """An OBJ file with one group per convex part, each drawn in by `margin` [m]: the one that PyBullet adds to it."""
     lines: list[str] = []
     first = 1
     for number, part in enumerate(pieces):
         lines.append(f"o part_{number}")
-        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in _without_margin(part.vertices).tolist()]
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in _drawn_in(part.vertices, margin).tolist()]
         lines += [f"f {a + first} {b + first} {c + first}" for a, b, c in part.faces.tolist()]
         first += len(part.vertices)
     return "\n".join(lines) + "\n"
@@ -164,8 +164,8 @@ def write_obj(folder: Path, text: str) -> Path:
     return path
 
 
-def _without_margin(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The vertices, shape (n, 3) [m], drawn in by the margin along the principal axes of their cloud.
+def _drawn_in(vertices: NDArray[np.float64], margin: float) -> NDArray[np.float64]:
+    """The vertices, shape (n, 3) [m], moved inwards by `margin` [m] along the principal axes of their cloud.
 
     Exact for boxes, and within a fraction of the margin for other shapes. What is thinner than twice the margin keeps
     half of its thickness.
@@ -175,5 +175,5 @@ def _without_margin(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
     local = (vertices - center) @ axes
     low, high = local.min(axis=0), local.max(axis=0)
     middle, half = (low + high) / 2, (high - low) / 2
-    shrunk = middle + (local - middle) * np.maximum(0.5, 1 - MARGIN / half)
+    shrunk = middle + (local - middle) * np.maximum(0.5, 1 - margin / half)
     return np.asarray(shrunk @ axes.T + center)

@@ -134,8 +134,17 @@ class RobotBody:
         return tuple(finger in links for finger in self.fingers)
 
 
-def load_robot_body(client: int, folder: Path, spec: RobotSpec, q: Sequence[float]) -> RobotBody:
+def load_robot_body(
+    client: int, folder: Path, spec: RobotSpec, q: Sequence[float], *, visible: bool = False
+) -> RobotBody:
     """Add a robot to a world, its base fixed, its arm at `q` [rad], its fingers open.
+
+    Args:
+        client: PyBullet's number of the world.
+        folder: where files for PyBullet may be written; must live as long as the world.
+        spec: the robot as data.
+        q: arm configuration to start from [rad].
+        visible: whether it can be drawn; its visual meshes take a second to load.
 
     Raises:
         RobotError: where the URDF cannot be read or lacks a joint or link that the robot names.
@@ -146,6 +155,7 @@ def load_robot_body(client: int, folder: Path, spec: RobotSpec, q: Sequence[floa
             spec.T_world_base.xyz,
             spec.T_world_base.quat,
             useFixedBase=True,
+            flags=0 if visible else pybullet.URDF_IGNORE_VISUAL_SHAPES,
             physicsClientId=client,
         )
     except pybullet.error as error:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pybullet
 
-from tamp.execution.bodies import Color, Material, create_body
+from tamp.execution.bodies import Body, Color, Material, create_body
 from tamp.execution.robot_body import load_robot_body
 from tamp.task import At, Box, Pose, Table, Task, load_robot
 
@@ -24,8 +24,11 @@ if TYPE_CHECKING:
 
 TABLE_COLOR: Color = (0.80, 0.74, 0.66, 1.0)
 REGION_COLOR: Color = (0.72, 0.80, 0.86, 1.0)
-GHOST = 0.35
+GHOST = 0.4
 """Opacity of a goal that is drawn into a scene."""
+
+AWAY = Pose((0.0, 0.0, -50.0))
+"""Where what is not in the picture waits."""
 
 
 @dataclass(frozen=True)
@@ -94,13 +97,18 @@ class Stage:
         pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=client)
         for size, pose, color in _flat_things(task, task.table):
             create_body(client, folder, Box(size), Material(0.0, 1.0, color), pose)
-        colors = palette(len(task.objects))
-        self._bodies = {
-            item.name: create_body(client, folder, item.shape, Material(0.0, 1.0, color), item.pose)
-            for item, color in zip(task.objects, colors, strict=True)
-        }
+        self._bodies = self._actors(task)
+        self._ghosts = self._actors(task)
         spec = load_robot(task.robot)
-        self._robot = load_robot_body(client, folder, spec, spec.home) if robot else None
+        self._robot = load_robot_body(client, folder, spec, spec.home, visible=True) if robot else None
+
+    def _actors(self, task: Task) -> dict[str, Body]:
+        """One body for each object, each in its own colour, all out of sight."""
+        folder = Path(self._files.name)
+        return {
+            item.name: create_body(self._client, folder, item.shape, Material(0.0, 1.0, color), AWAY)
+            for item, color in zip(task.objects, palette(len(task.objects)), strict=True)
+        }
 
     def __enter__(self) -> Stage:
         return self
@@ -131,9 +139,8 @@ class Stage:
             opening: distance between the finger pads [m]; open where it is None.
             camera: where the picture is taken from.
         """
-        away = Pose((0.0, 0.0, -50.0))
-        for name, body in self._bodies.items():
-            body.place(self._client, poses.get(name, away))
+        self._place(self._bodies, poses)
+        self._place(self._ghosts, {})
         if self._robot is not None:
             spec = self._robot.spec
             self._robot.set_state(
@@ -151,8 +158,13 @@ class Stage:
     ) -> Image:
         """The scene with the goals drawn into it as ghosts: two pictures laid over each other."""
         scene = self.picture(poses, camera=camera).astype(np.float64)
-        meant = self.picture({**poses, **goals}, camera=camera).astype(np.float64)
+        self._place(self._ghosts, goals)
+        meant = _photograph(self._client, camera).astype(np.float64)
         return np.asarray(np.rint((1 - GHOST) * scene + GHOST * meant), dtype=np.uint8)
+
+    def _place(self, actors: Mapping[str, Body], poses: Mapping[str, Pose]) -> None:
+        for name, body in actors.items():
+            body.place(self._client, poses.get(name, AWAY))
 
 
 def _flat_things(task: Task, table: Table) -> list[tuple[tuple[float, float, float], Pose, Color]]:
