@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tamp.planning.binding import Budget
-from tamp.planning.session import Ended, Session
+from tamp.planning.session import Ended, MovesFail, Session
 from tamp.planning.skeleton import Skeleton
 
 
@@ -66,6 +66,10 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     Raises:
         Ended: where there is nothing more to give.
     """
+    if session.tried:
+        result = session.search(novel=True)
+        if result.plan is not None:
+            return session.skeleton(op.source for op in result.plan)
     result = session.search()
     if result.plan is not None:
         return session.skeleton(op.source for op in result.plan)
@@ -78,4 +82,8 @@ def _expand(session: Session) -> None:
     if not session.expand() and not session.grounder.deepen():
         if session.best is not None:
             raise Ended("solved", "No better plan exists.")
+        if session.connectors.fluent and session.unexplained:
+            raise MovesFail
+        if not session.proofs:
+            raise Ended("failed", "All streams are exhausted; motions failed in every state that was tried.")
         raise Ended("infeasible", "All streams are exhausted and no plan exists.")

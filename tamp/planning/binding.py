@@ -18,6 +18,7 @@ from tamp.planning.instances import Instance, Knowledge, ground
 from tamp.planning.normal import ActionSchema, Condition
 from tamp.planning.objects import Fact
 from tamp.planning.sampling import Sampling
+from tamp.planning.schema import External
 from tamp.planning.skeleton import Apply, Check, Choose, Connect, Item, Rewind, Skeleton
 
 
@@ -27,15 +28,15 @@ class Budget:
 
     Attributes:
         values: values tried for one choice before it is given up.
-        draws: calls of samplers with outputs in the whole attempt.
+        draws: calls of streams with outputs in the whole attempt, on top of four for each item of the skeleton.
         patience: draws in a row that may bring nothing before a choice is given up.
         jumps: failed checks in the whole attempt.
     """
 
-    values: int = 8
-    draws: int = 400
-    patience: int = 8
-    jumps: int = 4000
+    values: int = 6
+    draws: int = 60
+    patience: int = 6
+    jumps: int = 1000
 
     def grown(self, attempts: int) -> Budget:
         """The budget after some failed attempts: each doubles it, up to a bound."""
@@ -64,12 +65,15 @@ class Attempt:
         steps: the bound actions, connectors included; None where it failed.
         blamed: real instances whose values all led to conflicts.
         motions: connector moves that failed: (where it should end, facts in the way).
+        nogoods: streams with fluents that have nothing to give: (stream, inputs, facts in which that is so, whether
+            the sampler named them).
         exhaustive: whether nothing was left untried, so that failure is final for the values there are.
     """
 
     steps: tuple[BoundStep, ...] | None = None
     blamed: dict[Instance, None] = field(default_factory=dict)
     motions: list[tuple[int, int, tuple[Fact, ...]]] = field(default_factory=list)
+    nogoods: list[tuple[External, tuple[int, ...], tuple[Fact, ...], bool]] = field(default_factory=list)
     exhaustive: bool = True
     broke_at: str = ""
     reason: str = ""
@@ -167,7 +171,10 @@ class _Run:
         return self.attempt
 
     def _spent(self) -> bool:
-        over = self.binder.sampling.draws - self.first_draw > self.budget.draws or self.jumps > self.budget.jumps
+        over = (
+            self.binder.sampling.draws - self.first_draw > self.budget.draws + 4 * len(self.items)
+            or self.jumps > self.budget.jumps
+        )
         return over or time.monotonic() > self.binder.deadline
 
     def _undo(self, target: int, position: int) -> None:
@@ -230,6 +237,9 @@ class _Run:
         outputs = self._next(frame, instance, item, state)
         if outputs is None:
             frame.culprits[instance] = None
+            if fluents and instance.exhausted and not instance.results:
+                causes = next((facts for _, facts in instance.reasons if facts), ())
+                self.attempt.nogoods.append((template.external, inputs, causes or fluents, bool(causes)))
             reasons = max(instance.reasons.items(), key=lambda pair: pair[1], default=(("no further value", ()), 0))
             name = template.external.name
             self._note(position, item.step, f"{name}: {reasons[0][0]}")
@@ -294,16 +304,12 @@ class _Run:
 
     def _moves(self, connector: Connector, target: Fact, state: State, blame: dict[Fact, None]) -> Iterator[BoundStep]:
         """The connector's action from where the fluent is to `target`, once its streams have given what it needs."""
-        fluents = self.binder.knowledge.schema.fluents
         binding = dict(zip(connector.after[1:], target[1:], strict=True))
         start: dict[str, int] = {t: h for t, h in binding.items() if isinstance(t, str)}
-        condition = connector.schema.condition
-        needed = Condition(positive=tuple(p for p in condition.positive if p[0] in fluents))
-        for found, support in list(self.binder.evaluator.satisfy(needed, start, state)):
+        given = self.binder.evaluator.given
+        for found, support in list(self.binder.evaluator.satisfy(connector.fluents, start, state)):
             complete = self._sampled(connector, found, state, blame, target, support)
-            if complete is not None and all(
-                self.binder.evaluator.given(ground(p, complete)) for p in condition.positive if p[0] not in fluents
-            ):
+            if complete is not None and all(given(ground(p, complete)) for p in connector.static):
                 yield BoundStep(connector.schema, complete)
 
     def _sampled(

@@ -23,6 +23,8 @@ class Connector:
         before, after: the fluent's patterns; they differ only at `position`.
         streams: the streams that certify its static conditions, in an order in which inputs come first, each with
             the pattern that it must certify.
+        fluents: the part of its condition that the state decides.
+        static: the rest.
     """
 
     schema: ActionSchema
@@ -30,6 +32,8 @@ class Connector:
     after: Pattern
     position: int
     streams: tuple[tuple[External, Pattern], ...]
+    fluents: Condition
+    static: tuple[Pattern, ...]
 
     @property
     def fluent(self) -> str:
@@ -89,7 +93,11 @@ def _recognise(schema: Schema, action: ActionSchema) -> Connector | None:
     if any(p[0] in schema.derived for p in action.condition.positive):
         return None
     streams = _streams(schema, action, before, after, differ[0])
-    return None if streams is None else Connector(action, before, after, differ[0], streams)
+    if streams is None:
+        return None
+    fluents = Condition(positive=tuple(p for p in action.condition.positive if p[0] in schema.fluents))
+    static = tuple(p for p in action.condition.positive if p[0] not in schema.fluents)
+    return Connector(action, before, after, differ[0], streams, fluents, static)
 
 
 def _streams(

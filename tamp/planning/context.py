@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ class Context:
 
     Attributes:
         scene: what the problem was given as its scene.
-        rng: a generator derived from (seed, stream, inputs), so that samples do not depend on the order of calls.
         deadline: when planning must end, on the clock of time.monotonic [s].
         fluents: for a stream with `:fluents`, the facts of those predicates at the point of the plan where the output
             is used, in the order in which they became true.
@@ -22,13 +22,20 @@ class Context:
             those of later states, last those that hold at once. Advice only: it changes between two outputs.
     """
 
-    def __init__(self, scene: Any, rng: np.random.Generator, deadline: float, fluents: tuple[Any, ...] = ()) -> None:
+    def __init__(
+        self, scene: Any, rng: Callable[[], np.random.Generator], deadline: float, fluents: tuple[Any, ...] = ()
+    ) -> None:
         self.scene = scene
-        self.rng = rng
+        self._make_rng = rng
         self.deadline = deadline
         self.fluents = fluents
         self.bound: tuple[Any, ...] = ()
         self.failures: list[tuple[str, tuple[Any, ...]]] = []
+
+    @cached_property
+    def rng(self) -> np.random.Generator:
+        """A random generator derived from (seed, stream, inputs), so that samples do not depend on the order of calls."""
+        return self._make_rng()
 
     def fail(self, reason: str, because: Iterable[Any] = ()) -> None:
         """Say why nothing comes, or why a test says no.

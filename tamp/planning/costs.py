@@ -13,6 +13,9 @@ from tamp.planning.sampling import Sampling
 SCALE = 10.0
 """What one unit of cost weighs in the search, where one call of an ordinary stream weighs 1."""
 
+FINE_SCALE = 1000.0
+"""The same where plans must be cheap: streams then weigh nothing."""
+
 
 class Costs:
     """Costs of actions. Where the domain has no costs, or the caller wants unit costs, each action costs 1."""
@@ -22,10 +25,15 @@ class Costs:
         self._sampling = sampling
         schema = knowledge.schema
         self.unit = unit_costs or not schema.domain.uses_costs
+        self.scale = SCALE
         self._values = {
             (term.function, *(schema.objects.intern(arg.value) for arg in term.args)): value  # type: ignore[union-attr]
             for term, value in schema.problem.initial_state.values.items()
         }
+
+    def prefer_cheap(self) -> None:
+        """From now on, let the search see the actions' costs alone."""
+        self.scale = FINE_SCALE
 
     def of_plan(self, steps: Iterable[BoundStep]) -> float:
         """The cost of a plan."""
@@ -34,8 +42,9 @@ class Costs:
     def of_operator(self, operator: GroundOperator) -> int:
         """What the search minimises: the action's cost, and how reluctantly its streams should be used."""
         cost = self._of(operator.schema, operator.binding)
-        effort = sum(instance.effort for instance in operator.needs)
-        return round(SCALE * cost + effort)
+        if self.scale == FINE_SCALE:
+            return int(self.scale * cost)
+        return round(self.scale * cost + sum(instance.effort for instance in operator.needs))
 
     def _of(self, schema: ActionSchema, binding: dict[str, int]) -> float:
         if self.unit:

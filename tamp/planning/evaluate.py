@@ -13,7 +13,11 @@ from tamp.planning.sampling import Sampling
 from tamp.planning.schema import External
 
 Support = tuple[Fact, ...]
-"""Facts that together make a condition true; refuted tests among them carry a mark."""
+"""Facts that together make a condition true; the tests among them that must fail are named as they are."""
+
+Pairs = tuple[tuple[str | int, str | int], ...]
+Order = tuple[tuple[Pattern, Pairs], ...]
+"""The patterns of a condition in the order of evaluation, after an empty first one."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Evaluator:
         self._axioms: dict[str, list[AxiomSchema]] = {}
         for axiom in self._schema.axioms:
             self._axioms.setdefault(str(axiom.head[0]), []).append(axiom)
+        self._orders: dict[tuple[int, frozenset[str]], tuple[Condition, Order]] = {}
         self._recursive = {name for name in self._axioms if name in self._below(name)}
 
     def _below(self, name: str) -> set[str]:
@@ -92,7 +97,7 @@ class Evaluator:
             if not all(self.given(f) for f in instance.domain):
                 return False
             self._sampling.draw(instance)
-            self._knowledge.activate(instance, 1)
+            self._knowledge.announce(instance)
         return bool(instance.results)
 
     def given(self, fact: Fact) -> bool:
@@ -113,7 +118,7 @@ class Evaluator:
         if positive:
             if self.support(fact, state) is not None:
                 return None
-            exact = fact[0] in self._schema.tests or fact[0] in self._schema.fluents
+            exact = fact[0] in self._schema.tests
             return Violation((fact,), f"{self._knowledge.objects.text(fact)} does not hold", exact)
         causes: dict[Fact, None] = {}
         for _, support in self._atom(fact, {}, state):
@@ -138,6 +143,9 @@ class Evaluator:
             yield from self._derived(name, terms, binding, state)
         if name in self._schema.fluents:
             yield from self._matches(state.index, name, terms, binding)
+        elif name == "object" and not bound:
+            for handle in self._knowledge.objects.real():
+                yield {**binding, str(terms[0]): handle}, ()
         elif bound:
             fact: Fact = (name, *terms)
             if self.truth(fact):
@@ -198,22 +206,38 @@ class Evaluator:
         self, condition: Condition, binding: dict[str, int], state: State
     ) -> Iterator[tuple[dict[str, int], Support]]:
         """Every binding of a condition's variables that makes it true, with the facts that it rests on."""
-        return self._satisfy(list(condition.positive), condition, binding, state, ())
+        key = (id(condition), frozenset(binding))
+        if key not in self._orders:
+            self._orders[key] = (condition, self._order(condition, set(binding)))  # keeps the condition, and so its id
+        order = self._orders[key][1]
+        if _differ(order[0][1], binding):
+            yield from self._satisfy(1, order, condition, binding, state, ())
 
     def _satisfy(
-        self, rest: list[Pattern], condition: Condition, binding: dict[str, int], state: State, support: Support
+        self, depth: int, order: Order, condition: Condition, binding: dict[str, int], state: State, support: Support
     ) -> Iterator[tuple[dict[str, int], Support]]:
-        for a, b in condition.unequal:
-            left, right = (binding.get(t, t) if isinstance(t, str) else t for t in (a, b))
-            if left == right:
-                return
-        if not rest:
+        if depth == len(order):
             yield from self._negatives(condition, binding, state, support)
             return
-        pattern = min(rest, key=lambda p: self._rank(p, binding))
-        remaining = [p for p in rest if p is not pattern]
+        pattern, pairs = order[depth]
         for extended, facts in self._atom(pattern, binding, state):
-            yield from self._satisfy(remaining, condition, extended, state, support + facts)
+            if _differ(pairs, extended):
+                yield from self._satisfy(depth + 1, order, condition, extended, state, support + facts)
+
+    def _order(self, condition: Condition, bound: set[str]) -> Order:
+        """In which order to look literals up, each with the inequalities that can be decided after it."""
+        rest, pairs = list(condition.positive), list(condition.unequal)
+        order: list[tuple[Pattern, Pairs]] = []
+        pattern: Pattern = ()
+        while True:
+            ready = tuple(pair for pair in pairs if all(isinstance(t, int) or t in bound for t in pair))
+            pairs = [pair for pair in pairs if pair not in ready]
+            order.append((pattern, ready))
+            if not rest:
+                return tuple(order)
+            pattern = min(rest, key=lambda p: self._rank(p, bound))
+            rest = [p for p in rest if p is not pattern]
+            bound |= {t for t in pattern[1:] if isinstance(t, str)}
 
     def _negatives(
         self, condition: Condition, binding: dict[str, int], state: State, support: Support
@@ -228,7 +252,7 @@ class Evaluator:
             absent.append(fact)
         yield binding, (*support, *absent)
 
-    def _rank(self, pattern: Pattern, binding: dict[str, int]) -> tuple[int, int]:
+    def _rank(self, pattern: Pattern, binding: set[str]) -> tuple[int, int]:
         """Cheap and selective literals first, tests last."""
         unbound = sum(isinstance(t, str) and t not in binding for t in pattern[1:])
         if pattern[0] in self._schema.tests:
@@ -237,3 +261,7 @@ class Evaluator:
             return 0, 0
         kind = 1 if pattern[0] in self._schema.fluents else 2 if pattern[0] not in self._schema.derived else 3
         return 1 + (pattern[0] == "object") * 7, unbound * 10 + kind
+
+
+def _differ(pairs: Pairs, binding: dict[str, int]) -> bool:
+    return all((binding[a] if isinstance(a, str) else a) != (binding[b] if isinstance(b, str) else b) for a, b in pairs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from tamp.planning.connectors import Connectors
 from tamp.planning.instances import Instance, Knowledge, ground
@@ -149,16 +149,15 @@ class Grounder:
         self._by_binding[index, values] = operator
         self.operators.append(operator)
         for effect in self.connectors.effects(schema):
-            if not effect.condition.positive and not effect.condition.unequal:
+            if _is_plain(effect):
                 self._add_effect(operator, effect, binding)
         return operator
 
     def _add_effect(self, operator: GroundOperator, effect: EffectSchema, binding: dict[str, int]) -> None:
-        static, absent, positive, negative = self._split(effect.condition, binding)
+        _, absent, positive, negative = self._split(effect.condition, binding)
         if any(fact in self.knowledge.real for fact in absent):
             return
         atom = ground(effect.atom, binding)
-        operator.static = tuple(dict.fromkeys(operator.static)) if static else operator.static
         operator.effects.append(GroundEffect(atom, effect.positive, positive, negative))
         if effect.positive:
             self.tell(atom)
@@ -258,6 +257,11 @@ class Grounder:
         for instance in self._supports(operator.binding.values(), operator.static):
             visit(instance)
         return tuple(found)
+
+
+def _is_plain(effect: EffectSchema) -> bool:
+    """Whether an effect has no condition that facts must match."""
+    return not effect.condition.positive and not effect.condition.unequal and not effect.condition.negative
 
 
 def _variables(condition: Condition) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ class Instance:
         results: what it has yielded, in order; for a test `[()]` where it holds.
         activated: numbers of the results that the search may use.
         failures: attempts to bind a plan that blamed it.
+        nogoods: for a stream with fluents, sets of facts in which it has nothing to give.
     """
 
     external: External
@@ -36,6 +37,7 @@ class Instance:
     reasons: dict[tuple[str, tuple[Fact, ...]], int] = field(default_factory=dict)
     activated: set[int] = field(default_factory=set)
     failures: int = 0
+    nogoods: dict[tuple[Fact, ...], None] = field(default_factory=dict)
     calls: int = 0
     exhausted: bool = False
     enabled: bool = True
@@ -205,6 +207,13 @@ class Knowledge:
         """Let the search use the first `limit` results of an instance."""
         for number in range(min(limit, len(instance.results))):
             self._activate(instance, number)
+
+    def announce(self, test: Instance) -> None:
+        """Let the search know what a test that holds certifies."""
+        for outputs in test.results:
+            for fact in test.certified(outputs):
+                self._announce(fact)
+        test.activated.update(range(len(test.results)))
 
     def _activate(self, instance: Instance, number: int) -> None:
         if number in instance.activated:

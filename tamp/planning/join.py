@@ -56,6 +56,7 @@ class Join:
         self._empty = [rule for rule in rules if not rule.body]
         for rule in rules:
             for first in range(len(rule.body)):
+                self._indices.setdefault(str(rule.body[first][0]), {})
                 steps = self._plan(rule, first)
                 self._watchers.setdefault(str(rule.body[first][0]), []).append((rule, steps))
 
@@ -66,7 +67,7 @@ class Join:
 
     def add(self, fact: Fact) -> None:
         """Add a fact, if it is new, and report every match that it completes."""
-        if fact in self.facts:
+        if fact in self.facts or fact[0] not in self._indices:
             return
         self.facts[fact] = None
         self._queue.append(fact)

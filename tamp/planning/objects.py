@@ -50,6 +50,10 @@ class Objects:
         """The stream instance that a placeholder is an output of; None for a real object."""
         return self._origins[handle]
 
+    def real(self) -> list[int]:
+        """Handles of all objects that are no placeholders."""
+        return [handle for handle, origin in enumerate(self._origins) if origin is None]
+
     def is_real(self, handle: int) -> bool:
         """Whether the handle stands for a value."""
         return self._origins[handle] is None

@@ -49,7 +49,7 @@ class Sampling:
         names = (*knowledge.schema.externals, *knowledge.schema.functions)
         self._counts = {name: _Count() for name in names}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
-        self.draws = 0
+        self.draws = 0  # calls of streams with outputs
 
     def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
         """Ask a stream for its next output, or a test for its answer; whether there is a new result.
@@ -59,8 +59,8 @@ class Sampling:
         """
         if instance.exhausted:
             return False
-        self.draws += 1
         external = instance.external
+        self.draws += bool(external.outputs)
         context = self._context(instance)
         context.bound = tuple(map(self._knowledge.objects.values_of, bound))
         counter = self._counts[external.name]
@@ -82,9 +82,12 @@ class Sampling:
     def _context(self, instance: Instance) -> Context:
         if instance.context is None:
             objects = self._knowledge.objects
-            keys = [objects.key(h) for h in instance.inputs]
-            keys += [" ".join((f[0], *map(objects.key, f[1:]))) for f in instance.fluents]
-            rng = generator_for(self._seed, instance.external.name, keys)
+
+            def rng() -> np.random.Generator:
+                keys = [objects.key(h) for h in instance.inputs]
+                keys += [" ".join((f[0], *map(objects.key, f[1:]))) for f in instance.fluents]
+                return generator_for(self._seed, instance.external.name, keys)
+
             fluents = tuple(map(objects.values_of, instance.fluents))
             instance.context = Context(self._problem.scene, rng, self.deadline, fluents)
         return instance.context
@@ -176,8 +179,8 @@ class Sampling:
         key = (name, inputs)
         if key not in self.function_values:
             objects, counter = self._knowledge.objects, self._counts[name]
-            rng = generator_for(self._seed, name, map(objects.key, inputs))
-            context = Context(self._problem.scene, rng, self.deadline)
+            keys = [objects.key(handle) for handle in inputs]
+            context = Context(self._problem.scene, lambda: generator_for(self._seed, name, keys), self.deadline)
             counter.calls += 1
             before = time.perf_counter()
             try:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from tamp.planning.binding import Attempt, Binder, BoundStep, Budget
 from tamp.planning.connectors import Connectors
-from tamp.planning.costs import SCALE, Costs
+from tamp.planning.costs import Costs
 from tamp.planning.evaluate import Evaluator
 from tamp.planning.grounding import Grounder, GroundOperator
 from tamp.planning.instances import Instance, Knowledge, ground
@@ -23,6 +23,13 @@ from tamp.planning.schema import Schema
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.skeleton import Skeleton, make_skeleton
 from tamp.planning.task import Blame, GroundTask, TaskBuilder
+
+
+MOVES_IN_SEARCH = 4000
+"""How many moves between values the search may see where leaving them out has failed."""
+
+NOVEL_S = 1.0
+"""How long a search may take that leaves out what was blamed for failures, before the full one has its turn [s]."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,10 @@ class Ended(Exception):  # noqa: N818  control flow inside this package, never s
         self.message = message
 
 
+class MovesFail(Exception):  # noqa: N818  control flow inside this package, never seen outside
+    """Moves that were left out of the search cannot be made in one go: it must see them after all."""
+
+
 @dataclass
 class _Tried:
     attempts: int = 0
@@ -63,8 +74,8 @@ class _Tried:
 class Session:
     """The parts of a run, and the steps that the algorithms are made of."""
 
-    def __init__(self, problem: Problem, options: Options, search: Search, eager: bool) -> None:
-        self.started = time.monotonic()
+    def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
+        self.started = started
         self.options = options
         self.deadline = self.started + options.timeout
         self.seconds = {"grounding": 0.0, "search": 0.0, "binding": 0.0}
@@ -74,7 +85,10 @@ class Session:
         self.sampling = Sampling(self.knowledge, options.seed, self.deadline)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
         self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
-        self.connectors = Connectors(self.schema, options.connectors)
+        bounded = min(options.max_cost, options.success_cost) < math.inf
+        if bounded:
+            self.costs.prefer_cheap()
+        self.connectors = Connectors(self.schema, options.connectors and (self.costs.unit or not bounded))
         self.binder = Binder(self.knowledge, self.sampling, self.evaluator, self.connectors, self.deadline)
         self.blames: dict[int, Blame] = {}
         self.tried: dict[Skeleton, _Tried] = {}
@@ -82,6 +96,8 @@ class Session:
         self.best_skeleton: Skeleton | None = None
         self.best_cost = math.inf
         self.iterations = 0
+        self.proofs = True  # whether everything that bars a plan is certain
+        self.unexplained = 0  # moves between actions that failed for no named reason
         self.operators = 0
         self._search = search
         self._eager = eager
@@ -144,7 +160,7 @@ class Session:
         )
         if eager and callable_now and instance.external.is_test:
             self.sampling.draw(instance)
-            self.knowledge.activate(instance, 1)
+            self.knowledge.announce(instance)
             if not instance.results:
                 for fact in instance.certified(()):
                     if fact not in self.knowledge.real:
@@ -168,8 +184,8 @@ class Session:
         if self.iterations >= self.options.max_iterations:
             raise Ended("failed", f"The limit of {self.options.max_iterations} iterations was reached.")
 
-    def search(self) -> SearchResult:
-        """Search for a plan under the hopes of this moment.
+    def search(self, novel: bool = False) -> SearchResult:
+        """Search for a plan under the hopes of this moment; with `novel`, without what was blamed for a failure.
 
         Raises:
             Ended: at a limit.
@@ -178,12 +194,12 @@ class Session:
         self.iterations += 1
         with self._timed("grounding"):
             self.knowledge.refresh()
-            task = self._task()
+            task = self._task(novel)
         if not task.solvable:
             return SearchResult(None, proven=True)
         with self._timed("search"):
-            bound = self._bound()
-            result = self._search(task, self.deadline - time.monotonic(), bound)
+            left = self.deadline - time.monotonic()
+            result = self._search(task, min(left, NOVEL_S) if novel else left, self._bound())
         self.operators = len(task.operators)
         self.check_limits()
         return result
@@ -191,9 +207,9 @@ class Session:
     def _bound(self) -> int | None:
         """The search cost at which a plan can no longer be better than the best, or allowed."""
         limit = min(self.options.max_cost, self.best_cost)
-        return None if limit == math.inf else math.ceil(SCALE * limit) + 1000
+        return None if limit == math.inf else math.ceil(self.costs.scale * limit) + (limit < self.best_cost)
 
-    def _task(self) -> GroundTask:
+    def _task(self, novel: bool) -> GroundTask:
         goal = self.connectors.without(self.schema.goal)
         changing = self.schema.fluents | self.schema.derived
         positive = [ground(p, {}) for p in goal.positive]
@@ -205,7 +221,7 @@ class Session:
             tuple(f for f in positive if f[0] in changing),
             tuple(f for f in negative if f[0] in changing),
         )
-        return self._builder.build(self.grounder.operators, self.grounder.axioms, literals, self.blames)
+        return self._builder.build(self.grounder.operators, self.grounder.axioms, literals, self.blames, novel)
 
     def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
         """The skeleton of a symbolic plan; the same object for the same plan."""
@@ -227,7 +243,21 @@ class Session:
         with self._timed("grounding"):
             self._learn(attempt)
         self.check_limits()
+        if attempt.steps is None and self.unexplained >= 3 and self.few_values():
+            raise MovesFail
         return attempt.steps is not None
+
+    def few_values(self) -> bool:
+        """Whether the search could as well see the moves that were left out of it."""
+        connectors = self.connectors.connectors
+        wanted = {
+            (op.schema.name, p[connectors[0].position])
+            for op in self.grounder.operators
+            for p in op.schema.condition.positive
+            if p[0] == self.connectors.fluent
+        }
+        values = {op.binding.get(str(t), t) for op in self.grounder.operators for n, t in wanted if n == op.schema.name}
+        return len(values) ** 2 * len(connectors) <= MOVES_IN_SEARCH
 
     def check_found(self, skeleton: Skeleton, attempt: Attempt) -> None:
         """Keep a plan that is better than the best so far; end the run where it is good enough."""
@@ -236,6 +266,7 @@ class Session:
         cost = self.costs.of_plan(attempt.steps)
         if cost <= self.options.max_cost and cost < self.best_cost:
             self.best, self.best_cost, self.best_skeleton = attempt.steps, cost, skeleton
+            self.costs.prefer_cheap()
         if self.best is not None and self.best_cost <= self.options.success_cost:
             raise Ended("solved", "")
 
@@ -244,7 +275,12 @@ class Session:
         for instance in attempt.blamed:
             instance.failures += 1
             self.knowledge.activate(instance, 16 * instance.failures)
+        for external, inputs, facts, named in attempt.nogoods:
+            self.knowledge.instance(external, inputs).nogoods[facts] = None
+            self.proofs &= named
+            self.knowledge.version += 1
         for _, target, facts in attempt.motions:
+            self.unexplained += not facts
             blame = self.blames.setdefault(target, Blame(target))
             blame.facts.update(dict.fromkeys(facts))
             blame.failures += 1

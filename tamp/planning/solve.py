@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from tamp.errors import DomainError
 from tamp.planning.algorithms import adaptive, focused, incremental
@@ -12,7 +13,7 @@ from tamp.planning.fast_downward import FastDownward
 from tamp.planning.problem import GroundAction, Problem, Solution
 from tamp.planning.report import Report
 from tamp.planning.search import BuiltinSearch, Search
-from tamp.planning.session import Ended, Options, Session
+from tamp.planning.session import Ended, MovesFail, Options, Session
 
 ALGORITHMS: dict[str, Callable[[Session], None]] = {
     "adaptive": adaptive,
@@ -54,10 +55,16 @@ def solve(
         raise DomainError(f"unknown algorithm {algorithm!r}; there are: {', '.join(ALGORITHMS)}")
     searcher: Search = _searcher(search) if isinstance(search, str) else search
     options = Options(seed, timeout, max_cost, success_cost, unit_costs, max_iterations)
-    session = Session(problem, options, searcher, eager=algorithm == "incremental")
+    started = time.monotonic()
+    session = Session(problem, options, searcher, algorithm == "incremental", started)
     try:
-        ALGORITHMS[algorithm](session)
-        status, message = "failed", "The algorithm ended without a plan."
+        try:
+            ALGORITHMS[algorithm](session)
+        except MovesFail:
+            options = replace(options, connectors=False)
+            session = Session(problem, options, searcher, algorithm == "incremental", started)
+            ALGORITHMS[algorithm](session)
+        raise AssertionError("algorithms only end by raising Ended")
     except Ended as ended:
         status, message = ended.status, ended.message
     except KeyboardInterrupt:

@@ -72,6 +72,9 @@ class Blame:
         return 30 * self.failures
 
 
+NOGOOD = "@nogood"
+"""Predicate of derived atoms that say that a set of facts holds in which a stream is known to fail."""
+
 Body = tuple[tuple[Fact, ...], tuple[Fact, ...]]
 
 
@@ -96,19 +99,22 @@ class TaskBuilder:
         axioms: Sequence[GroundAxiom],
         goal: tuple[tuple[Fact, ...], tuple[Fact, ...]],
         blames: dict[int, Blame],
+        novel: bool = False,
     ) -> GroundTask:
-        """The task of this moment; unreachable operators are left out."""
+        """The task of this moment; unreachable operators are left out, and with `novel` those blamed for a failure."""
         knowledge = self._knowledge
         given = [*knowledge.state, *knowledge.hoped_state()]
         state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
         usable = [op for op in operators if self._holds(op.static, op.absent)]
+        if novel:
+            usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
         valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
         reached, live, bodies = _reachable(state, usable, valid, knowledge)
         number = _Numbering(state, reached, bodies, knowledge)
         wanted = number.literals(*goal)
         if wanted is None or not all(f in reached for f in goal[0] if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
-        made = [t for op in live for t in self._operators(op, number, blames)]
+        made = [t for op in live for t in self._operators(op, number, blames, novel)]
         defined = [
             TaskAxiom(number.of(head), *literals)
             for head in number.axiomatic()
@@ -128,8 +134,11 @@ class TaskBuilder:
             f in knowledge.real for f in absent
         )
 
-    def _operators(self, op: GroundOperator, number: _Numbering, blames: dict[int, Blame]) -> Iterable[TaskOperator]:
-        literals = number.literals(op.positive, op.negative)
+    def _operators(
+        self, op: GroundOperator, number: _Numbering, blames: dict[int, Blame], novel: bool
+    ) -> Iterable[TaskOperator]:
+        barred = [number.nogood(facts) for instance in op.needs for facts in instance.nogoods]
+        literals = number.literals(op.positive, (*op.negative, *barred))
         if literals is None:
             return
         effects = tuple(e for effect in op.effects if (e := number.effect(effect)) is not None)
@@ -139,9 +148,11 @@ class TaskBuilder:
         if not all(blame.facts for blame in against):
             cost += max(blame.weight for blame in against)
         elif facts:
-            clear = number.literals(op.positive, (*op.negative, *facts))
+            clear = number.literals(op.positive, (*op.negative, *barred, *facts))
             if clear is not None:
                 yield TaskOperator(op, *clear, effects, cost)
+            if novel:
+                return
             cost += max(blame.weight for blame in against)
         yield TaskOperator(op, *literals, effects, cost)
 
@@ -221,7 +232,7 @@ class _Numbering:
         self._reached = reached
         self._bodies = bodies
         self._knowledge = knowledge
-        self._derived = knowledge.schema.derived
+        self._derived = knowledge.schema.derived | {NOGOOD}
         self._numbers: dict[Fact, int] = {}
         self._axiomatic: dict[Fact, None] = {}
 
@@ -229,9 +240,18 @@ class _Numbering:
         """Whether a derived atom holds whatever happens."""
         if fact[0] not in self._derived:
             return False
-        return self._knowledge.usable(fact) or any(not p and not n for p, n in self._bodies.get(fact, ()))
+        free = (not p and self._reached.isdisjoint(n) for p, n in self._bodies.get(fact, ()))
+        return self._knowledge.usable(fact) or any(free)
+
+    def nogood(self, facts: tuple[Fact, ...]) -> Fact:
+        """A derived atom that holds where all of some facts do."""
+        head = (NOGOOD, *facts)
+        self._reached.add(head)
+        self._bodies[head] = [(facts, ())] if all(f in self._reached for f in facts) else []
+        return head
 
     def known(self, fact: Fact) -> bool:
+        """Whether an atom is within reach."""
         return fact in self._reached
 
     def of(self, fact: Fact) -> int:
