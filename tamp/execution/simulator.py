@@ -191,15 +191,10 @@ class Simulator:
                 v, w = v * min(1.0, linear / max(fast, 1e-12)), w * min(1.0, angular / max(spinning, 1e-12))
                 pybullet.resetBaseVelocity(body.id, v.tolist(), w.tolist(), physicsClientId=self._client)
 
-    def touches(self, name: str | None = None) -> tuple[Touch, ...]:
-        """Contacts of the last step between named bodies, or of one body only, with that body as `a`."""
-        only = {} if name is None else {"bodyA": self._id(name)}
-        points = pybullet.getContactPoints(physicsClientId=self._client, **only)
+    def touches(self) -> tuple[Touch, ...]:
+        """Contacts of the last step between the table, the objects and the robot."""
         return tuple(
             Touch(self._names[p[1]], self._names[p[2]], p[7], -p[8], p[9])
-            for p in points
+            for p in pybullet.getContactPoints(physicsClientId=self._client)
             if p[1] in self._names and p[2] in self._names and p[1] != p[2]
         )
-
-    def _id(self, name: str) -> int:
-        return next(number for number, known in self._names.items() if known == name)
