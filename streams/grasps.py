@@ -16,7 +16,7 @@ import numpy as np
 from tamp.streams.antipodal import Contacts, antipodal_contacts, surface_points
 from tamp.streams.hand import HandBoxes, hand_boxes, lowest_point, points_hit
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import Context, Workspace
+from tamp.streams.workspace import TABLE, Context, Workspace
 from tamp.task import Gripper, Pose
 from tamp.world.kinematics import inverse
 from tamp.world.scene import Scene
@@ -33,6 +33,8 @@ FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 CLEARANCE = 0.008  # beside the object on each side before closing [m]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
+STOP_EARLY = 0.003  # how far the fingers may stop from the contacts' own distance [m]
+WIDTH_RESOLUTION = 0.0004  # [m]
 TABLE_GAP = 0.002  # under the hand [m]
 PAD_SOFTNESS = 0.0015  # surface this near to a pad's plane is in contact [m]
 HAND_REACH = 0.25  # neighbours farther away than this cannot meet the hand [m]
@@ -228,14 +230,14 @@ def _reachable_first(
     context: Context, workspace: Workspace, pinches: Pinches, order: list[int], obj: str
 ) -> Iterator[Grasp]:
     """Yield grasps that the arm can reach at every known placement as they come; the others afterwards."""
-    alone, openings = Scene(poses={obj: np.eye(4)}), _openings(workspace, pinches)
     robot, places = workspace.world.robot, list(workspace.placements_of(obj))
     partly: list[Grasp] = []
     for index in order:
         T_tool = pinches.T_object_tool[index]
-        if workspace.world.hand_contact(T_tool, float(openings[index]), alone, margin=0.0, ignore=("table",)):
+        width = _closing_width(workspace, obj, T_tool, float(pinches.widths[index]))
+        if width is None:
             continue
-        grasp = Grasp(Pose.from_matrix(T_tool), float(pinches.widths[index]))
+        grasp = Grasp(Pose.from_matrix(T_tool), width)
         reached = [next(iter(inverse(robot, p.pose.matrix @ T_tool, context.rng, count=1)), None) for p in places]
         if all(q is not None for q in reached):
             yield grasp
@@ -244,3 +246,23 @@ def _reachable_first(
     if not partly:
         context.fail(f"no inverse kinematics for further grasps of {obj}")
     yield from partly
+
+
+def _closing_width(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:
+    """Where the closing fingers really stop [m]; None where the open hand does not fit or stops somewhere else.
+
+    The pads are wider than a point: a rim or a lid beside the contacts may stop the fingers before they get there.
+    """
+    alone = Scene(poses={obj: np.eye(4)})
+    world = workspace.world
+
+    def free(opening: float) -> bool:
+        return world.hand_contact(T_object_tool, opening, alone, margin=0.0, ignore=(TABLE,)) is None
+
+    low, high = width - STOP_EARLY, min(world.robot.spec.gripper.stroke, width + 2 * CLEARANCE)
+    if not free(high):
+        return None
+    while high - low > WIDTH_RESOLUTION:
+        middle = (low + high) / 2
+        low, high = (low, middle) if free(middle) else (middle, high)
+    return high if high - width <= STOP_EARLY else None
