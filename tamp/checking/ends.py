@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.handling import carriers
 from tamp.checking.replay import Replay, in_region
-from tamp.checking.scene import TABLE, Scene, State
-from tamp.checking.solids import clearance, inverse
+from tamp.checking.scene import Scene, State
+from tamp.checking.solids import inverse
+from tamp.checking.standing import carriers, overlaps, touched, unrest
 from tamp.task.model import At, In, On
 
 if TYPE_CHECKING:
@@ -20,40 +20,36 @@ if TYPE_CHECKING:
 
 
 def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
-    """The plan starts from the task's scene, settled: nothing far from where the task has it, nothing in the air.
+    """The plan starts from the scene as it is known, or else from the task's scene after settling.
+
+    A task's scene that is at rest as it is written stays there; one that is not may fall further. An observed scene is
+    the truth, whatever it looks like; a settled one has nothing in the air and nothing inside anything else.
 
     Args:
         replay: a replay before its first action.
         exact: the poses that the scene is known to have, or None where only the task is known.
     """
     scene, state, allow = replay.scene, replay.state, replay.allow
-    for thing in scene.task.objects:
-        known = thing.pose if exact is None else exact[thing.name]
-        bound = allow.reached if exact is not None else allow.settling
-        drift = scene.displacement(thing.name, known.matrix, state.poses[thing.name])
+    written = {thing.name: thing.pose for thing in scene.task.objects} if exact is None else exact
+    bound = allow.reached if exact is not None else _settling(scene, written, allow)
+    for name in sorted(written):
+        drift = scene.displacement(name, written[name].matrix, state.poses[name])
         if drift > bound:
-            sentence = f"{thing.name} starts {1000 * drift:.0f} mm from where it stands"
-            replay.report("start", sentence, (thing.name,), drift)
-        if not touched(scene, state, thing.name, allow):
-            replay.report("start", f"{thing.name} starts in the air", (thing.name,))
-    names = sorted(state.poses)
-    for i, a in enumerate(names):
-        for b in (TABLE, *names[:i]):
-            T = scene.T_world_table if b == TABLE else state.poses[b]
-            apart = clearance(scene.solids[b], scene.solids[a], inverse(T) @ state.poses[a], allow.contact)
-            if apart < -allow.contact:
-                replay.report("start", f"{a} starts {-1000 * apart:.1f} mm inside {b}", (a, b), -apart)
+            replay.report("start", f"{name} starts {1000 * drift:.0f} mm from where it stands", (name,), drift)
+        if exact is not None:
+            continue
+        if not touched(scene, state, name, allow):
+            replay.report("start", f"{name} starts in the air", (name,))
+        for sentence, bodies, depth in overlaps(scene, state, name, allow):
+            replay.report("start", f"at the start {sentence}", bodies, depth)
 
 
-def touched(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
-    """Whether anything is within reach of an object, so that it cannot hang in the air."""
-    others = state.standing(scene)
-    solid, T = scene.solids[name], state.poses[name]
-    return any(
-        clearance(scene.solids[other], solid, inverse(others[other]) @ T, allow.contact) <= allow.standing
-        for other in sorted(others)
-        if other != name
-    )
+def _settling(scene: Scene, written: Mapping[str, Pose], allow: Tolerances) -> float:
+    """How far objects may be from a scene as it is written: far only where that scene cannot stay as it is."""
+    poses = {name: pose.matrix for name, pose in written.items()}
+    state = State(poses, np.array(scene.links.tree.spec.home))
+    resting = not any(True for name in sorted(poses) for _ in unrest(scene, state, name, allow))
+    return allow.settling if resting else allow.falling
 
 
 def check_goals(replay: Replay, settled: Mapping[str, Pose] | None) -> None:

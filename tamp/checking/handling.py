@@ -8,9 +8,10 @@ import numpy as np
 
 from tamp.checking.grasp import between_pads
 from tamp.checking.motion import finger_touches, sentence_of
-from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.scene import Scene, State
 from tamp.checking.solids import clearance, inverse
-from tamp.checking.support import Contacts, contacts
+from tamp.checking.standing import carriers, unrest
+from tamp.checking.support import Contacts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -70,41 +71,8 @@ def check_release(scene: Scene, state: State, release: Release, allow: Tolerance
     state.poses[name] = T
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
-    check_standing(scene, state, name, allow, report)
-
-
-def check_standing(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
-    """An object stands where it is: carried, in balance, in nothing else."""
-    T, others = state.poses[name], state.standing(scene)
-    for other in sorted(others):
-        if other == name:
-            continue
-        apart = clearance(scene.solids[other], scene.solids[name], inverse(others[other]) @ T, allow.contact)
-        if apart < -allow.contact:
-            sentence = f"{name} stands {-1000 * apart:.1f} mm inside {other}"
-            report("support", sentence, bodies=(name, other), depth=-apart)
-    carried = carriers(scene, state, name, allow)
-    if not carried.bodies:
-        report("support", f"{name} is let go in the air: nothing carries it", bodies=(name,))
-        return
-    balance = carried.balance(scene.center_of_mass(name, T))
-    if balance < allow.balance:
-        sentence = f"{name} tips over: its centre of mass is {_outside(balance)} what carries it ({_list(carried)})"
-        report("support", sentence, bodies=(name, *carried.bodies), depth=max(-balance, 0.0))
-
-
-def carriers(scene: Scene, state: State, name: str, allow: Tolerances) -> Contacts:
-    """What carries an object from below."""
-    others = {o: (scene.solids[o], T) for o, T in state.standing(scene).items() if o != name}
-    return contacts(scene.solids[name], state.poses[name], others, allow.standing)
-
-
-def _outside(balance: float) -> str:
-    return f"{-1000 * balance:.0f} mm outside" if balance < 0 else "on the edge of"
-
-
-def _list(carried: Contacts) -> str:
-    return ", ".join(carried.bodies)
+    for sentence, bodies, depth in unrest(scene, state, name, allow):
+        report("support", sentence, bodies=bodies, depth=depth)
 
 
 def _check_attachment(
@@ -138,11 +106,12 @@ def _check_closing(
 def _check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
     """Nothing that stands on the object may fall when it leaves."""
     for other in sorted(state.poses):
-        if other == name:
+        T = inverse(state.poses[name]) @ state.poses[other]
+        if other == name or clearance(scene.solids[name], scene.solids[other], T, allow.contact) > allow.standing:
             continue
         carried = carriers(scene, state, other, allow)
         if name not in carried.bodies:
             continue
         rest = Contacts({body: points for body, points in carried.points.items() if body != name})
-        if other != TABLE and rest.balance(scene.center_of_mass(other, state.poses[other])) < allow.balance:
+        if rest.balance(scene.center_of_mass(other, state.poses[other])) < allow.balance:
             report("precondition", f"{other} stands on {name}, which is taken away", bodies=(name, other))

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.grasp import between_pads
-from tamp.checking.handling import carriers, check_grip, check_release
+from tamp.checking.handling import check_grip, check_release
 from tamp.checking.motion import check_move
 from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.solids import inverse
+from tamp.checking.standing import carriers
 from tamp.checking.verdict import Problem
 from tamp.task.plan import Grip, Move, Release
 

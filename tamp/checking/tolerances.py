@@ -21,6 +21,7 @@ class Tolerances:
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
         settling: displacement between a task's pose and the settled pose that the plan takes for it.
+        falling: the same where the scene as it is written cannot stay as it is.
         velocity: share by which joint velocities may exceed their limits at the samples.
         between: the same between samples, where the cubic curve is only near the motion that was timed.
         acceleration: share by which accelerations may exceed their limits.
@@ -39,6 +40,7 @@ class Tolerances:
     balance: float = 0.001
     reached: float = 0.005
     settling: float = 0.03
+    falling: float = 0.25
     velocity: float = 0.001
     between: float = 0.02
     acceleration: float = 0.005

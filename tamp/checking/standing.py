@@ -1,0 +1,57 @@
+"""Does an object stay where it stands: carried, in balance, in nothing else?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tamp.checking.solids import clearance, inverse
+from tamp.checking.support import Contacts, contacts
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+
+
+def carriers(scene: Scene, state: State, name: str, allow: Tolerances) -> Contacts:
+    """What carries an object from below."""
+    others = {o: (scene.solids[o], T) for o, T in state.standing(scene).items() if o != name}
+    return contacts(scene.solids[name], state.poses[name], others, allow.standing)
+
+
+def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """Why an object does not stay where it stands: sentence, bodies, depth [m]."""
+    yield from overlaps(scene, state, name, allow)
+    carried = carriers(scene, state, name, allow)
+    if not carried.bodies:
+        yield f"{name} stands in the air: nothing carries it", (name,), 0.0
+        return
+    balance = carried.balance(scene.center_of_mass(name, state.poses[name]))
+    if balance < allow.balance:
+        outside = f"{-1000 * balance:.0f} mm outside" if balance < 0 else "on the edge of"
+        sentence = f"{name} tips over: its centre of mass is {outside} what carries it ({', '.join(carried.bodies)})"
+        yield sentence, (name, *carried.bodies), max(-balance, 0.0)
+
+
+def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """What an object stands deeper in than contact explains: sentence, bodies, depth [m]."""
+    others = state.standing(scene)
+    for other in sorted(others):
+        if other == name:
+            continue
+        T = inverse(others[other]) @ state.poses[name]
+        apart = clearance(scene.solids[other], scene.solids[name], T, allow.contact)
+        if apart < -allow.contact:
+            yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
+
+
+def touched(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether anything is within reach of an object, so that it cannot hang in the air."""
+    others = state.standing(scene)
+    solid, T = scene.solids[name], state.poses[name]
+    return any(
+        clearance(scene.solids[other], solid, inverse(others[other]) @ T, allow.contact) <= allow.standing
+        for other in sorted(others)
+        if other != name
+    )
