@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Annotated
 
@@ -139,3 +140,12 @@ class TaskModel(_Model):
     table: TableModel = TableModel()
     samplers: dict[str, Function] = {}
     limits: LimitsModel = LimitsModel()
+
+
+def main() -> None:
+    """Print the JSON Schema of task.yaml."""
+    print(json.dumps(TaskModel.model_json_schema(), indent=2))
+
+
+if __name__ == "__main__":
+    main()
