@@ -56,18 +56,6 @@ class Evaluator:
         for axiom in self._schema.axioms:
             self._axioms.setdefault(str(axiom.head[0]), []).append(axiom)
         self._orders: dict[tuple[int, frozenset[str]], tuple[Condition, Order]] = {}
-        self._recursive = {name for name in self._axioms if name in self._below(name)}
-
-    def _below(self, name: str) -> set[str]:
-        found: set[str] = set()
-        queue = [name]
-        while queue:
-            for axiom in self._axioms.get(queue.pop(), ()):
-                for p in axiom.condition.positive + axiom.condition.negative:
-                    if p[0] in self._axioms and p[0] not in found:
-                        found.add(str(p[0]))
-                        queue.append(str(p[0]))
-        return found
 
     def truth(self, fact: Fact) -> bool:
         """Whether a fact without fluents holds; asks the tests that decide it."""
@@ -165,7 +153,7 @@ class Evaluator:
     def _derived(
         self, name: str, terms: list[int | str], binding: dict[str, int], state: State
     ) -> Iterator[tuple[dict[str, int], Support]]:
-        if name in self._recursive:
+        if name in self._schema.recursive:
             yield from self._matches(self._extension(name, state), name, terms, binding)
             return
         for axiom in self._axioms[name]:
@@ -189,7 +177,7 @@ class Evaluator:
     def _extension(self, name: str, state: State) -> FactIndex:
         """All facts of a recursive predicate, with those it depends on mutually, by iterating to the fixpoint."""
         if name not in state.extensions:
-            together = [n for n in self._recursive if n == name or (n in self._below(name) and name in self._below(n))]
+            together = self._mutual(name)
             table = FactIndex()
             for member in together:
                 state.extensions[member] = table
@@ -201,6 +189,11 @@ class Evaluator:
                         heads = [ground(axiom.head, b) for b, _ in self.satisfy(axiom.condition, {}, state)]
                         changed |= any([table.add(head) for head in heads])
         return state.extensions[name]
+
+    def _mutual(self, name: str) -> list[str]:
+        """The predicates that a recursive one depends on and that depend on it, itself included."""
+        below = self._schema.below
+        return sorted(n for n in self._schema.recursive if n == name or (n in below(name) and name in below(n)))
 
     def satisfy(
         self, condition: Condition, binding: dict[str, int], state: State

@@ -121,8 +121,10 @@ class Grounder:
             variables, condition.positive, condition.unequal, lambda values: self._operator(index, schema, values)
         )
         for effect in self.connectors.effects(schema):
-            if effect.condition == Condition() or (not effect.condition.positive and not effect.condition.unequal):
+            if _is_plain(effect):
                 continue
+            if not effect.positive:  # what a test may yet prevent is assumed not to happen
+                effect = replace(effect, condition=self._doubting(effect.condition))
             body = tuple(dict.fromkeys(condition.positive + effect.condition.positive))
             names = tuple(dict.fromkeys((*variables, *_variables(effect.condition))))
             unequal = condition.unequal + effect.condition.unequal

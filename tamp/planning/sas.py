@@ -133,54 +133,37 @@ def _operator(index: int, op: TaskOperator, variables: _Variables) -> str:
 def _effects(
     effects: Iterable[TaskEffect], condition: dict[int, int], variables: _Variables
 ) -> list[tuple[int, int, dict[int, int]]]:
-    """(variable, new value, condition) of an operator's effects; an addition goes before a deletion."""
+    """(variable, new value, condition) of an operator's effects.
+
+    Deletions come first: Fast Downward applies effects in order, so that an addition wins, as PDDL has it.
+    """
     added: list[tuple[int, int, dict[int, int]]] = []
     deleted: list[tuple[int, int, dict[int, int]]] = []
-    plain: set[int] = set()
-    effects = list(effects)
     for effect in effects:
         cond = _condition(effect.positive, effect.negative, variables)
-        if not effect.adds or cond is None or any(condition.get(v, w) != w for v, w in cond.items()):
+        if cond is None or any(condition.get(v, w) != w for v, w in cond.items()):
             continue
         cond = {v: w for v, w in cond.items() if condition.get(v) != w}
-        targets = [variables.true[effect.atom]]
-        targets += [(variables.own[effect.atom], 0)] if effect.atom in variables.own else []
-        added += [(var, value, cond) for var, value in targets]
-        plain |= set() if cond else {var for var, _ in targets}
-    for effect in effects:
-        cond = _condition(effect.positive, effect.negative, variables)
-        if effect.adds or cond is None or any(condition.get(v, w) != w for v, w in cond.items()):
-            continue
-        cond = {v: w for v, w in cond.items() if condition.get(v) != w}
-        deleted += _deletion(effect.atom, cond, condition, added, plain, variables)
-    return added + deleted
+        var, value = variables.true[effect.atom]
+        own = variables.own.get(effect.atom)
+        if effect.adds:
+            added.append((var, value, cond))
+            added += [(own, 0, cond)] if own is not None else []
+        else:
+            deleted += _deletion(var, value, cond, condition, variables)
+            deleted += [(own, 1, cond)] if own is not None else []
+    certain = {var for var, _, cond in added if not cond}
+    return [effect for effect in deleted if effect[0] not in certain] + added
 
 
 def _deletion(
-    atom: int,
-    cond: dict[int, int],
-    condition: dict[int, int],
-    added: list[tuple[int, int, dict[int, int]]],
-    plain: set[int],
-    variables: _Variables,
+    var: int, value: int, cond: dict[int, int], condition: dict[int, int], variables: _Variables
 ) -> list[tuple[int, int, dict[int, int]]]:
-    found = []
-    var, value = variables.true[atom]
-    rivals = [c for v, _, c in added if v == var]
-    if var not in plain and condition.get(var, value) == value:
-        here = dict(cond)
-        if condition.get(var) != value:
-            here[var] = value  # only where it is this atom that holds
-        none = variables.sizes[var] - 1
-        if len(rivals) == 1 and rivals[0] and len(rivals[0]) == 1:
-            ((v, w),) = rivals[0].items()
-            others = [x for x in range(variables.sizes[v]) if x != w]
-            found += [(var, none, {**here, v: x}) for x in others if here.get(v, x) == x]
-        else:
-            found.append((var, none, here))
-    if atom in variables.own and variables.own[atom] not in plain:
-        found.append((variables.own[atom], 1, cond))
-    return found
+    """Set a variable to "none of those" where it has the value that is deleted."""
+    if condition.get(var, value) != value or cond.get(var, value) != value:
+        return []
+    where = cond if condition.get(var) == value else {**cond, var: value}
+    return [(var, variables.sizes[var] - 1, where)]
 
 
 def _axiom(axiom: TaskAxiom, variables: _Variables) -> str:

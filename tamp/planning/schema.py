@@ -115,6 +115,23 @@ class Schema:
                 return frozenset(found)
             found |= more
 
+    @cached_property
+    def recursive(self) -> frozenset[str]:
+        """Derived predicates that depend on themselves."""
+        return frozenset(name for name in self.derived if name in self.below(name))
+
+    def below(self, name: str) -> set[str]:
+        """The derived predicates that one depends on."""
+        found: set[str] = set()
+        queue = [name]
+        while queue:
+            current = queue.pop()
+            for condition in (axiom.condition for axiom in self.axioms if axiom.head[0] == current):
+                more = {str(p[0]) for p in condition.positive + condition.negative if p[0] in self.derived} - found
+                found |= more
+                queue.extend(sorted(more))
+        return found
+
     def _conditions(self) -> list[Condition]:
         found = [action.condition for action in self.actions] + [axiom.condition for axiom in self.axioms]
         found += [effect.condition for action in self.actions for effect in action.effects]

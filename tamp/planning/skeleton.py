@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tamp.planning.connectors import Connectors
 from tamp.planning.grounding import GroundOperator
@@ -70,9 +70,45 @@ def make_skeleton(
 ) -> Skeleton:
     """Order a plan's choices and checks: in plan order, each check as soon as its objects are known, deferred last."""
     steps = tuple(steps)
-    planner = _Planner(schema, knowledge, connectors, steps)
     key = tuple((step.schema.name, step.args) for step in steps)
+    steps = tuple(_one_choice_each(steps, knowledge))
+    planner = _Planner(schema, knowledge, connectors, steps)
     return Skeleton(steps, tuple(planner.items()), key)
+
+
+def _one_choice_each(steps: tuple[GroundOperator, ...], knowledge: Knowledge) -> Iterable[GroundOperator]:
+    """Where several steps hope for one stream with fluents, each chooses for itself: their states differ."""
+    used: set[Instance] = set()
+    for step in steps:
+        renamed: dict[Instance, Instance] = {}
+        for instance in step.needs:
+            if instance in used and instance.external.fluents and instance.placeholders:
+                fresh = replace(instance, nogoods=instance.nogoods)
+                keys = [knowledge.objects.key(h) for h in instance.placeholders]
+                fresh.placeholders = tuple(knowledge.objects.placeholder(key, fresh) for key in keys)
+                renamed[instance] = fresh
+        used.update(step.needs)
+        yield _renamed(step, renamed) if renamed else step
+
+
+def _renamed(step: GroundOperator, renamed: dict[Instance, Instance]) -> GroundOperator:
+    handles = {
+        old: new
+        for instance, fresh in renamed.items()
+        for old, new in zip(instance.placeholders, fresh.placeholders, strict=True)
+    }
+
+    def fact(old: Fact) -> Fact:
+        return (old[0], *[handles.get(h, h) for h in old[1:]])
+
+    return replace(
+        step,
+        binding={name: handles.get(h, h) for name, h in step.binding.items()},
+        positive=tuple(map(fact, step.positive)),
+        negative=tuple(map(fact, step.negative)),
+        effects=[replace(effect, atom=fact(effect.atom)) for effect in step.effects],
+        needs=tuple(renamed.get(instance, instance) for instance in step.needs),
+    )
 
 
 class _Planner:

@@ -75,6 +75,9 @@ class Blame:
 NOGOOD = "@nogood"
 """Predicate of derived atoms that say that a set of facts holds in which a stream is known to fail."""
 
+BROKEN = "@broken"
+"""Predicate of derived atoms that say that a conjunction does not hold."""
+
 Body = tuple[tuple[Fact, ...], tuple[Fact, ...]]
 
 
@@ -232,7 +235,8 @@ class _Numbering:
         self._reached = reached
         self._bodies = bodies
         self._knowledge = knowledge
-        self._derived = knowledge.schema.derived | {NOGOOD}
+        self._derived = knowledge.schema.derived | {NOGOOD, BROKEN}
+        self._recursive = knowledge.schema.recursive
         self._numbers: dict[Fact, int] = {}
         self._axiomatic: dict[Fact, None] = {}
 
@@ -304,14 +308,28 @@ class _Numbering:
         if fact[0] in self._derived:
             if self.true(fact):
                 return False
-            bodies = self._bodies.get(fact, [])
-            if all(len(p) + len(n) == 1 and (p + n)[0][0] not in self._derived for p, n in bodies):
-                return all(self._negative(f, plus, minus) for p, _ in bodies for f in p) and all(
-                    self._positive(f, plus, minus) for _, n in bodies for f in n
-                )
+            if fact[0] not in self._recursive:
+                return all(self._broken(body, plus, minus) for body in self._bodies.get(fact, ()))
             self._axiomatic[fact] = None
         minus[self.of(fact)] = None
         return True
+
+    def _broken(self, body: Body, plus: dict[int, None], minus: dict[int, None]) -> bool:
+        """Demand that a conjunction does not hold: one literal is negated, of several any is, by a new derived atom.
+
+        Heuristics see through such positive axioms, but not through the negation of a derived atom.
+        """
+        positive, negative = body
+        if len(positive) + len(negative) == 1:
+            return all(self._negative(f, plus, minus) for f in positive) and all(
+                self._positive(f, plus, minus) for f in negative
+            )
+        head = (BROKEN, body)
+        if head not in self._bodies:
+            self._bodies[head] = [((), (f,)) for f in positive] + [((f,), ()) for f in negative]
+            if any(f in self._reached for f in negative) or positive:
+                self._reached.add(head)
+        return self._positive(head, plus, minus)
 
     def effect(self, effect: GroundEffect) -> TaskEffect | None:
         if effect.atom not in self._reached:
