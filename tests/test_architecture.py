@@ -49,11 +49,11 @@ HOMES = {
     "fcl": {"checking.solids"},
     "numba": set(),
     "ompl": {"world.ompl_search"},
-    "PIL": {"report.render"},
+    "PIL": {"report.images"},
     "pinocchio": {
         "world.actor", "world.arena", "world.chain", "world.hand", "world.robot_model", "world.self_collision",
     },
-    "pybullet": {"execution.bodies", "execution.robot_body", "execution.simulator", "report.render"},
+    "pybullet": {"execution.bullet"},
     "pydantic": {"task.explain", "task.load", "task.schema"},
     "rich": {"commands.solve", "results"},
     "scipy": {"checking.solids", "task.mesh", "world.seeds"},

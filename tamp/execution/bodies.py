@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pybullet
 
+from tamp.execution.bullet import pybullet
 from tamp.task.mesh import Part, parts
 from tamp.task.model import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from tamp.task.pose import Pose

@@ -12,17 +12,14 @@ from contextlib import contextmanager
 import numpy as np
 
 from tamp.errors import PlanError
-from tamp.execution.monitor import Monitor, deviation
-from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Kind, Status
+from tamp.execution.monitor import Monitor
+from tamp.execution.operator import Operator
+from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Status
 from tamp.execution.simulator import STEP, Simulator
-from tamp.execution.tracking import set_points
-from tamp.task import Action, Attachment, Grip, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task import Action, Grip, Move, Plan, Pose, Release, Task, load_robot
 
 START_TOLERANCE = 0.05
 """How far the arm may stand from where a plan starts [rad]."""
-
-ARRIVED = 0.002
-"""Joint error at which a motion counts as finished [rad]."""
 
 SETTLE_S = 1.0
 """How long the scene settles at the end [s]."""
@@ -38,14 +35,10 @@ class Executor:
     """
 
     def __init__(self, task: Task, simulator: Simulator, monitor: Monitor | None, frame_s: float | None = None) -> None:
-        if simulator.robot is None:
-            raise ValueError("an executor needs a simulator with a robot")
         self._task = task
         self._simulator = simulator
-        self._robot = simulator.robot
+        self._operator = Operator(simulator)
         self._monitor = monitor
-        self._held: Attachment | None = None
-        self._tracking_error = 0.0
         self._frames: list[Frame] = []
         if frame_s is not None:
             self._record(max(1, round(frame_s / STEP)))
@@ -61,11 +54,11 @@ class Executor:
 
     def configuration(self) -> tuple[float, ...]:
         """Where the arm's joints are now [rad]."""
-        return tuple(float(q) for q in self._robot.configuration())
+        return tuple(float(q) for q in self._operator.robot.configuration())
 
     def frame(self) -> Frame:
         """The scene as it is now."""
-        return Frame(self.time, self.poses(), self.configuration(), self._robot.opening())
+        return Frame(self.time, self.poses(), self.configuration(), self._operator.robot.opening())
 
     def _record(self, every: int) -> None:
         """Keep a frame now and then every so many steps."""
@@ -96,7 +89,7 @@ class Executor:
         for action in plan.actions:
             entry, lost = self._carry_out_action(action, expected)
             log.append(entry)
-            if lost is not None or (entry.deviations and self._held is None):
+            if lost is not None or (entry.deviations and self._operator.held is None):
                 stop, status = lost or entry.deviations[0], "deviated"
                 break
             if self._simulator.time > self._task.limits.execution_sim_s:
@@ -118,16 +111,16 @@ class Executor:
         for name in plan.start:
             if name not in known:
                 raise PlanError(f"the plan is about {name!r}; the scene has {', '.join(sorted(known))}")
-        off = np.abs(np.array(plan.home) - self._robot.configuration()).max()
+        off = np.abs(np.array(plan.home) - self._operator.robot.configuration()).max()
         if off > START_TOLERANCE:
             raise PlanError(f"the plan starts {off:.3f} rad from where the arm stands; {START_TOLERANCE} is tolerated")
 
     def _carry_out_action(self, action: Action, expected: dict[str, Pose]) -> tuple[ActionLog, Deviation | None]:
         """One action; updates `expected`. The second result is a grasp that failed."""
         began = self._simulator.time
-        self._tracking_error = 0.0
+        self._operator.tracking_error = 0.0
         attempted = succeeded = 0
-        proven = self._held is not None
+        proven = self._operator.held is not None
         lost: Deviation | None = None
         placed = []
         for step in action.steps:
@@ -136,74 +129,29 @@ class Executor:
             if isinstance(step, Grip):
                 attempted += 1
                 expected.pop(step.attachment.object, None)
-                lost = self._grip(step)
+                lost = self._operator.grip(step)
             elif isinstance(step, Release):
-                self._release(step)
+                self._operator.release(step)
                 expected[step.object] = step.pose
                 placed.append(step.object)
             else:
-                self._move(step)
-                lost = lost or self._lost()
-                if self._held is not None and not proven:
+                self._operator.move(step)
+                lost = lost or self._operator.lost()
+                if self._operator.held is not None and not proven:
                     succeeded, proven = succeeded + 1, True
         poses = self.poses()
         deviations = (*self._held_deviation(), *self._compare(expected, poses, placed))
         elapsed = self._simulator.time - began
         return (
-            ActionLog(str(action), elapsed, attempted, succeeded, poses, deviations, self._tracking_error),
+            ActionLog(str(action), elapsed, attempted, succeeded, poses, deviations, self._operator.tracking_error),
             lost if self._monitor is not None else None,
         )
 
-    def _move(self, move: Move) -> None:
-        if self._held is None:
-            self._open(move.opening)
-        positions, velocities = set_points(move.trajectory, STEP)
-        for q, v in zip(positions, velocities, strict=True):
-            self._robot.command(q, v)
-            self._simulator.step()
-            # After the step the arm should be where the velocity was to take it.
-            error = float(np.abs(self._robot.configuration() - (q + v * STEP)).max())
-            self._tracking_error = max(self._tracking_error, error)
-        end = move.trajectory.positions[-1]
-        self._robot.command(end)
-        self._simulator.wait(0.5, lambda: float(np.abs(self._robot.configuration() - end).max()) < ARRIVED, patience=6)
-
-    def _open(self, opening: float) -> None:
-        self._robot.open_to(opening)
-        self._simulator.wait(1.5, lambda: abs(self._robot.opening() - opening) < 0.0005, patience=3)
-
-    def _grip(self, grip: Grip) -> Deviation | None:
-        """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
-        before = self._robot.opening()
-        self._robot.squeeze()
-        self._simulator.wait(2.0, lambda: self._robot.finger_speed() < 0.001, patience=24)
-        self._held = grip.attachment
-        lost = self._lost("missed")
-        if lost is not None:
-            self._open(before)
-        return lost
-
-    def _release(self, release: Release) -> None:
-        self._held = None
-        self._open(release.opening)
-        self._simulator.step(round(0.15 / STEP))
-
-    def _lost(self, kind: Kind = "dropped") -> Deviation | None:
-        """Where the held object is not between the fingers: its deviation, and the hand counts as empty from there."""
-        held = self._held
-        if held is None or all(self._robot.touching(self._simulator.bodies[held.object].id)):
-            return None
-        self._held = None
-        return deviation(held.object, kind, held.T_tool_object, self._in_tool(held.object))
-
-    def _in_tool(self, name: str) -> Pose:
-        """Where an object stands in the tool frame."""
-        return self._robot.tool().inverse() @ self._simulator.pose(name)
-
     def _held_deviation(self) -> tuple[Deviation, ...]:
-        if self._held is None or self._monitor is None:
+        held = self._operator.held
+        if held is None or self._monitor is None:
             return ()
-        slipped = self._monitor.slipped(self._held.object, self._held.T_tool_object, self._in_tool(self._held.object))
+        slipped = self._monitor.slipped(held.object, held.T_tool_object, self._operator.in_tool(held.object))
         return () if slipped is None else (slipped,)
 
     def _compare(

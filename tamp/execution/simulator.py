@@ -9,10 +9,11 @@ from pathlib import Path
 from types import MappingProxyType, TracebackType
 
 import numpy as np
-import pybullet
 
 from tamp.execution.bodies import Body, Material, create_body
-from tamp.execution.robot_body import RobotBody, load_robot_body
+from tamp.execution.bullet import pybullet
+from tamp.execution.robot_body import RobotBody
+from tamp.execution.robot_loading import load_robot_body
 from tamp.task import Box, Object, Pose, RobotSpec, Table
 
 STEP = 1.0 / 240.0

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tamp.execution.record import Frame
-from tamp.report.render import Camera, Stage, save_animation
+from tamp.report.camera import Camera
+from tamp.report.images import save_animation
+from tamp.report.render import Stage
 from tamp.task import Task
 
 SMALL = Camera(width=640, height=360)

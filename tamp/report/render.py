@@ -6,15 +6,16 @@ import colorsys
 import math
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pybullet
 
 from tamp.execution.bodies import Body, Color, Material, create_body
-from tamp.execution.robot_body import load_robot_body
+from tamp.execution.bullet import pybullet
+from tamp.execution.robot_loading import load_robot_body
+from tamp.report.camera import FRONT, Camera
+from tamp.report.images import save_image
 from tamp.task import At, Box, Pose, Table, Task, load_robot
 
 if TYPE_CHECKING:
@@ -29,39 +30,6 @@ GHOST = 0.4
 
 AWAY = Pose((0.0, 0.0, -50.0))
 """Where what is not in the picture waits."""
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A camera that looks at a point, z up.
-
-    Attributes:
-        target: what it looks at (world frame) [m].
-        distance: [m].
-        azimuth: direction from the target to the camera, from x towards y [rad].
-        elevation: over the horizontal [rad].
-        width, height: of the picture [pixels].
-        field_of_view: vertical [rad].
-    """
-
-    target: tuple[float, float, float] = (-0.14, 0.0, 0.15)
-    distance: float = 2.1
-    azimuth: float = math.radians(32)
-    elevation: float = math.radians(36)
-    width: int = 1280
-    height: int = 720
-    field_of_view: float = math.radians(38)
-
-    @property
-    def eye(self) -> tuple[float, float, float]:
-        """Where it stands (world frame) [m]."""
-        x, y, z = self.target
-        flat = self.distance * math.cos(self.elevation)
-        return (
-            x + flat * math.cos(self.azimuth),
-            y + flat * math.sin(self.azimuth),
-            z + self.distance * math.sin(self.elevation),
-        )
 
 
 def palette(count: int) -> tuple[Color, ...]:
@@ -129,7 +97,7 @@ class Stage:
         *,
         configuration: Sequence[float] | None = None,
         opening: float | None = None,
-        camera: Camera = Camera(),
+        camera: Camera = FRONT,
     ) -> Image:
         """The scene as the camera sees it, shape (height, width, 3), red, green, blue in 0..255.
 
@@ -154,7 +122,7 @@ class Stage:
         poses: Mapping[str, Pose],
         goals: Mapping[str, Pose],
         *,
-        camera: Camera = Camera(),
+        camera: Camera = FRONT,
     ) -> Image:
         """The scene with the goals drawn into it as ghosts: two pictures laid over each other."""
         scene = self.picture(poses, camera=camera).astype(np.float64)
@@ -205,7 +173,7 @@ def render_task(
     *,
     configuration: Sequence[float] | None = None,
     goals: bool = False,
-    camera: Camera = Camera(),
+    camera: Camera = FRONT,
 ) -> None:
     """Write one picture of a task's scene.
 
@@ -228,26 +196,3 @@ def render_task(
 def goal_poses(task: Task) -> dict[str, Pose]:
     """Object -> the pose it shall stand at; objects whose goal is no pose are absent."""
     return {item.name: item.goal.pose for item in task.objects if isinstance(item.goal, At)}
-
-
-def save_image(image: Image, path: Path) -> None:
-    """Write a picture, shape (height, width, 3); the path's ending says the format."""
-    from PIL import Image as Pillow
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    Pillow.fromarray(image).save(path)
-
-
-def save_animation(images: Sequence[Image], path: Path, *, frame_s: float = 0.1) -> None:
-    """Write pictures of one size as an endless GIF with `frame_s` seconds a picture.
-
-    Raises:
-        ValueError: for no pictures.
-    """
-    from PIL import Image as Pillow
-
-    if not images:
-        raise ValueError("an animation needs at least one picture")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    first, *rest = (Pillow.fromarray(image).quantize(128) for image in images)
-    first.save(path, save_all=True, append_images=rest, duration=round(frame_s * 1000), loop=0)

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from tamp.execution.record import Frame
+from tamp.report.camera import Camera
 from tamp.report.filmstrip import render_execution
-from tamp.report.render import Camera, Stage, palette, render_task
+from tamp.report.render import Stage, palette, render_task
 from tamp.task import At, Box, Object, Pose, Region, Task, load_robot
 
 SMALL = Camera(width=160, height=90)

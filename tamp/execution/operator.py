@@ -1,0 +1,83 @@
+"""The robot's single steps: following a trajectory, closing on an object, letting it go.
+
+The gripper holds by friction alone: nothing is ever welded, moved by hand or put back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tamp.execution.monitor import deviation
+from tamp.execution.record import Deviation, Kind
+from tamp.execution.simulator import STEP, Simulator
+from tamp.execution.tracking import set_points
+from tamp.task import Attachment, Grip, Move, Pose, Release
+
+ARRIVED = 0.002
+"""Joint error at which a motion counts as finished [rad]."""
+
+
+class Operator:
+    """Works the robot of a simulated world, and knows what it holds.
+
+    Attributes:
+        robot: the robot's body.
+        held: what the fingers hold and where it should be in the tool frame, or None.
+        tracking_error: largest joint error since it was last set to zero [rad].
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        if simulator.robot is None:
+            raise ValueError("an operator needs a simulator with a robot")
+        self._simulator = simulator
+        self.robot = simulator.robot
+        self.held: Attachment | None = None
+        self.tracking_error = 0.0
+
+    def move(self, move: Move) -> None:
+        """Follow a trajectory; empty fingers first go to their opening, a held object stays squeezed."""
+        if self.held is None:
+            self._open(move.opening)
+        positions, velocities = set_points(move.trajectory, STEP)
+        for q, v in zip(positions, velocities, strict=True):
+            self.robot.command(q, v)
+            self._simulator.step()
+            # After the step the arm should be where the velocity was to take it.
+            error = float(np.abs(self.robot.configuration() - (q + v * STEP)).max())
+            self.tracking_error = max(self.tracking_error, error)
+        end = move.trajectory.positions[-1]
+        self.robot.command(end)
+        self._simulator.wait(0.5, lambda: float(np.abs(self.robot.configuration() - end).max()) < ARRIVED, patience=6)
+
+    def _open(self, opening: float) -> None:
+        self.robot.open_to(opening)
+        self._simulator.wait(1.5, lambda: abs(self.robot.opening() - opening) < 0.0005, patience=3)
+
+    def grip(self, grip: Grip) -> Deviation | None:
+        """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
+        before = self.robot.opening()
+        self.robot.squeeze()
+        self._simulator.wait(2.0, lambda: self.robot.finger_speed() < 0.001, patience=24)
+        self.held = grip.attachment
+        lost = self.lost("missed")
+        if lost is not None:
+            self._open(before)
+        return lost
+
+    def release(self, release: Release) -> None:
+        """Open the fingers and give the object a moment to come to rest."""
+        self.held = None
+        self._open(release.opening)
+        self._simulator.step(round(0.15 / STEP))
+
+    def lost(self, kind: Kind = "dropped") -> Deviation | None:
+        """Where the held object is not between the fingers: its deviation, and the hand counts as empty from there."""
+        held = self.held
+        if held is None or all(self.robot.touching(self._simulator.bodies[held.object].id)):
+            return None
+        self.held = None
+        return deviation(held.object, kind, held.T_tool_object, self.in_tool(held.object))
+
+    def in_tool(self, name: str) -> Pose:
+        """Where an object stands in the tool frame."""
+        return self.robot.tool().inverse() @ self._simulator.pose(name)

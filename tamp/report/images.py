@@ -1,0 +1,36 @@
+"""Pictures as files: PNG, GIF and what else Pillow writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Image = NDArray[np.uint8]
+
+
+def save_image(image: Image, path: Path) -> None:
+    """Write a picture, shape (height, width, 3); the path's ending says the format."""
+    from PIL import Image as Pillow
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Pillow.fromarray(image).save(path)
+
+
+def save_animation(images: Sequence[Image], path: Path, *, frame_s: float = 0.1) -> None:
+    """Write pictures of one size as an endless GIF with `frame_s` seconds a picture.
+
+    Raises:
+        ValueError: for no pictures.
+    """
+    from PIL import Image as Pillow
+
+    if not images:
+        raise ValueError("an animation needs at least one picture")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    first, *rest = (Pillow.fromarray(image).quantize(128) for image in images)
+    first.save(path, save_all=True, append_images=rest, duration=round(frame_s * 1000), loop=0)
