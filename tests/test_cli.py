@@ -135,4 +135,4 @@ def test_a_task_that_physics_refutes_is_invalid(tmp_path: Path, capsys: pytest.C
     path = tmp_path / "air.yaml"
     path.write_text(f"objects: [{BLOCK.replace('-0.2, 0.04', '-0.2, 0.4')}]\n", encoding="utf-8")
     assert main(["solve", str(path)]) == 2
-    assert "air.yaml:1: objects[0].goal.pose: nothing supports a" in capsys.readouterr().out
+    assert "air.yaml:1: objects[0].goal.pose: nothing supports a" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from tamp.results import Result
 from tamp.versions import versions
 
 WORK = "tamp.batch.work:solve_file"
-PRELOAD = ("tamp.pipeline.records", "ompl.base", "ompl.geometric", "pinocchio", "pybullet", "toppra", "trimesh", "fcl")
+PRELOAD = ("tamp.pipeline.records", "ompl.base", "ompl.geometric", "pinocchio", "toppra", "trimesh", "fcl")
 
 
 def solve_file(

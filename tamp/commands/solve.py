@@ -35,7 +35,10 @@ def solve(options: argparse.Namespace) -> int:
     if not tasks:
         return BAD_INPUT
     results, interrupted = _run(_batch(options, tasks))
-    if results:
+    for result in results:
+        if result.status == "invalid":
+            print(f"tamp: {result.message}", file=sys.stderr)
+    if any(r.status != "invalid" for r in results):
         print_table(results, sys.stdout)
     if options.json is not None:
         _write(options.json, json.dumps([r.as_dict() for r in results], indent=1, allow_nan=False) + "\n")
