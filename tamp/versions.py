@@ -14,7 +14,7 @@ DISTRIBUTIONS = (
 
 @cache
 def _installed() -> tuple[tuple[str, str], ...]:
-    found = {d.metadata["Name"].lower(): d.version for d in distributions()}
+    found = {d.metadata["Name"].lower().replace("_", "-"): d.version for d in distributions()}
     return tuple((name, found.get(name, "absent")) for name in DISTRIBUTIONS)
 
 

@@ -1,8 +1,7 @@
-"""PyBullet, imported without the line that it prints to standard output when it loads."""
+"""PyBullet, imported without the line that it prints to standard error when it loads."""
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 from collections.abc import Iterator
@@ -10,22 +9,21 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def _silent_output() -> Iterator[None]:
-    """Standard output leads nowhere inside, for C code too, which keeps a buffer of its own."""
-    sys.stdout.flush()
-    kept = os.dup(1)
+def _silent() -> Iterator[None]:
+    """Standard error leads nowhere inside, for C code too; exceptions come through."""
+    sys.stderr.flush()
+    kept = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
     try:
         yield
-        ctypes.CDLL(None).fflush(None)
     finally:
-        os.dup2(kept, 1)
+        os.dup2(kept, 2)
         os.close(kept)
         os.close(nowhere)
 
 
-with _silent_output():
+with _silent():
     import pybullet
 
 __all__ = ["pybullet"]
