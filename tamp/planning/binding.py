@@ -142,6 +142,7 @@ class _Run:
         self.attempt = Attempt()
         self.first_draw = binder.sampling.draws
         self.jumps = 0
+        self.surveying = False
 
     def run(self) -> Attempt:
         self.states[0] = State(self.binder.knowledge.state)
@@ -161,6 +162,7 @@ class _Run:
             culprits = dict(frame.culprits) if frame is not None else {}
             if not conflict:
                 self.attempt.blamed.update(culprits)
+                self._survey(position)
                 return self.attempt
             target = max(conflict)
             self._undo(target, position)
@@ -169,6 +171,22 @@ class _Run:
             position, fresh = target, False
         self.attempt.steps = tuple(self._bound_steps())
         return self.attempt
+
+    def _survey(self, position: int) -> None:
+        """Walk through the rest of the plan past every failure, so that all its conflicts are known at once."""
+        self.surveying = True
+        is_real = self.binder.knowledge.objects.is_real
+        state = self.states[position]
+        for i in range(position + 1, len(self.items)):
+            item = self.items[i]
+            if isinstance(item, Rewind) or self._spent():
+                return
+            self.states[i] = state
+            handles = item.template.inputs if isinstance(item, Choose) else ()
+            handles = item.fact[1:] if isinstance(item, Check) else handles
+            if isinstance(item, Choose | Check | Apply) and all(is_real(self.values.get(h, h)) for h in handles):
+                self._advance(i, fresh=True)
+            state = self.states[i + 1] if isinstance(item, Apply) else state
 
     def _spent(self) -> bool:
         over = (
@@ -357,6 +375,8 @@ class _Run:
 
     def _note(self, position: int, step: int, reason: str) -> None:
         """Remember where the attempt got furthest, for the report."""
+        if self.surveying:
+            return
         if position >= self.attempt.depth:
             steps = self.skeleton.steps
             self.attempt.depth = position

@@ -28,6 +28,9 @@ from tamp.planning.task import Blame, GroundTask, TaskBuilder
 MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
 
+ACTIVATED = 6
+"""How many results of a stream enter the search each time that it is blamed."""
+
 NOVEL_S = 1.0
 """How long a search may take that leaves out what was blamed for failures, before the full one has its turn [s]."""
 
@@ -274,7 +277,7 @@ class Session:
         """Tell the search what a failed attempt has taught: sampled values, and what to avoid."""
         for instance in attempt.blamed:
             instance.failures += 1
-            self.knowledge.activate(instance, 16 * instance.failures)
+            self.knowledge.activate(instance, ACTIVATED * instance.failures)
         for external, inputs, facts, named in attempt.nogoods:
             self.knowledge.instance(external, inputs).nogoods[facts] = None
             self.proofs &= named
