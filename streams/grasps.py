@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 SURFACE = 400  # points that rays start from
 DIRECTIONS = 16  # approach directions about the closing axis
 DEPTHS = (0.018, 0.012, 0.006, 0.003)  # how far the contact lies behind the fingertips [m]
+ROUNDS = 6  # of sampling, where few grasps are clear at every placement
+ENOUGH = 40  # clear grasps after which no further round is needed
+HINDERED = 10.0  # cost of a grasp that cannot serve a placement as long as its supports are there
 SIEVED = 1200  # pinches looked at closely
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
@@ -36,6 +39,7 @@ WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
 STOP_EARLY = 0.003  # how far the fingers may stop from the contacts' own distance [m]
 WIDTH_RESOLUTION = 0.0004  # [m]
 TABLE_GAP = 0.002  # under the hand [m]
+HAND_MARGIN = 0.002  # between the hand and what stands around [m]
 PAD_SOFTNESS = 0.0015  # surface this near to a pad's plane is in contact [m]
 HAND_REACH = 0.25  # neighbours farther away than this cannot meet the hand [m]
 LIMIT = 160  # grasps offered for one object
@@ -70,32 +74,54 @@ def opening_for(gripper: Gripper, grasp: Grasp) -> float:
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
     """Yield grasps of obj, best first: those that serve start and goal, then those that serve one of them."""
     workspace: Workspace = context.scene
-    pinches = _pinches(workspace, obj, context.rng)
-    if not len(pinches.widths):
-        context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
-        return
     places = list(workspace.placements_of(obj))
-    pinches, serves = _over_table(workspace, pinches, places, context.rng)
-    clear = _clear_of_object(workspace, obj, pinches)
-    pinches, serves = pinches.at(clear), serves[:, clear]
-    if not len(pinches.widths):
-        context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
-        return
-    cost = _intrinsic_cost(workspace, obj, pinches)
-    for place, usable in zip(places, serves, strict=True):
-        cost += np.where(usable, _burden(workspace, pinches, obj, place), 10.0)
-    order = _spread(pinches, np.argsort(cost, kind="stable"))
-    yield from _reachable_first(context, workspace, pinches, order, obj)
+    found, costs = _candidates(context, workspace, obj, places)
+    if len(costs):
+        order = _spread(found, np.argsort(costs, kind="stable"))
+        yield from _reachable_first(context, workspace, found, order, obj)
+
+
+def _candidates(
+    context: Context, workspace: Workspace, obj: str, places: list[Placement]
+) -> tuple[Pinches, NDArray[np.float64]]:
+    """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement."""
+    rounds: list[tuple[Pinches, NDArray[np.float64]]] = []
+    for _ in range(ROUNDS):
+        pinches = _pinches(workspace, obj, context.rng)
+        if not len(pinches.widths):
+            context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
+            continue
+        pinches, serves = _over_table(workspace, pinches, places, context.rng)
+        clear = _clear_of_object(workspace, obj, pinches)
+        pinches, serves = pinches.at(clear), serves[:, clear]
+        if not len(pinches.widths):
+            context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
+            continue
+        cost = _intrinsic_cost(workspace, obj, pinches)
+        for place, usable in zip(places, serves, strict=True):
+            cost += np.where(usable, _burden(workspace, pinches, obj, place), HINDERED)
+        rounds.append((pinches, cost))
+        if sum(int((costs < HINDERED).sum()) for _, costs in rounds) >= ENOUGH:
+            break
+    return _joined([pinches for pinches, _ in rounds]), np.concatenate([costs for _, costs in rounds] or [np.empty(0)])
+
+
+def _joined(rounds: list[Pinches]) -> Pinches:
+    if not rounds:
+        return Pinches(np.empty((0, 4, 4)), np.empty(0), np.empty(0), np.empty(0))
+    columns = zip(*((p.T_object_tool, p.widths, p.depths, p.slants) for p in rounds), strict=True)
+    return Pinches(*(np.concatenate(column) for column in columns))
 
 
 def _pinches(workspace: Workspace, obj: str, rng: np.random.Generator) -> Pinches:
-    """Every antipodal contact pair of an object from every direction at every depth."""
+    """Every antipodal contact pair of an object from directions all around at every depth."""
     gripper = workspace.world.robot.spec.gripper
     pieces = workspace.world.geometries[obj].parts
     surface = surface_points(pieces, SURFACE, rng)
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
-    T, widths, depths = _frames(contacts, gripper)
+    phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
+    T, widths, depths = _frames(contacts, gripper, phase)
     return Pinches(T, widths, depths, np.repeat(contacts.slants, DIRECTIONS * len(DEPTHS)))
 
 
@@ -148,7 +174,7 @@ def _boxes(workspace: Workspace) -> HandBoxes:
 
 
 def _frames(
-    contacts: Contacts, gripper: Gripper
+    contacts: Contacts, gripper: Gripper, phase: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Tool frames (n, 4, 4) for every contact pair, approach direction and depth, with widths and depths (n,)."""
     axes = contacts.axes
@@ -159,8 +185,8 @@ def _frames(
     u = np.cross(axes, helper)
     u /= np.linalg.norm(u, axis=1)[:, None]
     v = np.cross(axes, u)
-    angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-    approach = np.cos(angles)[None, :, None] * u[:, None] + np.sin(angles)[None, :, None] * v[:, None]
+    angles = phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
+    approach = np.cos(angles)[:, :, None] * u[:, None] + np.sin(angles)[:, :, None] * v[:, None]
     y = np.repeat(axes[:, None], DIRECTIONS, axis=1)
     R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ basis.T
     shift = np.array(DEPTHS) - gripper.pad[2] / 2
@@ -197,18 +223,39 @@ def _pad_contact(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np
 
 
 def _burden(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
-    """How far each hand leans over at a placement, and how many neighbours it would hit there, shape (n,)."""
+    """What speaks against each hand at a placement, (n,): leaning over, meeting neighbours.
+
+    Most of all it is meeting what the object stands on or in, which must be there.
+    """
     T = place.pose.matrix @ pinches.T_object_tool
     burden = 0.4 * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
     T_tool_world = np.linalg.inv(T)
-    around = workspace.goals if place is workspace.goals.get(obj) else workspace.start
-    for name, other in sorted(around.items()):
+    around = _around(workspace, obj, place)
+    for name, other in around.items():
+        if name in place.on:
+            continue
         points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
-        if name == obj or np.linalg.norm(points - place.pose.xyz, axis=1).min() > HAND_REACH:
+        if np.linalg.norm(points - place.pose.xyz, axis=1).min() > HAND_REACH:
             continue
         local = _in_tool_frames(points, T_tool_world)
         burden += points_hit(_boxes(workspace), _openings(workspace, pinches), local, margin=0.002)
+    supports = Scene(poses={name: around[name].pose.matrix for name in place.on if name in around})
+    if supports.poses:
+        openings = _openings(workspace, pinches)
+        burden += HINDERED * np.array(
+            [_hand_hits(workspace, *hand, supports) for hand in zip(T, openings, strict=True)]
+        )
     return burden
+
+
+def _around(workspace: Workspace, obj: str, place: Placement) -> dict[str, Placement]:
+    """What stands around a placement of an object: the start scene, or the goal scene for a goal."""
+    around = workspace.goals if place is workspace.goals.get(obj) else workspace.start
+    return {name: around[name] for name in sorted(around) if name != obj}
+
+
+def _hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
+    return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
 
 
 def _spread(pinches: Pinches, order: NDArray[np.intp]) -> list[int]:
@@ -229,23 +276,32 @@ def _spread(pinches: Pinches, order: NDArray[np.intp]) -> list[int]:
 def _reachable_first(
     context: Context, workspace: Workspace, pinches: Pinches, order: list[int], obj: str
 ) -> Iterator[Grasp]:
-    """Yield grasps that the arm can reach at every known placement as they come; the others afterwards."""
+    """Yield grasps that serve every known placement as they come; afterwards the others, the less hindered first."""
     robot, places = workspace.world.robot, list(workspace.placements_of(obj))
-    partly: list[Grasp] = []
+    around = [_around(workspace, obj, place) for place in places]
+    scenes = [Scene(poses={name: other.pose.matrix for name, other in others.items()}) for others in around]
+    hindered: list[tuple[int, Grasp]] = []
     for index in order:
         T_tool = pinches.T_object_tool[index]
         width = _closing_width(workspace, obj, T_tool, float(pinches.widths[index]))
         if width is None:
             continue
         grasp = Grasp(Pose.from_matrix(T_tool), width)
-        reached = [next(iter(inverse(robot, p.pose.matrix @ T_tool, context.rng, count=1)), None) for p in places]
-        if all(q is not None for q in reached):
+        hindrance = 0
+        for place, scene in zip(places, scenes, strict=True):
+            T = place.pose.matrix @ T_tool
+            opening = opening_for(robot.spec.gripper, grasp)
+            if next(iter(inverse(robot, T, context.rng, count=1)), None) is None:
+                hindrance += 2
+            elif _hand_hits(workspace, T, opening, scene):
+                hindrance += 1
+        if hindrance == 0:
             yield grasp
-        elif any(q is not None for q in reached):
-            partly.append(grasp)
-    if not partly:
+        elif hindrance < 2 * len(places):
+            hindered.append((hindrance, grasp))
+    if not hindered:
         context.fail(f"no inverse kinematics for further grasps of {obj}")
-    yield from partly
+    yield from (grasp for _, grasp in sorted(hindered, key=lambda pair: pair[0]))
 
 
 def _closing_width(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:

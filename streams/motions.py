@@ -47,9 +47,7 @@ def _paths(context: Context, scene: Scene, start: Configuration, goal: Configura
     if budget <= 0:
         return
     seed = int(context.rng.integers(2**31))
-    result = plan_motion(
-        checker, robot.lower, robot.upper, *ends, seed=seed, timeout=budget, iterations=ITERATIONS
-    )
+    result = plan_motion(checker, robot.lower, robot.upper, *ends, seed=seed, timeout=budget, iterations=ITERATIONS)
     if result.path is not None:
         yield ArmPath(result.path)
         return

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.collisions import ARM_MARGIN, approach_contact, lift_contact
+from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_contact, lift_contact
 from tamp.streams.grasps import opening_for
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
-from tamp.streams.workspace import Context, Workspace
+from tamp.streams.workspace import Context, Workspace, standing
 from tamp.world.kinematics import inverse, straight_line
 from tamp.world.scene import Scene
 
@@ -28,8 +28,9 @@ def inverse_kinematics(
 ) -> Iterator[tuple[Configuration, Configuration, Handling]]:
     """Yield (approach configuration, lift configuration, handling) for an object held by a grasp at a placement.
 
-    Each handling is free of collision with the table, the robot itself and the object; other objects are left to
-    `test-cfree-handling`, since they may have moved by then.
+    Each handling is free of collision with the table, the robot itself and the object. Those that are also free of
+    what the plan has standing there by then come first; the others may serve when that has moved, which
+    `test-cfree-handling` decides.
     """
     workspace: Workspace = context.scene
     world = workspace.world
@@ -40,6 +41,8 @@ def inverse_kinematics(
     if blocked is not None:
         context.fail(f"the hand would hit {blocked}")
         return
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    blocked_by_others = []
     found = False
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
         if time.monotonic() > context.deadline:
@@ -50,9 +53,14 @@ def inverse_kinematics(
         if approach is not None and lift is not None:
             before = Configuration(tuple(approach[0].tolist()), opening)
             after = Configuration(tuple(lift[-1].tolist()), grasp.width)
-            yield before, after, Handling(obj, placement, grasp, opening, approach, lift)
+            handling = Handling(obj, placement, grasp, opening, approach, lift)
+            if handling_contact(workspace, handling, around) is None:
+                yield before, after, handling
+            else:
+                blocked_by_others.append((before, after, handling))
     if not found:
         context.fail("no inverse kinematics")
+    yield from blocked_by_others
 
 
 def _approach(
