@@ -328,7 +328,7 @@ def half_off_the_table(task: Task, plan: Plan, rng: np.random.Generator) -> Pair
     y = step_at(plan, places[-1]).pose.xyz[1]
     table = task.table
     low, high = table.center[1] - table.size[1] / 2, table.center[1] + table.size[1] / 2
-    low, high = (low, y - rng.uniform(0.003, 0.02)) if y > 0 else (y + rng.uniform(0.003, 0.02), high)
+    low, high = (low, y - rng.uniform(0.012, 0.02)) if y > 0 else (y + rng.uniform(0.012, 0.02), high)
     table = replace(table, center=(table.center[0], (low + high) / 2), size=(table.size[0], high - low))
     return replace(task, table=table), plan
 
