@@ -16,7 +16,8 @@ from benchmarks.harness import Row, main, percentile
 from tamp.checking.limits import violations
 from tamp.checking.tolerances import Tolerances
 from tamp.task import RobotSpec, load_robot
-from tamp.world.timing import accelerations, largest_deviation, largest_jerk, time_path
+from tamp.world.timing import time_path
+from tamp.world.trajectories import accelerations, largest_deviation, largest_jerk
 
 Array = NDArray[np.float64]
 

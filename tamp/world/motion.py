@@ -13,8 +13,8 @@ from tamp.world.paths import RESOLUTION, Array, StateChecker, shortcut, without_
 ITERATIONS = 100_000
 """How often a planner may extend its trees before it gives up, whatever the clock says."""
 
-ATTEMPTS = 3
-"""How often the search is repeated, at twice the resolution each, where its path fails the finer recheck."""
+RECHECK = RESOLUTION / 2
+"""Distance between the configurations at which a path is rechecked before it is handed out [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,26 +97,25 @@ def plan_motion(
         if checker.edge_free(start, goal):
             return MotionResult(np.array([start, goal]), "", time.monotonic() - begin)
 
-    from tamp.world.ompl_search import search
+    from tamp.world.ompl_search import OPTIMISING, search
 
-    # A corner touched between two tested configurations shows in the recheck; then all is searched anew, finer.
-    simplify_s, resolution = 0.0, RESOLUTION
-    for attempt in range(ATTEMPTS):
+    # A corner touched between two tested configurations shows in the finer recheck; then all is searched anew, finer.
+    simplify_s = 0.0
+    for resolution in (RECHECK,) if planner in OPTIMISING else (RESOLUTION, RECHECK):
         found = search(
             checker, lower, upper, start, goals,
-            planner=planner, seed=seed + attempt, deadline=begin + timeout, iterations=iterations,
+            planner=planner, seed=seed, deadline=begin + timeout, iterations=iterations,
             step=step, resolution=resolution,
         )  # fmt: skip
-        planned = time.monotonic()
         if found is None:
             break
-        rng = np.random.default_rng(seed)
-        path = shortcut(without_duplicates(found), checker, rng, attempts=shortcuts, resolution=resolution)
-        accepted = all(checker.edge_free(a, b, resolution / 2) for a, b in pairwise(path))
+        planned = time.monotonic()
+        found = without_duplicates(found)
+        short = shortcut(found, checker, np.random.default_rng(seed), attempts=shortcuts, resolution=resolution)
+        path = next((p for p in (short, found) if all(checker.edge_free(a, b, RECHECK) for a, b in pairwise(p))), None)
         simplify_s += time.monotonic() - planned
-        if accepted:
+        if path is not None:
             return MotionResult(path, "", time.monotonic() - begin - simplify_s, simplify_s)
-        resolution /= 2
     spent = time.monotonic() - begin
     return MotionResult(
         None, f"{planner} found no path in {spent:.2f} s", spent - simplify_s, simplify_s, exhausted=True

@@ -10,8 +10,8 @@ from ompl import base, geometric, util
 
 from tamp.world.paths import Array, StateChecker
 
-# Names as the user writes them -> OMPL's classes; the first is the default. The optimising ones (AORRTC, BIT*,
-# RRT*, ...) use all the time they are given. PRM is missing because its second thread deadlocks with Python's lock.
+# Names as the user writes them -> OMPL's classes; the first is the default. PRM is missing because its second thread
+# and Python's interpreter lock wait for each other.
 PLANNERS = {
     "rrtconnect": geometric.RRTConnect,
     "rrt": geometric.RRT,
@@ -25,6 +25,9 @@ PLANNERS = {
     "bitstar": geometric.BITstar,
     "aorrtc": geometric.AORRTC,
 }
+
+# These improve their path for as long as they are given time.
+OPTIMISING = frozenset({"rrtstar", "informed-rrtstar", "bitstar", "aorrtc"})
 
 
 class _Edges(base.MotionValidator):  # type: ignore[misc]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from tamp.task.plan import Trajectory
 from tamp.task.robot import RobotSpec
-from tamp.world.paths import Array, deviation, without_duplicates
+from tamp.world.paths import Array, without_duplicates
 from tamp.world.rounding import RoundedPath, rounded
+from tamp.world.trajectories import ConfigurationTest, accelerations, first_blocked, stretched
 
 SAMPLE_S = 0.02
 """Longest time between two samples of a trajectory [s]."""
@@ -25,13 +27,6 @@ SLACK = 1e-3
 """Share by which a sampled trajectory may exceed a limit before it is stretched; numerical, not physical."""
 
 
-class ConfigurationTest(Protocol):
-    """Says whether a configuration is free; `tamp.world.collision.CollisionChecker` is one."""
-
-    def free(self, q: Array, /) -> bool:
-        """Whether the configuration, shape (dof,), is free of collision."""
-
-
 def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: float = TOLERANCE) -> Trajectory:
     """The fastest trajectory along a path, at rest at both ends, by TOPPRA (Pham and Pham, 2018).
 
@@ -42,7 +37,7 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     Args:
         path: shape (n, dof) [rad]; duplicates are dropped. A path of no length becomes two equal samples, SAMPLE_S
             apart, at rest.
-        limits: position, velocity and acceleration limits are respected; jerk is not bounded, see `largest_jerk`.
+        limits: position, velocity and acceleration limits are respected; jerk has no bound, `largest_jerk` tells it.
         speed: share of the velocity and acceleration limits to use, in (0, 1].
         tolerance: how far the trajectory may leave the polyline, at its corners [rad].
 
@@ -103,54 +98,6 @@ def time_free_path(
     return TimedMotion(None, f"the timed motion touches something {blocked:.2f} s after its start")
 
 
-def first_blocked(trajectory: Trajectory, checker: ConfigurationTest, step: float) -> float | None:
-    """Time of the first configuration in collision [s], tested every `step` [rad] of the joints' motions together."""
-    travel = np.abs(np.diff(trajectory.positions, axis=0)).sum(axis=1)
-    distance = np.concatenate([[0.0], np.cumsum(travel)])
-    marks = np.linspace(0.0, distance[-1], max(2, int(np.ceil(distance[-1] / step)) + 1))
-    times = np.interp(marks, distance, trajectory.times)
-    for time, q in zip(times, positions_at(trajectory, times), strict=True):
-        if not checker.free(q):
-            return float(time)
-    return None
-
-
-def positions_at(trajectory: Trajectory, times: Array) -> Array:
-    """Positions of the cubic Hermite curve at `times` [s], shape (k,): shape (k, dof) [rad]."""
-    t, q, v = trajectory.times, trajectory.positions, trajectory.velocities
-    i = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
-    h = (t[i + 1] - t[i])[:, None]
-    s = (np.asarray(times) - t[i])[:, None] / h
-    q0, q1, v0, v1 = q[i], q[i + 1], h * v[i], h * v[i + 1]
-    return np.asarray(q0 + s * (v0 + s * (3 * (q1 - q0) - 2 * v0 - v1 + s * (2 * (q0 - q1) + v0 + v1))))
-
-
-def accelerations(trajectory: Trajectory) -> Array:
-    """Mean acceleration between each two samples, shape (n - 1, dof) [rad/s^2]."""
-    return np.asarray(np.diff(trajectory.velocities, axis=0) / np.diff(trajectory.times)[:, None])
-
-
-def largest_jerk(trajectory: Trajectory) -> Array:
-    """Largest change of acceleration in 1 ms, over 1 ms, of each joint, shape (dof,) [rad/s^3].
-
-    TOPPRA switches accelerations at once, so the jerk of the ideal motion has no bound; a millisecond is the period at
-    which such arms take commands.
-    """
-    times = np.arange(0.0, trajectory.duration + 0.003, 0.001)
-    q = positions_at(trajectory, np.minimum(times, trajectory.duration))
-    return np.asarray(np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / 0.001**3)
-
-
-def largest_deviation(trajectory: Trajectory, path: Array) -> float:
-    """Largest distance of the sampled trajectory to the polyline [rad]."""
-    return float(deviation(trajectory.positions, np.asarray(path, dtype=float)).max())
-
-
-def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
-    """The same motion in `factor` times the time."""
-    return Trajectory(trajectory.times * factor, trajectory.positions.copy(), trajectory.velocities / factor)
-
-
 def _checked(path: Array, limits: RobotSpec, speed: float) -> Array:
     path = np.asarray(path, dtype=float)
     if path.ndim != 2 or path.shape[0] < 1 or path.shape[1] != len(limits.joints):
@@ -182,20 +129,28 @@ def _toppra_rates(curve: RoundedPath, grid: Array, velocity: Array, acceleration
     Between two points of the grid d2s/dt2 and the curve's second derivative are constant, so a limit that holds at
     both ends of an interval (TOPPRA's Interpolation discretisation) holds within.
     """
-    from toppra import algorithm, constraint
+    from toppra import algorithm
 
-    limits = [
-        constraint.JointVelocityConstraint(np.stack([-velocity, velocity], axis=1)),
-        constraint.JointAccelerationConstraint(
-            np.stack([-acceleration, acceleration], axis=1),
-            discretization_scheme=constraint.DiscretizationType.Interpolation,
-        ),
-    ]
-    instance = algorithm.TOPPRA(limits, _Geometry(curve), gridpoints=grid, solver_wrapper="seidel")
+    limits = _constraints(tuple(velocity), tuple(acceleration))
+    instance = algorithm.TOPPRA(list(limits), _Geometry(curve), gridpoints=grid, solver_wrapper="seidel")
     _, rates, _ = instance.compute_parameterization(0.0, 0.0)
     if rates is None or not np.isfinite(rates).all():
         raise ArithmeticError(f"TOPPRA found no timing of a path of {len(curve.corners)} corners")
     return np.asarray(rates, dtype=float)
+
+
+@lru_cache(maxsize=16)
+def _constraints(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> tuple[Any, Any]:
+    """TOPPRA's form of the limits; kept, because making it costs as much as half of a timing."""
+    from toppra import constraint
+
+    return (
+        constraint.JointVelocityConstraint([(-v, v) for v in velocity]),
+        constraint.JointAccelerationConstraint(
+            [(-a, a) for a in acceleration],
+            discretization_scheme=constraint.DiscretizationType.Interpolation,
+        ),
+    )
 
 
 class _Geometry:
