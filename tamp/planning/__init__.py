@@ -1,6 +1,7 @@
 """The stream planner: PDDL with streams, for any domain. It knows no robot."""
 
 from tamp.language import Stream
+from tamp.planning.constraints import Constraints, Reuse
 from tamp.planning.context import Context
 from tamp.planning.problem import GroundAction, Problem, Solution, StreamInfo
 from tamp.planning.report import Report, SkeletonReport, StreamReport
@@ -9,6 +10,6 @@ from tamp.planning.search import Search, SearchResult
 from tamp.planning.solve import solve
 
 __all__ = [
-    "Certified", "Context", "GroundAction", "Problem", "Report", "Search", "SearchResult", "SkeletonReport", "Solution",
-    "Stream", "StreamInfo", "StreamReport", "solve",
+    "Certified", "Constraints", "Context", "GroundAction", "Problem", "Report", "Reuse", "Search", "SearchResult",
+    "SkeletonReport", "Solution", "Stream", "StreamInfo", "StreamReport", "solve",
 ]  # fmt: skip

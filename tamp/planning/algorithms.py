@@ -16,6 +16,9 @@ def adaptive(session: Session) -> None:
     """
     budget = Budget()
     failures = 0
+    earlier = session.earlier_plan()
+    if earlier is not None:
+        session.bind(earlier, budget)
     while True:
         skeleton = _next_skeleton(session)
         if skeleton is None:

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from tamp.planning.connectors import Connector, Connectors
+from tamp.planning.constraints import Matcher
 from tamp.planning.evaluate import Evaluator, State, Violation
 from tamp.planning.instances import Instance, Knowledge, ground
 from tamp.planning.normal import ActionSchema, Condition
@@ -97,12 +98,19 @@ class Binder:
     """Binds skeletons. Results stay with their instances, so that nothing is computed twice."""
 
     def __init__(
-        self, knowledge: Knowledge, sampling: Sampling, evaluator: Evaluator, connectors: Connectors, deadline: float
+        self,
+        knowledge: Knowledge,
+        sampling: Sampling,
+        evaluator: Evaluator,
+        connectors: Connectors,
+        forbidden: Matcher,
+        deadline: float,
     ) -> None:
         self.knowledge = knowledge
         self.sampling = sampling
         self.evaluator = evaluator
         self.connectors = connectors
+        self.forbidden = forbidden
         self.deadline = deadline
 
     def bind(self, skeleton: Skeleton, budget: Budget) -> Attempt:
@@ -158,8 +166,8 @@ class _Run:
                 position, fresh = position + 1, True
                 continue
             self.jumps += 1
-            frame = self.frames.get(position)
-            culprits = dict(frame.culprits) if frame is not None else {}
+            failed = self.frames.get(position)
+            culprits = dict(failed.culprits) if failed is not None else {}
             if not conflict:
                 self.attempt.blamed.update(culprits)
                 self._survey(position)
@@ -228,8 +236,11 @@ class _Run:
                 self._note(position, item.step, violation.reason)
                 return self._blame(position, violation)
         if isinstance(item, Apply):
-            step = self.skeleton.steps[item.step]
-            state = self.binder.progress(step.schema, self._bound(step.binding), state)
+            step = BoundStep(self.skeleton.steps[item.step].schema, self._bound(self.skeleton.steps[item.step].binding))
+            if self.binder.forbidden(step.schema.name, step.args):
+                self._note(position, item.step, "the action is forbidden with these values")
+                return self._blame(position, Violation(((step.schema.name, *step.args),), ""))
+            state = self.binder.progress(step.schema, step.binding, state)
         if isinstance(item, Rewind):
             state = self.states[0]
         self.states[position + 1] = state

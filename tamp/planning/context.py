@@ -34,7 +34,7 @@ class Context:
 
     @cached_property
     def rng(self) -> np.random.Generator:
-        """A random generator derived from (seed, stream, inputs), so that samples do not depend on the order of calls."""
+        """A random generator derived from (seed, stream, inputs), whatever the order of calls."""
         return self._make_rng()
 
     def fail(self, reason: str, because: Iterable[Any] = ()) -> None:

@@ -56,7 +56,7 @@ class Costs:
 
     def _function(self, term: tuple[object, ...]) -> float:
         name, handles = str(term[0]), tuple(h for h in term[1:] if isinstance(h, int))
-        known = self._values.get(term)  # type: ignore[call-overload]
+        known = self._values.get(term)
         if known is not None:
             return float(known)
         functions = self._knowledge.schema.functions

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from tamp.planning.instances import FactIndex, Knowledge, ground
+from tamp.planning.instances import FactIndex, Instance, Knowledge, ground
 from tamp.planning.join import Pattern
 from tamp.planning.normal import AxiomSchema, Condition
 from tamp.planning.objects import Fact
@@ -70,23 +70,28 @@ class Evaluator:
         tests = self._schema.tests.get(fact[0])
         if tests is None or not all(self._knowledge.objects.is_real(h) for h in fact[1:]):
             return False
+        reason = ""
         for test in tests:
             for pattern in test.certified:
-                if pattern[0] == fact[0] and self._ask(test, dict(zip(pattern[1:], fact[1:], strict=True))):
-                    return True
-        self._knowledge.refute(fact)
+                if pattern[0] == fact[0]:
+                    instance = self._ask(test, dict(zip(pattern[1:], fact[1:], strict=True)))
+                    if instance is not None and instance.results:
+                        return True
+                    reason = next((r for r, _ in instance.reasons), reason) if instance is not None else reason
+        self._knowledge.refute(fact, reason)
         return False
 
-    def _ask(self, test: External, terms: dict[str | int, int]) -> bool:
+    def _ask(self, test: External, terms: dict[str | int, int]) -> Instance | None:
+        """The instance of a test that decides a fact, after its call; None where it does not apply."""
         if any(isinstance(t, int) and t != h for t, h in terms.items()) or not all(v in terms for v in test.inputs):
-            return False
+            return None
         instance = self._knowledge.instance(test, tuple(terms[v] for v in test.inputs))
         if not instance.calls:
             if not all(self.given(f) for f in instance.domain):
-                return False
+                return None
             self._sampling.draw(instance)
             self._knowledge.announce(instance)
-        return bool(instance.results)
+        return instance
 
     def given(self, fact: Fact) -> bool:
         """Whether a domain fact holds: certified, derived without fluents, or a fluent that held at the start."""
@@ -117,6 +122,9 @@ class Evaluator:
 
     def _reason(self, fact: Fact, causes: Support) -> str:
         text = self._knowledge.objects.text
+        reasons = dict.fromkeys(r for c in causes if (r := self._knowledge.refuted.get(c)))
+        if reasons:
+            return f"{text(fact)}: {', '.join(list(reasons)[:3])}"
         named = [c for c in causes if c[0] not in self._schema.tests] or list(causes)
         return f"{text(fact)} because of {', '.join(map(text, named[:3]))}"
 
@@ -187,7 +195,7 @@ class Evaluator:
                 for member in together:
                     for axiom in self._axioms[member]:
                         heads = [ground(axiom.head, b) for b, _ in self.satisfy(axiom.condition, {}, state)]
-                        changed |= any([table.add(head) for head in heads])
+                        changed |= sum(table.add(head) for head in heads) > 0
         return state.extensions[name]
 
     def _mutual(self, name: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Fast Downward's search as a program: the task goes in as SAS+ on its standard input, the plan comes back as a file."""
+"""Fast Downward's search as a program: the task goes in as SAS+ on standard input, the plan comes back as a file."""
 
 from __future__ import annotations
 
@@ -60,11 +60,7 @@ class FastDownward:
         self._search = CONFIGURATIONS[name]
 
     def __call__(self, task: GroundTask, timeout: float, bound: int | None = None) -> SearchResult:
-        """Search for a plan that costs less than `bound`.
-
-        Args:
-            timeout: when to give up [s]; the program and its children are then killed.
-        """
+        """Search for a plan that costs less than `bound`; after `timeout` seconds the program is killed."""
         if not task.goal_positive and not task.goal_negative:
             return SearchResult(())
         search = self._search.format(bound="" if bound is None else f", bound={bound}")

@@ -1,4 +1,4 @@
-"""Ground operators and axioms, kept up to date as facts arrive; and the stream instances that the facts give rise to."""
+"""Ground operators and axioms, kept up to date as facts arrive, and the stream instances that facts give rise to."""
 
 from __future__ import annotations
 
@@ -117,9 +117,11 @@ class Grounder:
         condition = self.connectors.without(schema.condition)
         variables = _variables(condition)
         index = self.schema.actions.index(schema)
-        yield JoinRule(
-            variables, condition.positive, condition.unequal, lambda values: self._operator(index, schema, values)
-        )
+
+        def on_match(values: tuple[int, ...]) -> None:
+            self._operator(index, schema, values)
+
+        yield JoinRule(variables, condition.positive, condition.unequal, on_match)
         for effect in self.connectors.effects(schema):
             if _is_plain(effect):
                 continue
@@ -169,7 +171,10 @@ class Grounder:
     ) -> tuple[tuple[Fact, ...], tuple[Fact, ...], tuple[Fact, ...], tuple[Fact, ...]]:
         """Static and absent facts, positive and negative atoms of a condition."""
         changing = self.schema.fluents | self.schema.derived
-        static, absent, positive, negative = [], [], [], []
+        static: list[Fact] = []
+        absent: list[Fact] = []
+        positive: list[Fact] = []
+        negative: list[Fact] = []
         for pattern in condition.positive:
             (positive if pattern[0] in changing else static).append(ground(pattern, binding))
         for pattern in condition.negative:

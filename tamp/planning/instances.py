@@ -124,7 +124,7 @@ class Knowledge:
         self.schema = schema
         self.objects = objects
         self.real = FactIndex()
-        self.refuted: dict[Fact, None] = {}
+        self.refuted: dict[Fact, str] = {}
         self.state: dict[Fact, None] = {}
         self.producers: dict[Fact, list[Instance]] = {}
         self.templates: list[Instance] = []
@@ -169,11 +169,11 @@ class Knowledge:
         if active:
             self._announce(fact)
 
-    def refute(self, fact: Fact) -> None:
-        """A call has shown that a fact does not hold."""
+    def refute(self, fact: Fact, reason: str = "") -> None:
+        """A call has shown that a fact does not hold, for a reason."""
         if fact not in self.refuted:
             self.version += 1
-            self.refuted[fact] = None
+            self.refuted[fact] = reason
             self._tell((FALSE_MARK + fact[0], *fact[1:]))
 
     def hope(self, template: Instance) -> None:
@@ -202,6 +202,11 @@ class Knowledge:
         for fact in instance.certified(outputs):
             self.certify(fact, active=False)
         return True
+
+    def source(self, handle: int) -> Instance | None:
+        """The stream instance that an object came from; None for an object of the problem."""
+        found = self._sources.get(handle)
+        return None if found is None else found[0]
 
     def activate(self, instance: Instance, limit: int) -> None:
         """Let the search use the first `limit` results of an instance."""

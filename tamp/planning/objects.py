@@ -1,4 +1,4 @@
-"""Objects as small integers: any Python value, and the optimistic placeholders that stand for values not sampled yet."""
+"""Objects as small integers: any Python value, and the placeholders that stand for values not sampled yet."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Problem:
         domain: PDDL text or the file it lies in.
         streams: stream PDDL text or file; None for a problem without streams.
         samplers: stream name -> function. A stream's is a generator function that yields one output (a tuple where
-            there are several; None for "nothing yet"); a test's and a predicate's returns a bool; a function's a number.
+            there are several; None for "nothing yet"); a test's or predicate's returns a bool, a function's a number.
         init: facts such as `("AtPose", obj, pose)` and function values `("=", ("Distance", a, b), 5.0)`.
         goal: nested tuples such as `("and", ("On", a, b), ("exists", ("?p",), ("AtPose", c, "?p")))`.
         scene: what samplers find as `context.scene`; the planner does not look into it.
@@ -115,8 +115,8 @@ class Solution:
     Attributes:
         plan: the actions in order; None where no plan was found.
         cost: the plan's cost; infinite without a plan.
-        status: "solved"; "infeasible" where that is proven: all streams are exhausted; "timeout"; "failed" where a limit
-            other than time ended the search; "interrupted".
+        status: "solved"; "infeasible" where that is proven: all streams are exhausted; "timeout"; "failed" where
+            a limit other than time ended the search; "interrupted".
         certified: all facts that streams certified for the plan, as tuples with values.
         report: where the time went, what was tried and what failed.
         picture: graphviz text of the plan and the streams that feed it.

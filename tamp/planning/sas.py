@@ -26,7 +26,7 @@ class _Variables:
 
 
 def write_sas(task: GroundTask) -> str | None:
-    """The task as text, operators named by their numbers; None where its goal wants two atoms that exclude each other."""
+    """The task as text, operators named by their numbers; None where its goal wants atoms that exclude each other."""
     variables = _variables(task)
     lines = ["begin_version", "3", "end_version", "begin_metric", "1", "end_metric", str(len(variables.sizes))]
     for i, size in enumerate(variables.sizes):

@@ -64,7 +64,8 @@ class Schema:
         self.goal = normal.goal
         self.fluents = normal.fluents
         self.derived = normal.derived | {str(axiom.head[0]) for axiom in rules}
-        self.externals = {s.name: self._external(s) for s in (*streams.streams, *streams.predicates)}
+        declared: tuple[Stream | PredicateStream, ...] = (*streams.streams, *streams.predicates)
+        self.externals = {stream.name: self._external(stream) for stream in declared}
         self.functions: dict[str, FunctionStream] = {f.name: f for f in streams.functions}
         self.tests = self._tests()
         self.normal: NormalDomain = normal

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from tamp.planning.binding import Attempt, Binder, BoundStep, Budget
 from tamp.planning.connectors import Connectors
+from tamp.planning.constraints import Constraints, Matcher, Reuse, places
 from tamp.planning.costs import Costs
 from tamp.planning.evaluate import Evaluator
 from tamp.planning.grounding import Grounder, GroundOperator
@@ -23,7 +24,6 @@ from tamp.planning.schema import Schema
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.skeleton import Skeleton, make_skeleton
 from tamp.planning.task import Blame, GroundTask, TaskBuilder
-
 
 MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
@@ -44,6 +44,8 @@ class Options:
         success_cost: a plan that costs at most this ends the run; otherwise a better one is looked for.
         max_iterations: searches before giving up.
         connectors: whether moves may be left out of the search.
+        constraints: what plans must look like.
+        reuse: what to keep of an earlier plan.
     """
 
     seed: int = 0
@@ -53,6 +55,8 @@ class Options:
     unit_costs: bool = False
     max_iterations: int = 1_000_000
     connectors: bool = True
+    constraints: Constraints = field(default_factory=Constraints)
+    reuse: Reuse | None = None
 
 
 class Ended(Exception):  # noqa: N818  control flow inside this package, never seen outside
@@ -91,8 +95,13 @@ class Session:
         bounded = min(options.max_cost, options.success_cost) < math.inf
         if bounded:
             self.costs.prefer_cheap()
-        self.connectors = Connectors(self.schema, options.connectors and (self.costs.unit or not bounded))
-        self.binder = Binder(self.knowledge, self.sampling, self.evaluator, self.connectors, self.deadline)
+        forbids = {str(p[0]).lower() for p in options.constraints.forbidden}
+        hide = options.connectors and (self.costs.unit or not bounded)
+        self.connectors = Connectors(self.schema, hide)
+        if any(c.schema.name in forbids for c in self.connectors.connectors):
+            self.connectors = Connectors(self.schema, enabled=False)
+        forbidden = Matcher(options.constraints.forbidden, self.objects)
+        self.binder = Binder(self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, self.deadline)
         self.blames: dict[int, Blame] = {}
         self.tried: dict[Skeleton, _Tried] = {}
         self.best: tuple[BoundStep, ...] | None = None
@@ -111,6 +120,8 @@ class Session:
             lambda atoms: groups(invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
             self.costs.of_operator,
             self.connectors.fluent,
+            places(options.constraints, self.objects, frozenset(c.schema.name for c in self.connectors.connectors)),
+            forbidden,
         )
         with self._timed("grounding"):
             self.grounder = Grounder(self.schema, self.knowledge, self.connectors)
@@ -142,6 +153,37 @@ class Session:
                 (atom.predicate, *(self.objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
             )
         yield from self._goal_objects()
+        yield from self._reused()
+
+    def _reused(self) -> Iterator[Fact]:
+        """Facts of an earlier plan about the values that its remaining actions use."""
+        if self.options.reuse is None:
+            return
+        reuse = self.options.reuse
+        values = {self.objects.intern(value) for action in reuse.actions for value in action.args}
+        values |= set(self.objects.real())
+        for raw in reuse.facts:
+            name = str(raw[0]).lower()
+            if name not in self.schema.fluents and name not in self._momentary:
+                fact = (name, *map(self.objects.intern, raw[1:]))
+                if values.issuperset(fact[1:]):
+                    yield fact
+
+    @property
+    def _momentary(self) -> set[str]:
+        """Predicates that streams with fluents certify: what they say holds in one state only."""
+        return {str(p[0]) for e in self.schema.externals.values() if e.fluents for p in e.certified}
+
+    def earlier_plan(self) -> Skeleton | None:
+        """The remaining actions of an earlier plan as a skeleton; None where an action is not possible any more."""
+        if self.options.reuse is None:
+            return None
+        hidden = {c.schema.name for c in self.connectors.connectors}
+        known = {(op.schema.name, op.args): op for op in self.grounder.operators}
+        actions = [a for a in self.options.reuse.actions if a.name not in hidden]
+        steps = [known.get((a.name, tuple(map(self.objects.intern, a.args)))) for a in actions]
+        found = [step for step in steps if step is not None]
+        return self.skeleton(found) if len(found) == len(steps) else None
 
     def _typed_constants(self) -> Iterator[Fact]:
         domain = self.schema.domain

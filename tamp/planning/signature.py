@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from tamp.errors import SamplerError
-from tamp.language import StreamFile
+from tamp.language import FunctionStream, PredicateStream, Stream, StreamFile
 
 
 def check_samplers(streams: StreamFile, samplers: Mapping[str, Callable[..., Any]], info: Mapping[str, Any]) -> None:
@@ -17,7 +17,10 @@ def check_samplers(streams: StreamFile, samplers: Mapping[str, Callable[..., Any
     Raises:
         SamplerError: naming the stream, what was expected and what was found.
     """
-    externals = {s.name: s for s in (*streams.streams, *streams.functions, *streams.predicates)}
+    externals: dict[str, Stream | FunctionStream | PredicateStream] = {}
+    externals.update({s.name: s for s in streams.streams})
+    externals.update({f.name: f for f in streams.functions})
+    externals.update({p.name: p for p in streams.predicates})
     for kind, names in (("sampler", samplers), ("info", info)):
         for name in names:
             if name not in externals:

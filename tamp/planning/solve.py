@@ -9,7 +9,9 @@ from dataclasses import replace
 
 from tamp.errors import DomainError
 from tamp.planning.algorithms import adaptive, focused, incremental
+from tamp.planning.constraints import Constraints, Reuse
 from tamp.planning.fast_downward import FastDownward
+from tamp.planning.picture import draw_plan
 from tamp.planning.problem import GroundAction, Problem, Solution
 from tamp.planning.report import Report
 from tamp.planning.search import BuiltinSearch, Search
@@ -33,6 +35,8 @@ def solve(
     unit_costs: bool = False,
     search: str | Search = "ff",
     max_iterations: int = 1_000_000,
+    constraints: Constraints | None = None,
+    reuse: Reuse | None = None,
 ) -> Solution:
     """Plan.
 
@@ -42,10 +46,12 @@ def solve(
         timeout: when to end [s]; the best plan found by then is returned.
         seed: decides every random choice.
         max_cost: plans that cost more do not count.
-        success_cost: a plan that costs at most this ends the run; above it, better ones are looked for until the timeout.
+        success_cost: a plan that costs at most this ends the run; above it, better ones are looked for.
         unit_costs: let each action cost 1, whatever the domain says.
         search: "builtin", one of Fast Downward's configurations by name, or any function that fits `Search`.
         max_iterations: how many searches may be run.
+        constraints: a skeleton to follow, actions to avoid.
+        reuse: what to keep of an earlier plan, see `Reuse.after`; algorithm "adaptive" tries its actions first.
 
     Raises:
         DomainError: for an unknown algorithm or search.
@@ -54,7 +60,11 @@ def solve(
     if algorithm not in ALGORITHMS:
         raise DomainError(f"unknown algorithm {algorithm!r}; there are: {', '.join(ALGORITHMS)}")
     searcher: Search = _searcher(search) if isinstance(search, str) else search
-    options = Options(seed, timeout, max_cost, success_cost, unit_costs, max_iterations)
+    constraints = constraints or Constraints()
+    constraints.check(problem.parsed_domain)
+    options = Options(
+        seed, timeout, max_cost, success_cost, unit_costs, max_iterations, constraints=constraints, reuse=reuse
+    )
     started = time.monotonic()
     session = Session(problem, options, searcher, algorithm == "incremental", started)
     try:
@@ -100,4 +110,5 @@ def _solution(session: Session, algorithm: str, status: str, message: str) -> So
         message,
     )
     certified = tuple(objects.values_of(fact) for fact in (*session.knowledge.real, *session.knowledge.state))
-    return Solution(plan, session.best_cost, status, certified, report)
+    picture = draw_plan(best, session.knowledge) if best is not None else ""
+    return Solution(plan, session.best_cost, status, certified, report, picture)

@@ -1,10 +1,11 @@
-"""The ground planning task of one moment: what the operators and axioms amount to when the hopes of that moment hold."""
+"""The ground planning task of one moment: what operators and axioms amount to when the hopes of that moment hold."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from tamp.planning.constraints import Matcher, Place
 from tamp.planning.grounding import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.instances import Knowledge
 from tamp.planning.objects import Fact
@@ -78,6 +79,10 @@ NOGOOD = "@nogood"
 BROKEN = "@broken"
 """Predicate of derived atoms that say that a conjunction does not hold."""
 
+PLACE = "@place"
+"""Predicate of atoms that say how much of a given skeleton is done."""
+
+Literals = tuple[tuple[int, ...], tuple[int, ...]]
 Body = tuple[tuple[Fact, ...], tuple[Fact, ...]]
 
 
@@ -90,11 +95,15 @@ class TaskBuilder:
         groups: Callable[[Iterable[Fact]], list[list[Fact]]],
         cost: Callable[[GroundOperator], int],
         hidden: str,
+        places: tuple[Place, ...],
+        forbidden: Matcher,
     ) -> None:
         self._knowledge = knowledge
         self._groups = groups
         self._cost = cost
         self._hidden = hidden
+        self._places = places
+        self._forbidden = forbidden
 
     def build(
         self,
@@ -109,6 +118,7 @@ class TaskBuilder:
         given = [*knowledge.state, *knowledge.hoped_state()]
         state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
         usable = [op for op in operators if self._holds(op.static, op.absent)]
+        usable = [op for op in usable if not self._forbidden(op.schema.name, op.args)]
         if novel:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
         valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
@@ -118,6 +128,7 @@ class TaskBuilder:
         if wanted is None or not all(f in reached for f in goal[0] if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
         made = [t for op in live for t in self._operators(op, number, blames, novel)]
+        made, wanted = self._in_places(made, wanted, number)
         defined = [
             TaskAxiom(number.of(head), *literals)
             for head in number.axiomatic()
@@ -126,9 +137,27 @@ class TaskBuilder:
         ]
         atoms = number.atoms()
         groups = tuple(tuple(number.of(f) for f in group) for group in self._groups(atoms))
-        return GroundTask(
-            atoms, frozenset(i for i, f in enumerate(atoms) if f in state), *wanted, tuple(made), tuple(defined), groups
-        )
+        initial = frozenset(i for i, f in enumerate(atoms) if f in state or f == (PLACE, 0))
+        return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
+
+    def _in_places(
+        self, operators: list[TaskOperator], wanted: Literals, number: _Numbering
+    ) -> tuple[list[TaskOperator], Literals]:
+        """Where a skeleton is given, operators that follow it: one for each place in it that they may take."""
+        last = len(self._places) - 1
+        if last == 0 and self._places[0].gap:
+            return operators, wanted
+        at = [number.of((PLACE, i)) for i in range(last + 1)]
+        made: list[TaskOperator] = []
+        for op in operators:
+            for i, place in enumerate(self._places):
+                here = replace(op, positive=(*op.positive, at[i]))
+                if place.gap:
+                    made.append(here)
+                if place.matches is not None and place.matches(op.source.schema.name, op.source.args):
+                    step = (TaskEffect(at[i], adds=False), TaskEffect(at[i + 1], adds=True))
+                    made.append(replace(here, effects=(*op.effects, *step)))
+        return made, ((*wanted[0], at[last]), wanted[1])
 
     def _holds(self, static: tuple[Fact, ...], absent: tuple[Fact, ...]) -> bool:
         knowledge = self._knowledge
@@ -219,7 +248,7 @@ def _reachable(
     live.sort()
     bodies: dict[Fact, list[Body]] = {}
     for index in live:
-        kind, thing = things[index]
+        thing = things[index][1]
         if isinstance(thing, GroundAxiom):
             bodies.setdefault(thing.head, []).append((thing.positive, thing.negative))
     return reached, [thing for i in live if isinstance(thing := things[i][1], GroundOperator)], bodies
