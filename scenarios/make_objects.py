@@ -53,9 +53,8 @@ def block(x: Range, y: Range, z: Range) -> Part:
 def disc(radius: float | Range, z: Range, sides: int = 24) -> Part:
     """A cylinder about z, or a frustum where `radius` is a pair (at the lower, at the upper end)."""
     radii = (radius, radius) if isinstance(radius, float) else radius
-    bottom, top = (
-        np.array([_on_circle(r, height, i, sides) for i in range(sides)]) for r, height in zip(radii, z, strict=True)
-    )
+    ends = zip(radii, z, strict=True)
+    bottom, top = (np.array([_on_circle(r, height, i, sides) for i in range(sides)]) for r, height in ends)
     return loft(bottom, top)
 
 
@@ -129,12 +128,9 @@ def plate() -> list[Part]:
 def book() -> list[Part]:
     """A book lying flat, 12 x 16 x 3.5 cm, its spine towards -y: two covers, the spine, the pages."""
     x, y = (-0.06, 0.06), (-0.08, 0.08)
-    return [
-        block(x, y, (0.0, 0.003)),
-        block(x, y, (0.032, 0.035)),
-        block(x, (-0.08, -0.077), (0.003, 0.032)),
-        block((-0.057, 0.057), (-0.077, 0.077), (0.003, 0.032)),
-    ]
+    covers = [block(x, y, (0.0, 0.003)), block(x, y, (0.032, 0.035))]
+    spine = block(x, (-0.08, -0.077), (0.003, 0.032))
+    return [*covers, spine, block((-0.057, 0.057), (-0.077, 0.077), (0.003, 0.032))]
 
 
 def tray() -> list[Part]:
