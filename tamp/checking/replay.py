@@ -93,7 +93,7 @@ class Replay:
         name, held = action.arguments[0], self.state.held
         if action.name in PICKS and held is not None:
             self.report("precondition", f"needs an empty hand, which holds {held.object}", (name, held.object))
-        elif action.name in PLACES and (held is None or held.object != name):
+        elif action.name in (*PLACES, "move") and (held is None or held.object != name):
             self.report("precondition", f"needs {name} in the hand, which holds {held.object if held else 'nothing'}")
         if action.name not in PICKS or held is not None:
             return

@@ -137,6 +137,8 @@ def _bookkeeping(plan: Plan) -> str | None:
             action.name
         ):
             return f"{action.name} has the wrong steps"
+        if action.name == "move" and action.arguments and (held is None or held.object != action.arguments[0]):
+            return "moves what it does not hold"
         for step in action.steps:
             if isinstance(step, Move):
                 if np.abs(step.trajectory.positions[0] - q).max() > 1e-3:
