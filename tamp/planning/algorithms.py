@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tamp.planning.binding import Budget
-from tamp.planning.session import Ended, MovesFail, Session
+from tamp.planning.session import Ended, Restart, Session
 from tamp.planning.skeleton import Skeleton
 
 
@@ -53,7 +55,10 @@ def incremental(session: Session) -> None:
             skeleton = session.skeleton(op.source for op in result.plan)
             if not session.bind(skeleton, budget) and session.knowledge.version > version:
                 continue
-        _expand(session)
+        if result.timed_out:
+            _replace_hopes(session)
+        else:
+            _expand(session)
 
 
 def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
@@ -76,9 +81,18 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     result = session.search()
     if result.plan is not None:
         return session.skeleton(op.source for op in result.plan)
-    if not session.grounder.deepen():
+    if result.timed_out:
+        _replace_hopes(session)
+    elif not session.grounder.deepen():
         _expand(session)
     return None
+
+
+def _replace_hopes(session: Session) -> None:
+    """Sample a while, after a search that took too long: fewer hopes, or the end of all streams, may make it easier."""
+    for _ in range(4):
+        if not session.expand() and not session.grounder.deepen():
+            return
 
 
 def _expand(session: Session) -> None:
@@ -86,7 +100,9 @@ def _expand(session: Session) -> None:
         if session.best is not None:
             raise Ended("solved", "No better plan exists.")
         if session.connectors.fluent and session.unexplained:
-            raise MovesFail
+            raise Restart(replace(session.options, connectors=False))
+        if session.schema.ambivalent and session.options.lazy_tests:
+            raise Restart(replace(session.options, lazy_tests=False))
         if not session.proofs:
             raise Ended("failed", "All streams are exhausted; motions failed in every state that was tried.")
         raise Ended("infeasible", "All streams are exhausted and no plan exists.")

@@ -182,9 +182,7 @@ class Grounder:
         return tuple(static), tuple(absent), tuple(positive), tuple(negative)
 
     def _axiom_rule(self, axiom: AxiomSchema) -> JoinRule:
-        condition = self.connectors.without(axiom.condition)
-        if axiom.head[0] in self.schema.doubted and self._lazy:
-            condition = self._doubting(condition)
+        condition = self.connectors.without(self._doubted(axiom))
         variables = _variables(condition)
 
         def on_match(values: tuple[int, ...]) -> None:
@@ -194,6 +192,11 @@ class Grounder:
             self.tell(head)
 
         return JoinRule(variables, condition.positive, condition.unequal, on_match)
+
+    def _doubted(self, axiom: AxiomSchema) -> Condition:
+        """An axiom's condition; of a predicate that the plan wants false, as far as tests have decided it."""
+        lazy = self._lazy and axiom.head[0] in self.schema.doubted
+        return self._doubting(axiom.condition) if lazy else axiom.condition
 
     def _doubting(self, condition: Condition) -> Condition:
         """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
@@ -212,7 +215,7 @@ class Grounder:
                     str(p[0]) for c in (action.condition, *(e.condition for e in action.effects)) for p in c.positive
                 }
         for axiom in self.schema.axioms:
-            condition = self._doubting(axiom.condition) if axiom.head[0] in self.schema.doubted else axiom.condition
+            condition = self._doubted(axiom)
             used |= {str(p[0]) for p in condition.positive}
         used |= {str(p[0]) for p in self.schema.goal.positive}
         joined: dict[str, External] = {}

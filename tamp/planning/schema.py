@@ -117,6 +117,15 @@ class Schema:
             found |= more
 
     @cached_property
+    def ambivalent(self) -> bool:
+        """Whether tests decide a derived predicate that some conditions want true and others false."""
+        inside = [a.condition for a in self.axioms if a.head[0] in self.doubted]
+        if not any(p[0] in self.tests for c in inside for p in c.positive + c.negative):
+            return False
+        wanted = {p[0] for c in self._conditions() for p in c.positive} | {p[0] for c in inside for p in c.negative}
+        return not self.doubted.isdisjoint(wanted)
+
+    @cached_property
     def recursive(self) -> frozenset[str]:
         """Derived predicates that depend on themselves."""
         return frozenset(name for name in self.derived if name in self.below(name))

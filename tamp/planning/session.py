@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from tamp.planning.binding import Attempt, Binder, BoundStep, Budget
 from tamp.planning.connectors import Connectors
@@ -24,6 +24,9 @@ from tamp.planning.schema import Schema
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.skeleton import Skeleton, make_skeleton
 from tamp.planning.task import Blame, GroundTask, TaskBuilder
+
+SEARCH_S = 2.0
+"""How long the first search may take before more is sampled instead; doubled each time that it was not enough [s]."""
 
 MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
@@ -44,6 +47,7 @@ class Options:
         success_cost: a plan that costs at most this ends the run; otherwise a better one is looked for.
         max_iterations: searches before giving up.
         connectors: whether moves may be left out of the search.
+        lazy_tests: whether tests are only asked when a plan rests on them.
         constraints: what plans must look like.
         reuse: what to keep of an earlier plan.
     """
@@ -55,6 +59,7 @@ class Options:
     unit_costs: bool = False
     max_iterations: int = 1_000_000
     connectors: bool = True
+    lazy_tests: bool = True
     constraints: Constraints = field(default_factory=Constraints)
     reuse: Reuse | None = None
 
@@ -68,8 +73,12 @@ class Ended(Exception):  # noqa: N818  control flow inside this package, never s
         self.message = message
 
 
-class MovesFail(Exception):  # noqa: N818  control flow inside this package, never seen outside
-    """Moves that were left out of the search cannot be made in one go: it must see them after all."""
+class Restart(Exception):  # noqa: N818  control flow inside this package, never seen outside
+    """A simplification does not fit the problem: the run begins again with these options."""
+
+    def __init__(self, options: Options) -> None:
+        super().__init__()
+        self.options = options
 
 
 @dataclass
@@ -112,6 +121,7 @@ class Session:
         self.unexplained = 0  # moves between actions that failed for no named reason
         self.operators = 0
         self._search = search
+        self._timeouts = 0
         self._eager = eager
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         invariants = find_invariants(self.schema, self.connectors.fluent)
@@ -124,7 +134,7 @@ class Session:
             forbidden,
         )
         with self._timed("grounding"):
-            self.grounder = Grounder(self.schema, self.knowledge, self.connectors)
+            self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options.lazy_tests)
             self.grounder.on_instance = self._appear
             for fact in self._given(problem):
                 self.knowledge.give(fact)
@@ -200,6 +210,7 @@ class Session:
     def _appear(self, instance: Instance) -> None:
         """A stream instance whose domain facts are there: call it, or hope for it."""
         eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
+        eager |= instance.external.is_test and not self.options.lazy_tests
         callable_now = all(map(self.objects.is_real, instance.inputs)) and all(
             f in self.knowledge.real or f in self.knowledge.state or f[0] == "object" for f in instance.domain
         )
@@ -243,8 +254,9 @@ class Session:
         if not task.solvable:
             return SearchResult(None, proven=True)
         with self._timed("search"):
-            left = self.deadline - time.monotonic()
-            result = self._search(task, min(left, NOVEL_S) if novel else left, self._bound())
+            limit = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
+            result = self._search(task, min(limit, self.deadline - time.monotonic()), self._bound())
+            self._timeouts += result.timed_out and not novel
         self.operators = len(task.operators)
         self.check_limits()
         return result
@@ -289,7 +301,7 @@ class Session:
             self._learn(attempt)
         self.check_limits()
         if attempt.steps is None and self.unexplained >= 3 and self.few_values():
-            raise MovesFail
+            raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
 
     def few_values(self) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 from tamp.errors import DomainError
 from tamp.planning.algorithms import adaptive, focused, incremental
@@ -15,7 +14,7 @@ from tamp.planning.picture import draw_plan
 from tamp.planning.problem import GroundAction, Problem, Solution
 from tamp.planning.report import Report
 from tamp.planning.search import BuiltinSearch, Search
-from tamp.planning.session import Ended, MovesFail, Options, Session
+from tamp.planning.session import Ended, Options, Restart, Session
 
 ALGORITHMS: dict[str, Callable[[Session], None]] = {
     "adaptive": adaptive,
@@ -68,18 +67,22 @@ def solve(
     started = time.monotonic()
     session = Session(problem, options, searcher, algorithm == "incremental", started)
     try:
-        try:
-            ALGORITHMS[algorithm](session)
-        except MovesFail:
-            options = replace(options, connectors=False)
-            session = Session(problem, options, searcher, algorithm == "incremental", started)
-            ALGORITHMS[algorithm](session)
-        raise AssertionError("algorithms only end by raising Ended")
+        while (restart := _run(session, algorithm)) is not None:
+            session = Session(problem, restart.options, searcher, algorithm == "incremental", started)
+        raise AssertionError("algorithms end by raising Ended or Restart")
     except Ended as ended:
         status, message = ended.status, ended.message
     except KeyboardInterrupt:
         status, message = "interrupted", "The run was interrupted."
     return _solution(session, algorithm, status, message)
+
+
+def _run(session: Session, algorithm: str) -> Restart | None:
+    try:
+        ALGORITHMS[algorithm](session)
+    except Restart as restart:
+        return restart
+    return None
 
 
 def _searcher(name: str) -> Search:
