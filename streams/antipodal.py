@@ -118,7 +118,8 @@ def antipodal_contacts(
 
 
 def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.arccos(np.clip(np.einsum("ij,ij->i", a, b), -1.0, 1.0))
+    angles: NDArray[np.float64] = np.arccos(np.clip(np.einsum("ij,ij->i", a, b), -1.0, 1.0))
+    return angles
 
 
 def _crossings(

@@ -105,4 +105,6 @@ def lowest_point(
     lower, upper = boxes.opened(openings)
     up = T_world_tool[:, 2, :3]
     corner = np.where(up[:, None, :] > 0, lower, upper)
-    return (np.einsum("kj,kbj->kb", up, corner) + T_world_tool[:, 2, 3, None]).min(axis=1)
+    heights: NDArray[np.float64] = np.einsum("kj,kbj->kb", up, corner) + T_world_tool[:, 2, 3, None]
+    lowest: NDArray[np.float64] = heights.min(axis=1)
+    return lowest

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.clearance import opening_for
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_contact, lift_contact
-from tamp.streams.grasps import opening_for
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace, standing
 from tamp.world.kinematics import inverse, straight_line

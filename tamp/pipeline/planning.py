@@ -100,10 +100,16 @@ def plan_from(
     samplers: Samplers | None,
     algorithm: str,
 ) -> Plan:
-    """Plan from objects at rest at `poses` and an empty hand at arm configuration `q`; see `plan`.
+    """Plan from a state in the middle of an execution; see `plan`.
 
     Args:
+        setup: the prepared task.
+        poses: object -> pose (world frame), all at rest.
+        q: arm configuration [rad]; the hand is empty.
+        seed: decides every random choice.
         deadline: on the clock of time.monotonic [s].
+        samplers: as for `plan`.
+        algorithm: as for `plan`.
     """
     task = setup.task
     situation = observe(task, poses, setup.goals)

@@ -35,8 +35,10 @@ def check_geometry(task: Task, world: World) -> None:
             and isinstance(second.goal, At)
             and _inside(world, first.name, first.goal.pose, second.name, second.goal.pose)
         ):
-            field = ("objects", second_index, "goal", "pose")
-            raise _refusal(task, field, f"the goal of {second.name} is inside that of {first.name}; move one of them")
+            goal_field = ("objects", second_index, "goal", "pose")
+            raise _refusal(
+                task, goal_field, f"the goal of {second.name} is inside that of {first.name}; move one of them"
+            )
 
 
 def check_settled(task: Task, start: Mapping[str, Pose], goals: Mapping[str, Placement]) -> None:

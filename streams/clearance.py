@@ -1,0 +1,109 @@
+"""The hand at a placement of the object it grasps: is there room for it, and whom does it meet?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.hand import HandBoxes, hand_boxes, lowest_point, points_hit
+from tamp.streams.pinches import Pinches, in_tool_frames
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Gripper
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+CLEARANCE = 0.008  # beside the object on each side before closing [m]
+STOP_EARLY = 0.003  # how far the fingers may stop from the contacts' own distance [m]
+WIDTH_RESOLUTION = 0.0004  # [m]
+FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
+TABLE_GAP = 0.002  # under the hand [m]
+HAND_MARGIN = 0.002  # between the hand and what stands around [m]
+HAND_REACH = 0.25  # neighbours farther away than this cannot meet the hand [m]
+HINDERED = 10.0  # cost of a grasp that cannot serve a placement as long as its supports are there
+
+
+def opening_for(gripper: Gripper, grasp: Grasp) -> float:
+    """Distance between the pads before closing on a grasp [m]."""
+    return min(gripper.stroke, grasp.width + 2 * CLEARANCE)
+
+
+def _openings(workspace: Workspace, pinches: Pinches) -> NDArray[np.float64]:
+    return np.minimum(workspace.world.robot.spec.gripper.stroke, pinches.widths + 2 * CLEARANCE)
+
+
+def _boxes(workspace: Workspace) -> HandBoxes:
+    if "hand" not in workspace.memory:
+        workspace.memory["hand"] = hand_boxes(workspace.world.robot)
+    boxes: HandBoxes = workspace.memory["hand"]
+    return boxes
+
+
+def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
+    """Whether the hand comes from above and stays above the table at a placement, shape (n,)."""
+    T = place.pose.matrix @ pinches.T_object_tool
+    upright: NDArray[np.bool_] = T[:, 2, 2] < FROM_BELOW
+    return upright & (lowest_point(_boxes(workspace), _openings(workspace, pinches), T) > TABLE_GAP)
+
+
+def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:
+    """Whether hand and open fingers are clear of the object itself, shape (n,)."""
+    local = in_tool_frames(workspace.surface[obj], pinches.T_object_tool)
+    return ~points_hit(_boxes(workspace), _openings(workspace, pinches), local)
+
+
+def burden_at(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
+    """What speaks against each hand at a placement, (n,): leaning over, meeting neighbours.
+
+    Most of all it is meeting what the object stands on or in, which must be there.
+    """
+    T = place.pose.matrix @ pinches.T_object_tool
+    burden = 0.4 * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
+    around = standing_around(workspace, obj, place)
+    for name, other in around.items():
+        if name in place.on:
+            continue
+        points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
+        if np.linalg.norm(points - place.pose.xyz, axis=1).min() > HAND_REACH:
+            continue
+        local = in_tool_frames(points, T)
+        burden += points_hit(_boxes(workspace), _openings(workspace, pinches), local, margin=0.002)
+    supports = Scene(poses={name: around[name].pose.matrix for name in place.on if name in around})
+    if supports.poses:
+        openings = _openings(workspace, pinches)
+        burden += HINDERED * np.array([hand_hits(workspace, *hand, supports) for hand in zip(T, openings, strict=True)])
+    return burden
+
+
+def standing_around(workspace: Workspace, obj: str, place: Placement) -> dict[str, Placement]:
+    """What stands around a placement of an object: the start scene, or the goal scene for a goal."""
+    around = workspace.goals if place is workspace.goals.get(obj) else workspace.start
+    return {name: around[name] for name in sorted(around) if name != obj}
+
+
+def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
+    """Whether the open hand, without an arm, comes too close to the table or to anything in the scene."""
+    return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
+
+
+def closing_width(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:
+    """Where the closing fingers really stop [m]; None where the open hand does not fit or stops somewhere else.
+
+    The pads are wider than a point: a rim or a lid beside the contacts may stop the fingers before they get there.
+    """
+    alone = Scene(poses={obj: np.eye(4)})
+    world = workspace.world
+
+    def free(opening: float) -> bool:
+        return world.hand_contact(T_object_tool, opening, alone, margin=0.0, ignore=(TABLE,)) is None
+
+    low, high = width - STOP_EARLY, min(world.robot.spec.gripper.stroke, width + 2 * CLEARANCE)
+    if not free(high):
+        return None
+    while high - low > WIDTH_RESOLUTION:
+        middle = (low + high) / 2
+        low, high = (low, middle) if free(middle) else (middle, high)
+    return high if high - width <= STOP_EARLY else None

@@ -1,0 +1,125 @@
+"""The ways to pinch one object: antipodal contacts from all directions, and what the object alone says of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tamp.streams.antipodal import Contacts, antipodal_contacts, surface_points
+from tamp.streams.workspace import Workspace
+from tamp.task import Gripper
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SURFACE = 400  # points that rays start from
+DIRECTIONS = 16  # approach directions about the closing axis
+DEPTHS = (0.018, 0.012, 0.006, 0.003)  # how far the contact lies behind the fingertips [m]
+FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
+WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
+PAD_SOFTNESS = 0.0015  # surface this near to a pad's plane is in contact [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Pinches:
+    """Many ways to pinch one object, in its own frame.
+
+    Attributes:
+        T_object_tool: shape (n, 4, 4).
+        widths: distance between the pads, shape (n,) [m].
+        depths: how far the contact lies behind the fingertips, shape (n,) [m].
+        slants: angle between the closing axis and the surface normals, shape (n,) [rad].
+    """
+
+    T_object_tool: NDArray[np.float64]
+    widths: NDArray[np.float64]
+    depths: NDArray[np.float64]
+    slants: NDArray[np.float64]
+
+    def at(self, index: NDArray[Any]) -> Pinches:
+        """Those at the given indices, or where a mask holds."""
+        return Pinches(self.T_object_tool[index], self.widths[index], self.depths[index], self.slants[index])
+
+    def __len__(self) -> int:
+        return len(self.widths)
+
+    @staticmethod
+    def joined(several: Sequence[Pinches]) -> Pinches:
+        """All of them, in order."""
+        columns = zip(*((p.T_object_tool, p.widths, p.depths, p.slants) for p in several), strict=True)
+        return Pinches(*(np.concatenate(column) for column in columns))
+
+
+def sample_pinches(workspace: Workspace, obj: str, rng: np.random.Generator) -> Pinches:
+    """Every antipodal contact pair of an object from directions all around at every depth."""
+    gripper = workspace.world.robot.spec.gripper
+    pieces = workspace.world.geometries[obj].parts
+    surface = surface_points(pieces, SURFACE, rng)
+    widest = gripper.stroke - WIDTH_RESERVE
+    contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
+    phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
+    T, widths, depths = _frames(contacts, gripper, phase)
+    return Pinches(T, widths, depths, np.repeat(contacts.slants, DIRECTIONS * len(DEPTHS)))
+
+
+def _frames(
+    contacts: Contacts, gripper: Gripper, phase: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Tool frames (n, 4, 4) for every contact pair, approach direction and depth, with widths and depths (n,)."""
+    axes = contacts.axes
+    closing = np.array(gripper.axis)
+    side = np.cross(closing, [0.0, 0.0, 1.0])
+    basis = np.stack([side, closing, [0.0, 0.0, 1.0]], axis=1)  # columns: the tool's side, closing and approach axes
+    helper = np.where(np.abs(axes[:, :1]) < 0.8, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    u = np.cross(axes, helper)
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    v = np.cross(axes, u)
+    angles = phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
+    approach = np.cos(angles)[:, :, None] * u[:, None] + np.sin(angles)[:, :, None] * v[:, None]
+    y = np.repeat(axes[:, None], DIRECTIONS, axis=1)
+    R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ basis.T
+    shift = np.array(DEPTHS) - gripper.pad[2] / 2
+    each = DIRECTIONS * len(DEPTHS)
+    T = np.tile(np.eye(4), (len(axes) * each, 1, 1))
+    T[:, :3, :3] = np.repeat(R.reshape(-1, 3, 3), len(DEPTHS), axis=0)
+    middles = contacts.centers[:, None, None] + approach[:, :, None] * shift[None, None, :, None]
+    T[:, :3, 3] = middles.reshape(-1, 3)
+    return T, np.repeat(contacts.widths, each), np.tile(DEPTHS, len(axes) * DIRECTIONS)
+
+
+def intrinsic_cost(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.float64]:
+    """What speaks against each pinch, (n,): small contact, long lever, slanted contact, shallow or wide grip."""
+    gripper = workspace.world.robot.spec.gripper
+    lever = np.linalg.norm(pinches.T_object_tool[:, :3, 3] - workspace.world.geometries[obj].center_of_mass, axis=1)
+    shallow = np.where(pinches.depths < 0.005, 0.6, np.where(pinches.depths < 0.01, 0.1, 0.0))
+    wide = np.maximum(pinches.widths / gripper.stroke - 0.85, 0) * 2.0
+    cost: NDArray[np.float64] = (
+        0.5 * (1 - _pad_contact(workspace, obj, pinches)) + 6.0 * lever + pinches.slants + shallow + wide
+    )
+    return cost
+
+
+def _pad_contact(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.float64]:
+    """How much of the less covered pad meets surface, relative to the best pinch of the object, shape (n,)."""
+    gripper = workspace.world.robot.spec.gripper
+    closing = np.array(gripper.axis)
+    local = in_tool_frames(workspace.surface[obj], pinches.T_object_tool)
+    along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
+    on_pad = (np.abs(across) < gripper.pad[1] / 2) & (np.abs(local[:, :, 2]) < gripper.pad[2] / 2)
+    touched = [
+        (on_pad & (np.abs(sign * along - pinches.widths[:, None] / 2) < PAD_SOFTNESS)).sum(axis=1) for sign in (-1, 1)
+    ]
+    least = np.minimum(*touched)
+    share: NDArray[np.float64] = least / max(int(least.max()), 1)
+    return share
+
+
+def in_tool_frames(points: NDArray[np.float64], T_tool: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (m, 3) seen from many tools; `T_tool` (n, 4, 4) is given in the points' frame; shape (n, m, 3)."""
+    R, t = T_tool[:, :3, :3], T_tool[:, :3, 3]
+    # Coordinates first in memory, so that each can be compared as one array.
+    local: NDArray[np.float64] = R.transpose(2, 0, 1) @ points.T - np.einsum("nji,nj->in", R, t)[:, :, None]
+    return local.transpose(1, 2, 0)
