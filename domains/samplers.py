@@ -27,8 +27,8 @@ def resolve_samplers(*layers: Mapping[str, str | Sampler]) -> dict[str, Sampler]
         for stream, sampler in layer.items():
             if stream not in defaults:
                 close = difflib.get_close_matches(stream, defaults, n=1)
-                hint = f"; did you mean {close[0]!r}?" if close else ""
-                raise SamplerError(f"no stream {stream!r}{hint} The domain has {', '.join(sorted(defaults))}")
+                hint = f"did you mean {close[0]!r}? " if close else ""
+                raise SamplerError(f"no stream {stream!r}; {hint}the domain has {', '.join(sorted(defaults))}")
             chosen[stream] = sampler
     return {stream: load_sampler(s, stream) if isinstance(s, str) else s for stream, s in chosen.items()}
 
