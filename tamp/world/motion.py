@@ -56,7 +56,7 @@ def plan_motion(
     timeout: float,
     planner: str = "rrtconnect",
     iterations: int = ITERATIONS,
-    shortcuts: int = 60,
+    shortcuts: int = 30,
     step: float = 0.5,
 ) -> MotionResult:
     """Plan a path from a configuration to another, or to any of several.
