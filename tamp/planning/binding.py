@@ -194,7 +194,7 @@ class _Run:
             handles = item.fact[1:] if isinstance(item, Check) else handles
             if isinstance(item, Choose | Check | Apply) and all(is_real(self.values.get(h, h)) for h in handles):
                 self._advance(i, fresh=True)
-            state = self.states[i + 1] if isinstance(item, Apply) else state
+            state = self.states.get(i + 1, state) if isinstance(item, Apply) else state
 
     def _spent(self) -> bool:
         over = (

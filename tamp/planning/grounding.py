@@ -75,10 +75,11 @@ class Grounder:
         self.axioms: list[GroundAxiom] = []
         self.limit = 1
         self.on_instance: Callable[[Instance], None] = lambda instance: None
+        self.tick: Callable[[], None] = lambda: None
+        self._since_tick = 0
         self._lazy = lazy
         self._pending: list[Instance] = []
         self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
-        self._depth: dict[Fact, int] = {}
         self._with_objects = False
         self.join = Join(self._rules())
         self._seen: set[int] = set()
@@ -151,6 +152,10 @@ class Grounder:
         operator = GroundOperator(schema, binding, static, absent, positive, negative)
         operator.needs = self._needs(operator)
         self._by_binding[index, values] = operator
+        self._since_tick += 1
+        if self._since_tick >= 200:
+            self._since_tick = 0
+            self.tick()
         self.operators.append(operator)
         for effect in self.connectors.effects(schema):
             if _is_plain(effect):

@@ -135,8 +135,17 @@ class Session:
         )
         with self._timed("grounding"):
             self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options.lazy_tests)
-            self.grounder.on_instance = self._appear
-            for fact in self._given(problem):
+        self.grounder.on_instance = self._appear
+        self.grounder.tick = self.check_limits
+
+    def begin(self) -> None:
+        """Take in what the problem gives.
+
+        Raises:
+            Ended: at a limit.
+        """
+        with self._timed("grounding"):
+            for fact in self._given(self.schema.problem):
                 self.knowledge.give(fact)
 
     @contextmanager

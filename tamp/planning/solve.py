@@ -79,6 +79,7 @@ def solve(
 
 def _run(session: Session, algorithm: str) -> Restart | None:
     try:
+        session.begin()
         ALGORITHMS[algorithm](session)
     except Restart as restart:
         return restart

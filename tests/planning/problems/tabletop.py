@@ -123,9 +123,7 @@ def cfree_placements(context: Any, o: str, p: Point, o2: str, p2: Point) -> bool
 def cfree_handling(context: Any, o: str, h: tuple[Point, float], o2: str, p2: Point) -> bool:
     (x, y), angle = h
     fingers = [(x + s * FINGERS * math.cos(angle), y + s * FINGERS * math.sin(angle)) for s in (-1, 1)]
-    if all(math.dist(f, p2) > RADIUS + 0.012 for f in fingers):
-        return True
-    return False
+    return all(math.dist(f, p2) > RADIUS + 0.012 for f in fingers)
 
 
 SAMPLERS = {
