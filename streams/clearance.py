@@ -55,27 +55,33 @@ def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray
     return ~points_hit(_boxes(workspace), _openings(workspace, pinches), local)
 
 
-def burden_at(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
-    """What speaks against each hand at a placement, (n,): leaning over, meeting neighbours.
-
-    Most of all it is meeting what the object stands on or in, which must be there.
-    """
+def tilt_cost(pinches: Pinches, place: Placement) -> NDArray[np.float64]:
+    """What leaning away from the vertical costs each hand at a placement, shape (n,)."""
     T = place.pose.matrix @ pinches.T_object_tool
-    burden = 0.4 * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
+    cost: NDArray[np.float64] = 0.4 * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
+    return cost
+
+
+def support_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
+    """HINDERED for each hand that meets what the object stands on or in, which must be there, shape (n,)."""
     around = standing_around(workspace, obj, place)
-    for name, other in around.items():
-        if name in place.on:
-            continue
-        points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
-        if np.linalg.norm(points - place.pose.xyz, axis=1).min() > HAND_REACH:
-            continue
-        local = in_tool_frames(points, T)
-        burden += points_hit(_boxes(workspace), _openings(workspace, pinches), local, margin=0.002)
     supports = Scene(poses={name: around[name].pose.matrix for name in place.on if name in around})
-    if supports.poses:
-        openings = _openings(workspace, pinches)
-        burden += HINDERED * np.array([hand_hits(workspace, *hand, supports) for hand in zip(T, openings, strict=True)])
-    return burden
+    if not supports.poses:
+        return np.zeros(len(pinches))
+    hands = zip(place.pose.matrix @ pinches.T_object_tool, _openings(workspace, pinches), strict=True)
+    return HINDERED * np.array([hand_hits(workspace, *hand, supports) for hand in hands])
+
+
+def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
+    """How many neighbours each hand would meet at a placement, shape (n,)."""
+    T = place.pose.matrix @ pinches.T_object_tool
+    cost = np.zeros(len(pinches))
+    for name, other in standing_around(workspace, obj, place).items():
+        points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
+        near = points[np.linalg.norm(points - place.pose.xyz, axis=1) < HAND_REACH]
+        if name not in place.on and len(near):
+            cost += points_hit(_boxes(workspace), _openings(workspace, pinches), in_tool_frames(near, T), HAND_MARGIN)
+    return cost
 
 
 def standing_around(workspace: Workspace, obj: str, place: Placement) -> dict[str, Placement]:

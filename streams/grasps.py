@@ -15,19 +15,17 @@ import numpy as np
 from tamp.streams.clearance import (
     HINDERED,
     above_table,
-    burden_at,
     clear_of_object,
     closing_width,
-    hand_hits,
-    opening_for,
-    standing_around,
+    neighbour_cost,
+    support_cost,
+    tilt_cost,
 )
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.task import Pose
 from tamp.world.kinematics import inverse
-from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +33,7 @@ if TYPE_CHECKING:
 ROUNDS = 6  # of sampling, where few grasps are clear at every placement
 ENOUGH = 40  # clear grasps after which no further round is needed
 SIEVED = 1200  # pinches looked at closely in one round
+PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
 
 
@@ -44,7 +43,7 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
     places = list(workspace.placements_of(obj))
     found, costs = _candidates(context, workspace, obj, places)
     if len(costs):
-        yield from _reachable_first(context, workspace, found, _spread(found, costs), obj)
+        yield from _reachable_first(context, workspace, found, costs, obj)
 
 
 def _candidates(
@@ -65,9 +64,11 @@ def _candidates(
 def _round(
     context: Context, workspace: Workspace, obj: str, places: list[Placement]
 ) -> tuple[Pinches, NDArray[np.float64]]:
+    """One round of sampling: the promising pinches and their costs; neighbours are looked at only for those."""
     pinches = sample_pinches(workspace, obj, context.rng)
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
+        return pinches, np.empty(0)
     pinches, serves = _over_table(workspace, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
     pinches, serves = pinches.at(clear), serves[:, clear]
@@ -76,7 +77,11 @@ def _round(
         return pinches, np.empty(0)
     cost = intrinsic_cost(workspace, obj, pinches)
     for place, usable in zip(places, serves, strict=True):
-        cost += np.where(usable, burden_at(workspace, pinches, obj, place), HINDERED)
+        cost += np.where(usable, tilt_cost(pinches, place) + support_cost(workspace, pinches, obj, place), HINDERED)
+    promising = np.array(_spread(pinches, cost)[:PROMISING])
+    pinches, cost = pinches.at(promising), cost[promising]
+    for place in places:
+        cost += neighbour_cost(workspace, pinches, obj, place)
     return pinches, cost
 
 
@@ -106,35 +111,26 @@ def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
         repeats[index] = seen.get(key, 0)
         seen[key] = repeats[index] + 1
     order: list[int] = np.lexsort((costs, repeats > 0, costs >= HINDERED)).tolist()
-    return order[:LIMIT]
+    return order
 
 
 def _reachable_first(
-    context: Context, workspace: Workspace, pinches: Pinches, order: list[int], obj: str
+    context: Context, workspace: Workspace, pinches: Pinches, costs: NDArray[np.float64], obj: str
 ) -> Iterator[Grasp]:
-    """Yield grasps that serve every known placement as they come; afterwards the others, the less hindered first."""
+    """Yield grasps that the arm can reach at every known placement as they come; afterwards those of one only."""
     robot, places = workspace.world.robot, list(workspace.placements_of(obj))
-    around = [standing_around(workspace, obj, place) for place in places]
-    scenes = [Scene(poses={name: other.pose.matrix for name, other in others.items()}) for others in around]
-    hindered: list[tuple[int, Grasp]] = []
-    for index in order:
+    partly: list[Grasp] = []
+    for index in _spread(pinches, costs)[:LIMIT]:
         T_tool = pinches.T_object_tool[index]
         width = closing_width(workspace, obj, T_tool, float(pinches.widths[index]))
         if width is None:
             continue
         grasp = Grasp(Pose.from_matrix(T_tool), width)
-        hindrance = 0
-        for place, scene in zip(places, scenes, strict=True):
-            T = place.pose.matrix @ T_tool
-            opening = opening_for(robot.spec.gripper, grasp)
-            if next(iter(inverse(robot, T, context.rng, count=1)), None) is None:
-                hindrance += 2
-            elif hand_hits(workspace, T, opening, scene):
-                hindrance += 1
-        if hindrance == 0:
+        tools = (place.pose.matrix @ T_tool for place in places)
+        if costs[index] >= HINDERED:
+            partly.append(grasp)
+        elif all(next(iter(inverse(robot, T, context.rng, count=1)), None) is not None for T in tools):
             yield grasp
-        elif hindrance < 2 * len(places):
-            hindered.append((hindrance, grasp))
-    if not hindered:
-        context.fail(f"no inverse kinematics for further grasps of {obj}")
-    yield from (grasp for _, grasp in sorted(hindered, key=lambda pair: pair[0]))
+        else:
+            partly.append(grasp)
+    yield from partly
