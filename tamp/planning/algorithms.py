@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tamp.planning.binding import Budget
-from tamp.planning.session import Ended, Restart, Session
+from tamp.planning.attempt import Budget
+from tamp.planning.options import Ended, Restart
+from tamp.planning.session import Session
 from tamp.planning.skeleton import Skeleton
 
 

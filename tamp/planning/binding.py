@@ -10,88 +10,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 
-from tamp.planning.connectors import Connector, Connectors
+from tamp.planning.attempt import Attempt, BoundStep, Budget, Frame, Nogood
+from tamp.planning.connectors import Connectors
 from tamp.planning.constraints import Matcher
-from tamp.planning.evaluate import Evaluator, State, Violation
-from tamp.planning.instances import Instance, Knowledge, ground
-from tamp.planning.normal import ActionSchema, Condition
+from tamp.planning.evaluate import Evaluator
+from tamp.planning.instances import Instance, ground
+from tamp.planning.knowledge import Knowledge
+from tamp.planning.moves import Mover
+from tamp.planning.normal_schemas import ActionSchema, Condition
 from tamp.planning.objects import Fact
 from tamp.planning.sampling import Sampling
-from tamp.planning.schema import External
 from tamp.planning.skeleton import Apply, Check, Choose, Connect, Item, Rewind, Skeleton
-
-
-@dataclass(frozen=True)
-class Budget:
-    """How much one attempt may spend: counts, so that the outcome does not depend on the machine's load.
-
-    Attributes:
-        values: values tried for one choice before it is given up.
-        draws: calls of streams with outputs in the whole attempt, on top of four for each item of the skeleton.
-        patience: draws in a row that may bring nothing before a choice is given up.
-        jumps: failed checks in the whole attempt.
-    """
-
-    values: int = 6
-    draws: int = 60
-    patience: int = 6
-    jumps: int = 1000
-
-    def grown(self, attempts: int) -> Budget:
-        """The budget after some failed attempts: each doubles it, up to a bound."""
-        factor = 2 ** min(attempts, 6)
-        return Budget(self.values * factor, self.draws * factor, self.patience * factor, self.jumps * factor)
-
-
-@dataclass(frozen=True)
-class BoundStep:
-    """An action with real objects for all variables of its condition."""
-
-    schema: ActionSchema
-    binding: dict[str, int]
-
-    @property
-    def args(self) -> tuple[int, ...]:
-        """Handles of the action's own parameters."""
-        return tuple(self.binding[t] if isinstance(t, str) else t for t in self.schema.parameters)
-
-
-@dataclass
-class Attempt:
-    """What came of binding a skeleton.
-
-    Attributes:
-        steps: the bound actions, connectors included; None where it failed.
-        blamed: real instances whose values all led to conflicts.
-        motions: connector moves that failed: (where it should end, facts in the way).
-        nogoods: streams with fluents that have nothing to give: (stream, inputs, facts in which that is so, whether
-            the sampler named them).
-        exhaustive: whether nothing was left untried, so that failure is final for the values there are.
-    """
-
-    steps: tuple[BoundStep, ...] | None = None
-    blamed: dict[Instance, None] = field(default_factory=dict)
-    motions: list[tuple[int, int, tuple[Fact, ...]]] = field(default_factory=list)
-    nogoods: list[tuple[External, tuple[int, ...], tuple[Fact, ...], bool]] = field(default_factory=list)
-    exhaustive: bool = True
-    broke_at: str = ""
-    reason: str = ""
-    depth: int = -1
-
-
-@dataclass
-class _Frame:
-    """The choice of one item: which instance, which of its results, and what made earlier values fail."""
-
-    instance: Instance | None = None
-    cursor: int = 0
-    tried: int = 0
-    conflict: set[int] = field(default_factory=set)
-    outputs: tuple[int, ...] = ()
-    moves: tuple[BoundStep, ...] = ()
-    culprits: dict[Instance, None] = field(default_factory=dict)
+from tamp.planning.state import State, Violation
 
 
 class Binder:
@@ -109,7 +40,7 @@ class Binder:
         self.knowledge = knowledge
         self.sampling = sampling
         self.evaluator = evaluator
-        self.connectors = connectors
+        self.mover = Mover(knowledge, sampling, evaluator, connectors, deadline)
         self.forbidden = forbidden
         self.deadline = deadline
 
@@ -143,7 +74,7 @@ class _Run:
         self.skeleton = skeleton
         self.budget = budget
         self.items = skeleton.items
-        self.frames: dict[int, _Frame] = {}
+        self.frames: dict[int, Frame] = {}
         self.values: dict[int, int] = {}  # placeholder -> handle
         self.owners: dict[int, list[int]] = {}  # handle -> choices that took it
         self.states: dict[int, State] = {}  # item -> state that holds when it is reached
@@ -157,7 +88,6 @@ class _Run:
         position, fresh = 0, True
         while position < len(self.items):
             if self._spent():
-                self.attempt.exhaustive = False
                 for frame in self.frames.values():
                     self.attempt.blamed.update(frame.culprits)
                 return self.attempt
@@ -213,7 +143,7 @@ class _Run:
             if i > target:
                 frame.instance = None
 
-    def _release(self, position: int, frame: _Frame) -> None:
+    def _release(self, position: int, frame: Frame) -> None:
         item = self.items[position]
         if isinstance(item, Choose) and frame.outputs:
             for placeholder, handle in zip(item.template.placeholders, frame.outputs, strict=True):
@@ -247,7 +177,7 @@ class _Run:
         return None
 
     def _choose(self, position: int, item: Choose, fresh: bool, state: State) -> set[int] | None:
-        frame = self.frames.setdefault(position, _Frame())
+        frame = self.frames.setdefault(position, Frame())
         template = item.template
         inputs = tuple(self.values.get(h, h) for h in template.inputs)
         wanted = template.external.fluents
@@ -266,12 +196,10 @@ class _Run:
         outputs = self._next(frame, instance, item, state)
         if outputs is None:
             frame.culprits[instance] = None
+            reason, causes = instance.main_reason
             if fluents and instance.exhausted and not instance.results:
-                causes = next((facts for _, facts in instance.reasons if facts), ())
-                self.attempt.nogoods.append((template.external, inputs, causes or fluents, bool(causes)))
-            reasons = max(instance.reasons.items(), key=lambda pair: pair[1], default=(("no further value", ()), 0))
-            name = template.external.name
-            self._note(position, item.step, f"{name}: {reasons[0][0]}")
+                self.attempt.nogoods.append(Nogood(template.external, inputs, causes or fluents, bool(causes)))
+            self._note(position, item.step, f"{template.external.name}: {reason}")
             return set(frame.conflict)
         frame.outputs = outputs
         for placeholder, handle in zip(template.placeholders, outputs, strict=True):
@@ -280,17 +208,15 @@ class _Run:
         self.states[position + 1] = state
         return None
 
-    def _next(self, frame: _Frame, instance: Instance, item: Choose, state: State) -> tuple[int, ...] | None:
+    def _next(self, frame: Frame, instance: Instance, item: Choose, state: State) -> tuple[int, ...] | None:
         """The next value of a choice: one that was sampled before, or a new one."""
         if frame.tried >= self.budget.values:
-            self.attempt.exhaustive &= instance.exhausted and frame.cursor >= len(instance.results)
             return None
         misses = 0
         while frame.cursor >= len(instance.results):
             if instance.exhausted:
                 return None
             if misses >= self.budget.patience or self._spent():
-                self.attempt.exhaustive = False
                 return None
             bound = tuple(self._around(item.step, state))
             misses += not self.binder.sampling.draw(instance, bound)
@@ -309,74 +235,23 @@ class _Run:
         yield from state
 
     def _connect(self, position: int, item: Connect, fresh: bool, state: State) -> set[int] | None:
-        frame = self.frames.setdefault(position, _Frame())
-        target = self._real(item.target)
-        if target in state:
-            if not fresh:
-                return set(frame.conflict)
-            frame.conflict = set()
-            self.states[position + 1] = state
-            return None
+        frame = self.frames.setdefault(position, Frame())
         if not fresh:
             return set(frame.conflict)
-        blame: dict[Fact, None] = {}
-        for connector in self.binder.connectors.connectors:
-            for move in self._moves(connector, target, state, blame):
-                frame.moves = (move,)
-                frame.conflict = {o for h in move.binding.values() for o in self.owners.get(h, ())}
-                self.states[position + 1] = self.binder.progress(move.schema, move.binding, state)
-                return None
-        self._note(position, item.step, self.attempt_reason)
-        return self._blame(position, Violation((target, *blame), "", exact=bool(blame)))
-
-    attempt_reason = "no action leads from one to the other"
-
-    def _moves(self, connector: Connector, target: Fact, state: State, blame: dict[Fact, None]) -> Iterator[BoundStep]:
-        """The connector's action from where the fluent is to `target`, once its streams have given what it needs."""
-        binding = dict(zip(connector.after[1:], target[1:], strict=True))
-        start: dict[str, int] = {t: h for t, h in binding.items() if isinstance(t, str)}
-        given = self.binder.evaluator.given
-        for found, support in list(self.binder.evaluator.satisfy(connector.fluents, start, state)):
-            complete = self._sampled(connector, found, state, blame, target, support)
-            if complete is not None and all(given(ground(p, complete)) for p in connector.static):
-                yield BoundStep(connector.schema, complete)
-
-    def _sampled(
-        self,
-        connector: Connector,
-        binding: dict[str, int],
-        state: State,
-        blame: dict[Fact, None],
-        target: Fact,
-        support: tuple[Fact, ...],
-    ) -> dict[str, int] | None:
-        for external, pattern in connector.streams:
-            certified = next(c for c in external.certified if c[0] == pattern[0])
-            terms = dict(zip(certified[1:], pattern[1:], strict=True))
-            inputs = tuple(binding[str(terms[v])] for v in external.inputs)
-            fluents = tuple(f for f in state if f[0] in external.fluents)
-            instance = self.binder.knowledge.instance(external, inputs, fluents)
-            misses = 0
-            if all(map(self.binder.evaluator.given, instance.domain)):
-                while not instance.results and not instance.exhausted and misses < self.budget.patience:
-                    misses += not self.binder.sampling.draw(instance, tuple(state))
-                    if time.monotonic() > self.binder.deadline:
-                        break
-            if not instance.results:
-                self.attempt.exhaustive &= instance.exhausted
-                (reason, facts), _ = max(
-                    instance.reasons.items(), key=lambda pair: pair[1], default=(("nothing found", ()), 0)
-                )
-                self.attempt_reason = f"{external.name}: {reason}"
-                blame.update(dict.fromkeys((*support, *facts) if facts or not fluents else (*support, *fluents)))
-                source = binding[str(connector.before[connector.position])]
-                self.attempt.motions.append((source, target[connector.position], facts))
-                return None
-            outputs = dict(zip(external.outputs, instance.results[0], strict=True))
-            for variable, term in terms.items():
-                if variable in outputs and isinstance(term, str):
-                    binding = {**binding, term: outputs[str(variable)]}
-        return binding
+        target = self._real(item.target)
+        frame.conflict = set()
+        self.states[position + 1] = state
+        if target in state:
+            return None
+        found = self.binder.mover.move(target, state, self.budget.patience)
+        if isinstance(found, BoundStep):
+            frame.moves = (found,)
+            frame.conflict = {owner for h in found.binding.values() for owner in self.owners.get(h, ())}
+            self.states[position + 1] = self.binder.progress(found.schema, found.binding, state)
+            return None
+        self.attempt.moves.extend(found.failed)
+        self._note(position, item.step, found.reason)
+        return self._blame(position, Violation((target, *found.facts), "", exact=bool(found.facts)))
 
     def _blame(self, position: int, violation: Violation) -> set[int]:
         if not violation.exact:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from tamp.planning.join import Pattern
-from tamp.planning.normal import ActionSchema, Condition, EffectSchema
+from tamp.planning.normal_schemas import ActionSchema, Condition, EffectSchema
 from tamp.planning.schema import External, Schema
 
 

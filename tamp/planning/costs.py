@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from tamp.planning.binding import BoundStep
-from tamp.planning.grounding import GroundOperator
-from tamp.planning.instances import Knowledge, ground
-from tamp.planning.normal import ActionSchema
+from tamp.planning.attempt import BoundStep
+from tamp.planning.instances import ground
+from tamp.planning.knowledge import Knowledge
+from tamp.planning.normal_schemas import ActionSchema
+from tamp.planning.operators import GroundOperator
 from tamp.planning.sampling import Sampling
 
 SCALE = 10.0

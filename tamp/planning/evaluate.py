@@ -2,47 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 
-from tamp.planning.instances import FactIndex, Instance, Knowledge, ground
+from tamp.planning.fact_index import FactIndex
+from tamp.planning.instances import Instance, ground
 from tamp.planning.join import Pattern
-from tamp.planning.normal import AxiomSchema, Condition
+from tamp.planning.knowledge import Knowledge
+from tamp.planning.normal_schemas import AxiomSchema, Condition
 from tamp.planning.objects import Fact
 from tamp.planning.sampling import Sampling
 from tamp.planning.schema import External
-
-Support = tuple[Fact, ...]
-"""Facts that together make a condition true; the tests among them that must fail are named as they are."""
+from tamp.planning.state import State, Support, Violation
 
 Pairs = tuple[tuple[str | int, str | int], ...]
+
+
 Order = tuple[tuple[Pattern, Pairs], ...]
 """The patterns of a condition in the order of evaluation, after an empty first one."""
-
-
-@dataclass(frozen=True)
-class Violation:
-    """A condition that does not hold: the facts to blame, all of them where there are several causes, and a reason."""
-
-    facts: tuple[Fact, ...]
-    reason: str
-    exact: bool = True
-
-
-class State:
-    """The fluent facts that hold at one point of a plan; derived facts are worked out once."""
-
-    def __init__(self, facts: Iterable[Fact]) -> None:
-        self.index = FactIndex()
-        for fact in facts:
-            self.index.add(fact)
-        self.extensions: dict[str, FactIndex] = {}
-
-    def __iter__(self) -> Iterator[Fact]:
-        return iter(self.index)
-
-    def __contains__(self, fact: Fact) -> bool:
-        return fact in self.index
 
 
 class Evaluator:

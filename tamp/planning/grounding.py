@@ -3,61 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from tamp.planning.connectors import Connectors
-from tamp.planning.instances import Instance, Knowledge, ground
+from tamp.planning.instances import Instance, ground
 from tamp.planning.join import Join, JoinRule, Pattern
-from tamp.planning.normal import ActionSchema, AxiomSchema, Condition, EffectSchema
+from tamp.planning.knowledge import Knowledge
+from tamp.planning.normal_schemas import ActionSchema, AxiomSchema, Condition, EffectSchema
 from tamp.planning.objects import Fact
+from tamp.planning.operators import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.schema import FALSE_MARK, TRUE_MARK, External, Schema
-
-
-@dataclass(frozen=True)
-class GroundEffect:
-    """`atom` becomes true or false where `positive` hold and `negative` do not."""
-
-    atom: Fact
-    adds: bool
-    positive: tuple[Fact, ...] = ()
-    negative: tuple[Fact, ...] = ()
-
-
-@dataclass(eq=False)
-class GroundOperator:
-    """An action schema with a handle for each variable of its condition.
-
-    Attributes:
-        static: facts without fluents that it rests on; they may be hoped for.
-        absent: facts without fluents that must not hold.
-        positive, negative: fluent and derived atoms of its precondition.
-        needs: the instances that it hopes for, supports first.
-    """
-
-    schema: ActionSchema
-    binding: dict[str, int]
-    static: tuple[Fact, ...]
-    absent: tuple[Fact, ...]
-    positive: tuple[Fact, ...]
-    negative: tuple[Fact, ...]
-    effects: list[GroundEffect] = field(default_factory=list)
-    needs: tuple[Instance, ...] = ()
-
-    @property
-    def args(self) -> tuple[int, ...]:
-        """Handles of the action's own parameters."""
-        return tuple(self.binding[t] if isinstance(t, str) else t for t in self.schema.parameters)
-
-
-@dataclass(frozen=True, eq=False)
-class GroundAxiom:
-    """`head` holds where the literals do."""
-
-    head: Fact
-    static: tuple[Fact, ...]
-    absent: tuple[Fact, ...]
-    positive: tuple[Fact, ...]
-    negative: tuple[Fact, ...]
 
 
 class Grounder:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from tamp.planning.join import Pattern
-from tamp.planning.normal import ActionSchema, Condition
+from tamp.planning.normal_schemas import ActionSchema, Condition
 from tamp.planning.objects import Fact
 from tamp.planning.schema import Schema
 

@@ -6,7 +6,7 @@ negation of a new derived predicate (Helmert, "Concise finite-domain representat
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from tamp.language import (
@@ -28,73 +28,11 @@ from tamp.language import (
     type_conditions,
 )
 from tamp.planning.join import Pattern
+from tamp.planning.normal_schemas import ActionSchema, AxiomSchema, Condition, EffectSchema, NormalDomain
 from tamp.planning.objects import Objects
+from tamp.planning.substitution import free_variables, put, put_condition, rename, rename_atom, resolve
 
 GOAL = "@goal"
-
-
-@dataclass(frozen=True)
-class Condition:
-    """A conjunction of literals over variables, some of them existentially quantified."""
-
-    positive: tuple[Pattern, ...] = ()
-    negative: tuple[Pattern, ...] = ()
-    equal: tuple[tuple[str | int, str | int], ...] = ()
-    unequal: tuple[tuple[str | int, str | int], ...] = ()
-
-    def __and__(self, other: Condition) -> Condition:
-        return Condition(
-            tuple(dict.fromkeys(self.positive + other.positive)),
-            tuple(dict.fromkeys(self.negative + other.negative)),
-            self.equal + other.equal,
-            self.unequal + other.unequal,
-        )
-
-    def variables(self) -> Iterator[str]:
-        """Every variable that occurs, in order, with repetitions."""
-        for pattern in self.positive + self.negative:
-            yield from (term for term in pattern[1:] if isinstance(term, str))
-        for pair in self.unequal:
-            yield from (term for term in pair if isinstance(term, str))
-
-
-@dataclass(frozen=True)
-class EffectSchema:
-    """`atom` becomes true or false for all bindings of the variables that only occur here that satisfy `condition`."""
-
-    atom: Pattern
-    positive: bool
-    condition: Condition = Condition()
-
-
-@dataclass(frozen=True)
-class ActionSchema:
-    """An action in normal form. `parameters` are the terms of the action's own parameters, after equalities."""
-
-    name: str
-    parameters: tuple[str | int, ...]
-    condition: Condition
-    effects: tuple[EffectSchema, ...]
-    cost: tuple[float | Pattern, ...] | None
-
-
-@dataclass(frozen=True)
-class AxiomSchema:
-    """`head` holds where `condition` does."""
-
-    head: Pattern
-    condition: Condition
-
-
-@dataclass(frozen=True)
-class NormalDomain:
-    """All schemas of a problem; the goal is a conjunction of literals without variables."""
-
-    actions: tuple[ActionSchema, ...]
-    axioms: tuple[AxiomSchema, ...]
-    goal: Condition
-    fluents: frozenset[str]
-    derived: frozenset[str]
 
 
 def normalise(domain: Domain, goal: Formula, objects: Objects) -> NormalDomain:
@@ -134,7 +72,7 @@ class _Normaliser:
         for choice in self.conditions(And((*types, action.precondition))):
             condition, sigma = self.closed(choice, parameters)
             effects = tuple(e for effect in action.effects for e in self._effects(effect, parameters, sigma))
-            patterns = None if cost is None else tuple(c if isinstance(c, float) else _put(c, sigma) for c in cost)
+            patterns = None if cost is None else tuple(c if isinstance(c, float) else put(c, sigma) for c in cost)
             yield ActionSchema(action.name, tuple(sigma.get(p, p) for p in parameters), condition, effects, patterns)
 
     def _function(self, term: FunctionTerm) -> Pattern:
@@ -145,12 +83,12 @@ class _Normaliser:
     ) -> Iterator[EffectSchema]:
         renaming = {p.variable: Variable(self._name(p.variable.name)) for p in effect.parameters}
         inner = tuple(Parameter(renaming[p.variable], p.types) for p in effect.parameters)
-        formula = And((*type_conditions(inner), _rename(effect.condition, renaming)))
-        atom = _put(self.pattern(_rename_atom(effect.atom, renaming)), sigma)
+        formula = And((*type_conditions(inner), rename(effect.condition, renaming)))
+        atom = put(self.pattern(rename_atom(effect.atom, renaming)), sigma)
         names = tuple(p.variable.name for p in inner)
         for choice in self.conditions(formula):
-            condition, more = self.closed(_put_condition(choice, sigma), names, outer=parameters)
-            yield EffectSchema(_put(atom, more), effect.positive, condition)
+            condition, more = self.closed(put_condition(choice, sigma), names, outer=parameters)
+            yield EffectSchema(put(atom, more), effect.positive, condition)
 
     def axiom(self, predicate: str, parameters: tuple[Parameter, ...], formula: Formula) -> None:
         names = tuple(p.variable.name for p in parameters)
@@ -166,7 +104,7 @@ class _Normaliser:
         equal = list(condition.equal)
         impossible = False
         while equal:
-            a, b = (_resolve(term, sigma) for term in equal.pop())
+            a, b = (resolve(term, sigma) for term in equal.pop())
             if a == b:
                 continue
             if isinstance(a, str) and a not in outer:
@@ -177,8 +115,8 @@ class _Normaliser:
                 condition = replace(condition, positive=(*condition.positive, ("=", a, b)))
             else:
                 impossible = True
-        sigma = {name: _resolve(name, sigma) for name in sigma}
-        condition = _put_condition(replace(condition, equal=()), sigma)
+        sigma = {name: resolve(name, sigma) for name in sigma}
+        condition = put_condition(replace(condition, equal=()), sigma)
         if impossible or any(a == b for a, b in condition.unequal):
             condition = replace(condition, positive=(*condition.positive, ("@false",)))
         needed = [t for n in names if isinstance(t := sigma.get(n, n), str)] + list(condition.variables())
@@ -217,18 +155,18 @@ class _Normaliser:
         renaming = {p.variable: Variable(self._name(p.variable.name)) for p in parameters}
         inner = tuple(Parameter(renaming[p.variable], p.types) for p in parameters)
         types = self.conditions(And(type_conditions(inner)))
-        choices = self.conditions(_rename(body, renaming), holds)
+        choices = self.conditions(rename(body, renaming), holds)
         return [a & b for a in types for b in choices]
 
     def _counterexample(self, parameters: tuple[Parameter, ...], body: Formula, holds: bool) -> Pattern:
         """A new derived predicate of the free variables: some objects make the body (or its negation) true."""
-        free = tuple(dict.fromkeys(v for v in _free(body) if v not in {p.variable for p in parameters}))
+        free = tuple(dict.fromkeys(v for v in free_variables(body) if v not in {p.variable for p in parameters}))
         self.fresh += 1
         name = f"@some-{self.fresh}"
         head: Pattern = (name, *(v.name for v in free))
         for choice in self._exists(parameters, body, holds):
             condition, sigma = self.closed(choice, tuple(v.name for v in free))
-            self.axioms.append(AxiomSchema(_put(head, sigma), condition))
+            self.axioms.append(AxiomSchema(put(head, sigma), condition))
         if not any(axiom.head[0] == name for axiom in self.axioms):
             self.axioms.append(AxiomSchema(head, self.closed(Condition(positive=(("@false",),)), head[1:])[0]))  # type: ignore[arg-type]
         return head
@@ -236,75 +174,3 @@ class _Normaliser:
     def _name(self, base: str) -> str:
         self.fresh += 1
         return f"{base}.{self.fresh}"
-
-
-def _resolve(term: str | int, sigma: dict[str, str | int]) -> str | int:
-    while isinstance(term, str) and term in sigma:
-        term = sigma[term]
-    return term
-
-
-def _put(pattern: Pattern, sigma: dict[str, str | int]) -> Pattern:
-    return (pattern[0], *(sigma.get(t, t) if isinstance(t, str) else t for t in pattern[1:]))
-
-
-def _put_condition(condition: Condition, sigma: dict[str, str | int]) -> Condition:
-    def pairs(items: Iterable[tuple[str | int, str | int]]) -> tuple[tuple[str | int, str | int], ...]:
-        return tuple((_resolve(a, sigma), _resolve(b, sigma)) for a, b in items)
-
-    return Condition(
-        tuple(_put(p, sigma) for p in condition.positive),
-        tuple(_put(p, sigma) for p in condition.negative),
-        pairs(condition.equal),
-        pairs(condition.unequal),
-    )
-
-
-def _rename_atom(atom: Atom, renaming: dict[Variable, Variable]) -> Atom:
-    return Atom(atom.predicate, tuple(renaming.get(t, t) if isinstance(t, Variable) else t for t in atom.args))
-
-
-def _rename(formula: Formula, renaming: dict[Variable, Variable]) -> Formula:
-    if not renaming:
-        return formula
-
-    def term(t: Term) -> Term:
-        return renaming.get(t, t) if isinstance(t, Variable) else t
-
-    match formula:
-        case Atom():
-            return _rename_atom(formula, renaming)
-        case Equal(left, right):
-            return Equal(term(left), term(right))
-        case Not(inner):
-            return Not(_rename(inner, renaming))
-        case And(parts):
-            return And(tuple(_rename(part, renaming) for part in parts))
-        case Or(parts):
-            return Or(tuple(_rename(part, renaming) for part in parts))
-        case Exists(parameters, body):
-            return Exists(parameters, _rename(body, _without(renaming, parameters)))
-        case Forall(parameters, body):
-            return Forall(parameters, _rename(body, _without(renaming, parameters)))
-    raise AssertionError(f"no formula: {formula!r}")
-
-
-def _without(renaming: dict[Variable, Variable], parameters: tuple[Parameter, ...]) -> dict[Variable, Variable]:
-    hidden = {p.variable for p in parameters}
-    return {old: new for old, new in renaming.items() if old not in hidden}
-
-
-def _free(formula: Formula) -> Iterator[Variable]:
-    match formula:
-        case Atom():
-            yield from (t for t in formula.args if isinstance(t, Variable))
-        case Equal(left, right):
-            yield from (t for t in (left, right) if isinstance(t, Variable))
-        case Not(inner):
-            yield from _free(inner)
-        case And(parts) | Or(parts):
-            for part in parts:
-                yield from _free(part)
-        case Exists(parameters, body) | Forall(parameters, body):
-            hidden = {p.variable for p in parameters}
-            yield from (v for v in _free(body) if v not in hidden)

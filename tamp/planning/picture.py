@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from tamp.planning.binding import BoundStep
-from tamp.planning.instances import Instance, Knowledge
+from tamp.planning.attempt import BoundStep
+from tamp.planning.instances import Instance
+from tamp.planning.knowledge import Knowledge
 
 
 def draw_plan(steps: Iterable[BoundStep], knowledge: Knowledge) -> str:

@@ -12,7 +12,8 @@ import numpy as np
 
 from tamp.errors import SamplerError, TampError
 from tamp.planning.context import Context, generator_for
-from tamp.planning.instances import Instance, Knowledge
+from tamp.planning.instances import Instance
+from tamp.planning.knowledge import Knowledge
 from tamp.planning.objects import Fact
 from tamp.planning.report import StreamReport
 

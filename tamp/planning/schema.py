@@ -7,7 +7,8 @@ from functools import cached_property
 
 from tamp.language import FunctionStream, PredicateStream, Rule, Stream
 from tamp.planning.join import Pattern
-from tamp.planning.normal import AxiomSchema, Condition, NormalDomain, normalise
+from tamp.planning.normal import normalise
+from tamp.planning.normal_schemas import AxiomSchema, Condition, NormalDomain
 from tamp.planning.objects import Objects
 from tamp.planning.problem import Problem, StreamInfo
 

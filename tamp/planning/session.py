@@ -8,77 +8,43 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-from tamp.planning.binding import Attempt, Binder, BoundStep, Budget
+from tamp.planning.attempt import Attempt, BoundStep, Budget
+from tamp.planning.binding import Binder
+from tamp.planning.builder import Blame, TaskBuilder
 from tamp.planning.connectors import Connectors
-from tamp.planning.constraints import Constraints, Matcher, Reuse, places
+from tamp.planning.constraints import Matcher, places
 from tamp.planning.costs import Costs
 from tamp.planning.evaluate import Evaluator
-from tamp.planning.grounding import Grounder, GroundOperator
-from tamp.planning.instances import Instance, Knowledge, ground
+from tamp.planning.given import given_fact, initial_facts
+from tamp.planning.grounding import Grounder
+from tamp.planning.instances import Instance, ground
 from tamp.planning.invariants import find_invariants, groups
+from tamp.planning.knowledge import Knowledge
 from tamp.planning.objects import Fact, Objects
+from tamp.planning.operators import GroundOperator
+from tamp.planning.options import Ended, Options, Restart
 from tamp.planning.problem import Problem
 from tamp.planning.report import SkeletonReport
 from tamp.planning.sampling import Sampling
 from tamp.planning.schema import Schema
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.skeleton import Skeleton, make_skeleton
-from tamp.planning.task import Blame, GroundTask, TaskBuilder
+from tamp.planning.task import GroundTask
 
 SEARCH_S = 2.0
 """How long the first search may take before more is sampled instead; doubled each time that it was not enough [s]."""
 
+
 MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
+
 
 ACTIVATED = 6
 """How many results of a stream enter the search each time that it is blamed."""
 
+
 NOVEL_S = 1.0
 """How long a search may take that leaves out what was blamed for failures, before the full one has its turn [s]."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What the caller of `solve` wants.
-
-    Attributes:
-        max_cost: only plans that cost at most this count.
-        success_cost: a plan that costs at most this ends the run; otherwise a better one is looked for.
-        max_iterations: searches before giving up.
-        connectors: whether moves may be left out of the search.
-        lazy_tests: whether tests are only asked when a plan rests on them.
-        constraints: what plans must look like.
-        reuse: what to keep of an earlier plan.
-    """
-
-    seed: int = 0
-    timeout: float = 60.0
-    max_cost: float = math.inf
-    success_cost: float = math.inf
-    unit_costs: bool = False
-    max_iterations: int = 1_000_000
-    connectors: bool = True
-    lazy_tests: bool = True
-    constraints: Constraints = field(default_factory=Constraints)
-    reuse: Reuse | None = None
-
-
-class Ended(Exception):  # noqa: N818  control flow inside this package, never seen outside
-    """The run is over: time or iterations are used up, or infeasibility is proven."""
-
-    def __init__(self, status: str, message: str) -> None:
-        super().__init__(message)
-        self.status = status
-        self.message = message
-
-
-class Restart(Exception):  # noqa: N818  control flow inside this package, never seen outside
-    """A simplification does not fit the problem: the run begins again with these options."""
-
-    def __init__(self, options: Options) -> None:
-        super().__init__()
-        self.options = options
 
 
 @dataclass
@@ -114,7 +80,6 @@ class Session:
         self.blames: dict[int, Blame] = {}
         self.tried: dict[Skeleton, _Tried] = {}
         self.best: tuple[BoundStep, ...] | None = None
-        self.best_skeleton: Skeleton | None = None
         self.best_cost = math.inf
         self.iterations = 0
         self.proofs = True  # whether everything that bars a plan is certain
@@ -145,8 +110,10 @@ class Session:
             Ended: at a limit.
         """
         with self._timed("grounding"):
-            for fact in self._given(self.schema.problem):
+            for fact in initial_facts(self.schema, self.objects, self.options.reuse):
                 self.knowledge.give(fact)
+            for atom in self.schema.problem.initial_state.negated:
+                self.knowledge.refute(given_fact(atom, self.objects))
 
     @contextmanager
     def _timed(self, phase: str) -> Iterator[None]:
@@ -156,42 +123,6 @@ class Session:
         finally:
             spent = time.perf_counter() - before - (self.sampling.seconds - sampled)
             self.seconds[phase] += spent
-
-    def _given(self, problem: Problem) -> Iterator[Fact]:
-        """The facts of the problem, with the supertypes of each object."""
-        domain = problem.parsed_domain
-        for fact in self._typed_constants():
-            yield fact
-        for atom in problem.initial_state.facts:
-            fact = (atom.predicate, *(self.objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
-            yield fact
-            if atom.predicate in domain.types:
-                yield from ((above, fact[1]) for above in domain.supertypes(atom.predicate) if above != "object")
-        for atom in problem.initial_state.negated:
-            self.knowledge.refute(
-                (atom.predicate, *(self.objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
-            )
-        yield from self._goal_objects()
-        yield from self._reused()
-
-    def _reused(self) -> Iterator[Fact]:
-        """Facts of an earlier plan about the values that its remaining actions use."""
-        if self.options.reuse is None:
-            return
-        reuse = self.options.reuse
-        values = {self.objects.intern(value) for action in reuse.actions for value in action.args}
-        values |= set(self.objects.real())
-        for raw in reuse.facts:
-            name = str(raw[0]).lower()
-            if name not in self.schema.fluents and name not in self._momentary:
-                fact = (name, *map(self.objects.intern, raw[1:]))
-                if values.issuperset(fact[1:]):
-                    yield fact
-
-    @property
-    def _momentary(self) -> set[str]:
-        """Predicates that streams with fluents certify: what they say holds in one state only."""
-        return {str(p[0]) for e in self.schema.externals.values() if e.fluents for p in e.certified}
 
     def earlier_plan(self) -> Skeleton | None:
         """The remaining actions of an earlier plan as a skeleton; None where an action is not possible any more."""
@@ -305,7 +236,7 @@ class Session:
             attempt = self.binder.bind(skeleton, budget.grown(record.attempts))
         record.attempts += 1
         record.last = attempt
-        self.check_found(skeleton, attempt)
+        self.check_found(attempt)
         with self._timed("grounding"):
             self._learn(attempt)
         self.check_limits()
@@ -325,13 +256,13 @@ class Session:
         values = {op.binding.get(str(t), t) for op in self.grounder.operators for n, t in wanted if n == op.schema.name}
         return len(values) ** 2 * len(connectors) <= MOVES_IN_SEARCH
 
-    def check_found(self, skeleton: Skeleton, attempt: Attempt) -> None:
+    def check_found(self, attempt: Attempt) -> None:
         """Keep a plan that is better than the best so far; end the run where it is good enough."""
         if attempt.steps is None:
             return
         cost = self.costs.of_plan(attempt.steps)
         if cost <= self.options.max_cost and cost < self.best_cost:
-            self.best, self.best_cost, self.best_skeleton = attempt.steps, cost, skeleton
+            self.best, self.best_cost = attempt.steps, cost
             self.costs.prefer_cheap()
         if self.best is not None and self.best_cost <= self.options.success_cost:
             raise Ended("solved", "")
@@ -341,14 +272,14 @@ class Session:
         for instance in attempt.blamed:
             instance.failures += 1
             self.knowledge.activate(instance, ACTIVATED * instance.failures)
-        for external, inputs, facts, named in attempt.nogoods:
-            self.knowledge.instance(external, inputs).nogoods[facts] = None
-            self.proofs &= named
+        for nogood in attempt.nogoods:
+            self.knowledge.instance(nogood.external, nogood.inputs).nogoods[nogood.facts] = None
+            self.proofs &= nogood.named
             self.knowledge.version += 1
-        for _, target, facts in attempt.motions:
-            self.unexplained += not facts
-            blame = self.blames.setdefault(target, Blame(target))
-            blame.facts.update(dict.fromkeys(facts))
+        for move in attempt.moves:
+            self.unexplained += not move.facts
+            blame = self.blames.setdefault(move.target, Blame(move.target))
+            blame.facts.update(dict.fromkeys(move.facts))
             blame.failures += 1
 
     def expand(self) -> bool:

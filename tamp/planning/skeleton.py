@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from tamp.planning.connectors import Connectors
-from tamp.planning.grounding import GroundOperator
-from tamp.planning.instances import Instance, Knowledge, ground
+from tamp.planning.instances import Instance, ground
+from tamp.planning.knowledge import Knowledge
 from tamp.planning.objects import Fact
+from tamp.planning.operators import GroundOperator
 from tamp.planning.schema import Schema
 
 

@@ -10,11 +10,12 @@ from tamp.errors import DomainError
 from tamp.planning.algorithms import adaptive, focused, incremental
 from tamp.planning.constraints import Constraints, Reuse
 from tamp.planning.fast_downward import FastDownward
+from tamp.planning.options import Ended, Options, Restart
 from tamp.planning.picture import draw_plan
 from tamp.planning.problem import GroundAction, Problem, Solution
 from tamp.planning.report import Report
 from tamp.planning.search import BuiltinSearch, Search
-from tamp.planning.session import Ended, Options, Restart, Session
+from tamp.planning.session import Session
 
 ALGORITHMS: dict[str, Callable[[Session], None]] = {
     "adaptive": adaptive,

@@ -6,7 +6,7 @@ import pytest
 
 from tamp.planning import solve
 from tamp.planning.fast_downward import CONFIGURATIONS, FastDownward
-from tamp.planning.grounding import GroundOperator
+from tamp.planning.operators import GroundOperator
 from tamp.planning.search import BuiltinSearch
 from tamp.planning.task import GroundTask, TaskAxiom, TaskEffect, TaskOperator, axiom_layers
 from tests.planning.problems import blocksworld, continuous, negation, quantified, recursive, unsolvable

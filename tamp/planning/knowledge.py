@@ -1,0 +1,149 @@
+"""What is known: facts that are certified, facts that are hoped for, and the stream instances behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tamp.planning.fact_index import FactIndex
+from tamp.planning.instances import Instance, ground
+from tamp.planning.objects import Fact, Objects
+from tamp.planning.schema import FALSE_MARK, TRUE_MARK, External, Schema
+
+
+class Knowledge:
+    """Certified facts, hopes, and the instances behind them.
+
+    Attributes:
+        real: facts without fluents that hold: given, or certified by a call.
+        state: the fluent facts of the initial state, in the order given.
+        producers: hoped-for fact -> the instances that may certify it.
+        templates: every instance that the optimistic level made, in an order in which supports come first.
+    """
+
+    def __init__(self, schema: Schema, objects: Objects) -> None:
+        self.schema = schema
+        self.objects = objects
+        self.real = FactIndex()
+        self.refuted: dict[Fact, str] = {}
+        self.state: dict[Fact, None] = {}
+        self.producers: dict[Fact, list[Instance]] = {}
+        self.templates: list[Instance] = []
+        self.version = 0
+        self._unsupported = schema.derived | schema.fluents | {"object"}
+        self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...]], Instance] = {}
+        self._sources: dict[int, tuple[Instance, int]] = {}
+        self._tell: Callable[[Fact], None] = lambda fact: None
+
+    def on_fact(self, tell: Callable[[Fact], None]) -> None:
+        """Have the search told of every fact that it may use."""
+        self._tell = tell
+
+    def instance(self, external: External, inputs: tuple[int, ...], fluents: tuple[Fact, ...] = ()) -> Instance:
+        """The one instance of a stream for these inputs."""
+        key = (external.name, inputs, fluents)
+        found = self._instances.get(key)
+        if found is None:
+            found = self._instances[key] = Instance(external, inputs, fluents)
+            found.domain = tuple(ground(p, found.binding()) for p in external.domain)
+        return found
+
+    def instances(self) -> list[Instance]:
+        """All instances, in the order in which they appeared."""
+        return list(self._instances.values())
+
+    def give(self, fact: Fact) -> None:
+        """A fact of the problem."""
+        if fact[0] in self.schema.fluents:
+            self.state[fact] = None
+        else:
+            self.real.add(fact)
+        self._announce(fact)
+
+    def certify(self, fact: Fact, active: bool) -> None:
+        """A call has certified a fact; the search hears of it only where it is active."""
+        if fact[0] in self.schema.fluents:
+            if fact not in self.state:  # a stream may bring objects, and where they are at the start
+                self.version += 1
+                self.state[fact] = None
+        elif self.real.add(fact):
+            self.version += 1
+        if active:
+            self._announce(fact)
+
+    def refute(self, fact: Fact, reason: str = "") -> None:
+        """A call has shown that a fact does not hold, for a reason."""
+        if fact not in self.refuted:
+            self.version += 1
+            self.refuted[fact] = reason
+            self._tell((FALSE_MARK + fact[0], *fact[1:]))
+
+    def hope(self, template: Instance) -> None:
+        """Let the search assume that an instance will certify what it promises."""
+        self.templates.append(template)
+        outputs = template.external.outputs
+        if outputs and not template.placeholders:
+            key = f"{template.external.name}({','.join(map(self.objects.key, template.inputs))})"
+            template.placeholders = tuple(self.objects.placeholder(f"{key}#{i}", template) for i in range(len(outputs)))
+        for fact in template.certified(template.placeholders):
+            self.producers.setdefault(fact, []).append(template)
+            self._tell(fact)
+
+    def _announce(self, fact: Fact) -> None:
+        self._tell(fact)
+        if fact[0] in self.schema.tests:
+            self._tell((TRUE_MARK + fact[0], *fact[1:]))
+
+    def record(self, instance: Instance, outputs: tuple[int, ...]) -> bool:
+        """A call has yielded outputs; whether they are new. What they certify holds; the search hears of it later."""
+        if outputs in instance.results:
+            return False
+        for handle in outputs:
+            self._sources.setdefault(handle, (instance, len(instance.results)))
+        instance.results.append(outputs)
+        for fact in instance.certified(outputs):
+            self.certify(fact, active=False)
+        return True
+
+    def source(self, handle: int) -> Instance | None:
+        """The stream instance that an object came from; None for an object of the problem."""
+        found = self._sources.get(handle)
+        return None if found is None else found[0]
+
+    def activate(self, instance: Instance, limit: int) -> None:
+        """Let the search use the first `limit` results of an instance."""
+        for number in range(min(limit, len(instance.results))):
+            self._activate(instance, number)
+
+    def announce(self, test: Instance) -> None:
+        """Let the search know what a test that holds certifies."""
+        for outputs in test.results:
+            for fact in test.certified(outputs):
+                self._announce(fact)
+        test.activated.update(range(len(test.results)))
+
+    def _activate(self, instance: Instance, number: int) -> None:
+        if number in instance.activated:
+            return
+        instance.activated.add(number)
+        for handle in instance.inputs:  # what it was computed from must be known to the search as well
+            if handle in self._sources:
+                self._activate(*self._sources[handle])
+        for fact in instance.certified(instance.results[number]):
+            self._announce(fact)
+
+    def refresh(self) -> None:
+        """Work out which instances may still bring something the search does not know, and so may what they rest on."""
+        for template in self.templates:
+            template.alive = (
+                template.unfinished
+                and all(support.alive for support in template.supports)
+                and all(fact[0] in self._unsupported or self.usable(fact) for fact in template.domain)
+            )
+
+    def usable(self, fact: Fact) -> bool:
+        """Whether the search may rely on a fact that is no fluent."""
+        return fact in self.real or any(p.alive for p in self.producers.get(fact, ()))
+
+    def hoped_state(self) -> list[Fact]:
+        """Fluent facts that streams may still add to the initial state."""
+        return [f for f in self.producers if f[0] in self.schema.fluents and self.usable(f)]
