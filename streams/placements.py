@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.values import Placement
-from tamp.streams.workspace import TABLE, Context, Workspace, standing
+from tamp.streams.workspace import TABLE, Context, Workspace, at_pose
 from tamp.task import Pose
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
     plan has settled so far is advice, not truth.
     """
     workspace: Workspace = context.scene
-    taken = {n: p for n, p in standing(context.bound).items() if n != obj}
+    taken = [_rectangle(workspace, f[1], f[2]) for f in at_pose(context.bound) if f[1] != obj]
     wanted = _wanted(workspace, obj) if region == TABLE else []
     rect = workspace.region(region)
     center, half = np.array(rect.center), np.array(rect.size) / 2
@@ -46,7 +46,7 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
                 return
             continue
         blind = draw % 3 == 2
-        others = [] if blind else [_rectangle(workspace, n, p) for n, p in taken.items()] + wanted
+        others = [] if blind else taken + wanted
         xy = context.rng.uniform(low, high, size=(DRAWS, 2))
         best = xy[_ranking(workspace, xy, lower, upper, others)[0]]
         T = np.eye(4)

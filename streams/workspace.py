@@ -86,6 +86,11 @@ class Workspace:
         }
 
 
+def at_pose(facts: Any) -> Iterator[Any]:
+    """The `AtPose` facts among `facts`: (predicate, object, placement)."""
+    return (fact for fact in facts if str(fact[0]).lower() == "atpose")
+
+
 def standing(facts: Any) -> dict[str, Placement]:
-    """Object -> placement, of the `AtPose` facts among `facts`."""
-    return {fact[1]: fact[2] for fact in facts if str(fact[0]).lower() == "atpose"}
+    """Object -> placement; where `facts` have several for an object, the last, which is the one that holds first."""
+    return {fact[1]: fact[2] for fact in at_pose(facts)}

@@ -11,7 +11,9 @@ from typing import Any
 from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.execution.record import Execution
-from tamp.pipeline.planning import Samplers, Setup, plan_from, prepare
+from tamp.pipeline.attempt import Samplers
+from tamp.pipeline.planning import plan_from, plan_partly
+from tamp.pipeline.setup import Setup, prepare
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
 from tamp.task import Plan, Pose, Task, load_robot
@@ -19,6 +21,7 @@ from tamp.task.plan_file import plan_sha256
 from tamp.versions import versions
 
 MAX_REPLANS = 8
+WHOLE_SHARE = 0.5  # of the time left for planning goes to reaching all goals at once, the rest to as many as possible
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,8 @@ def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
         job.executions.append(execution)
         job.final_poses = dict(execution.final_poses)
         reached = execution.status == "done" and score(job.task, job.final_poses).solved
-        if reached or execution.status == "timeout":
+        as_far_as_possible = execution.status == "done" and bool(job.plans[-1].report.get("left"))
+        if reached or as_far_as_possible or execution.status == "timeout":
             return
         if len(job.plans) > MAX_REPLANS or not job.plan(setup, job.final_poses, execution.configuration):
             return
@@ -130,15 +134,21 @@ class _Job:
     def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
         """Plan from a state at rest; False where there is no plan."""
         with self.planning():
-            deadline = time.monotonic() + self.limit - self.planning_s
             # A new plan from a state that chance has brought about draws other samples than the first.
             seed = self.seed + 7919 * len(self.plans)
-            options: Any = {"samplers": self.samplers, "algorithm": self.algorithm}
+            options: Any = {"seed": seed, "samplers": self.samplers, "algorithm": self.algorithm}
+            end = time.monotonic() + self.limit - self.planning_s
             try:
-                self.plans.append(plan_from(setup, poses, q, seed=seed, deadline=deadline, **options))
+                share = WHOLE_SHARE * (end - time.monotonic())
+                self.plans.append(plan_from(setup, poses, q, deadline=time.monotonic() + share, **options))
+                self.failure = None
             except PlanningFailure as failure:
                 self.failure = failure
-        return self.failure is None
+                try:
+                    self.plans.append(plan_partly(setup, poses, q, deadline=end, **options))
+                except PlanningFailure:
+                    return False
+        return True
 
     def run(self, execute: bool) -> Run:
         """Close the books."""
@@ -155,12 +165,11 @@ class _Job:
             n_replans=max(0, len(self.plans) - 1),
             grasps_attempted=sum(e.grasps_attempted for e in self.executions),
             grasps_succeeded=sum(e.grasps_succeeded for e in self.executions),
-            plan_checked=bool(self.plans),  # planning hands out nothing that the checker has not accepted
-            **{n: getattr(reached, n) for n in ("ede_m", "do_nothing_ede_m", "mean_ueb_m")},
-            improvement=reached.improvement,
-            improvement_ueb=reached.improvement_ueb,
-            objects=tuple(vars(o) for o in reached.objects),
-            goals_met=reached.goals_met,
+            # Planning hands out nothing that the checker has not accepted, but for goals that are left.
+            plan_checked=bool(self.plans) and not any(plan.report.get("left") for plan in self.plans),
+            do_nothing_ede_m=reached.do_nothing_ede_m,
+            mean_ueb_m=reached.mean_ueb_m,
+            **(_outcome(reached) if execute else {}),  # what was not executed has no score
             plan_sha256=plan_sha256(self.plans[0]) if self.plans else "",
             message="" if status in ("solved", "planned") else self._message(reached),
             versions=versions(),
@@ -170,12 +179,18 @@ class _Job:
 
     def _status(self, execute: bool, reached: Score) -> Status:
         if self.plans and not execute:
-            return "planned"
+            return "failed" if self._left else "planned"
         if self.executions and reached.solved:
             return "solved"
         if self.executions or self.failure is None:
             return "failed"
         return "timeout" if self.failure.status == "timeout" else _verdict(self.failure)
+
+    @property
+    def _left(self) -> Mapping[str, str]:
+        """Objects whose goals the last plan leaves, and why."""
+        left: Mapping[str, str] = self.plans[-1].report.get("left", {}) if self.plans else {}
+        return left
 
     def _message(self, reached: Score) -> str:
         missed = [name for name, met in reached.goals_met.items() if not met]
@@ -184,9 +199,20 @@ class _Job:
             parts.append(f"last deviation: {self.executions[-1].deviation}")
         if self.executions and self.executions[-1].status == "timeout":
             parts.append(f"execution passed its limit of {self.task.limits.execution_sim_s:g} simulated seconds")
-        if self.failure is not None:
+        parts += [f"{name} left: {why}" for name, why in self._left.items()]
+        if self.failure is not None and not self._left:
             parts.append(f"no plan ({self.failure.status})")
         return "; ".join(parts)
+
+
+def _outcome(reached: Score) -> dict[str, Any]:
+    return {
+        "ede_m": reached.ede_m,
+        "improvement": reached.improvement,
+        "improvement_ueb": reached.improvement_ueb,
+        "objects": tuple(vars(o) for o in reached.objects),
+        "goals_met": reached.goals_met,
+    }
 
 
 def _verdict(failure: PlanningFailure) -> Status:
