@@ -121,6 +121,7 @@ class _Job:
     executions: list[Execution] = field(default_factory=list)
     final_poses: dict[str, Pose] = field(default_factory=dict)
     failure: PlanningFailure | None = None
+    obstacles: list[str] = field(default_factory=list)
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -146,7 +147,8 @@ class _Job:
                 self.failure = failure
                 try:
                     self.plans.append(plan_partly(setup, poses, q, deadline=end, **options))
-                except PlanningFailure:
+                except PlanningFailure as nothing:
+                    self.obstacles = str(nothing.report).splitlines()
                     return False
         return True
 
@@ -201,7 +203,7 @@ class _Job:
             parts.append(f"execution passed its limit of {self.task.limits.execution_sim_s:g} simulated seconds")
         parts += [f"{name} left: {why}" for name, why in self._left.items()]
         if self.failure is not None and not self._left:
-            parts.append(f"no plan ({self.failure.status})")
+            parts += [f"no plan ({self.failure.status})", *self.obstacles]
         return "; ".join(parts)
 
 
