@@ -33,6 +33,8 @@ def test_cfree_placements(context: Context, obj: str, placement: Placement, othe
 def test_cfree_handling(context: Context, obj: str, handling: Handling, other: str, standing: Placement) -> bool:
     """Whether the arm can reach for `obj` and lift it (or put it down and leave) while `other` stands there."""
     workspace: Workspace = context.scene
+    if ("clear", handling, other, standing) in workspace.memory:
+        return True
     contact = handling_contact(workspace, handling, {other: standing})
     if contact is not None:
         context.fail(contact)
@@ -43,9 +45,12 @@ def handling_contact(workspace: Workspace, handling: Handling, others: Mapping[s
     """The first collision along a handling with `others` standing around, in words; None where there is none."""
     poses = {name: others[name].pose.matrix for name in sorted(others)}
     obj, placement = handling.object, handling.placement
-    return approach_contact(workspace, obj, placement, handling.opening, handling.approach, poses) or lift_contact(
+    contact = approach_contact(workspace, obj, placement, handling.opening, handling.approach, poses) or lift_contact(
         workspace, obj, handling.grasp, handling.lift, poses
     )
+    if contact is None:  # clear of all of them is clear of each
+        workspace.memory.update({("clear", handling, name, place): True for name, place in others.items()})
+    return contact
 
 
 def approach_contact(

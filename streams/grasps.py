@@ -30,9 +30,9 @@ from tamp.world.kinematics import inverse
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-ROUNDS = 6  # of sampling, where few grasps are clear at every placement
+ROUNDS = 8  # of sampling, where few grasps are clear at every placement
 ENOUGH = 40  # clear grasps after which no further round is needed
-SIEVED = 1200  # pinches looked at closely in one round
+SIEVED = 600  # pinches looked at closely in one round
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
 

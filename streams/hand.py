@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from tamp.world.robot_model import RobotModel
 
-SLICES = 3  # boxes along the approach direction that a link is cut into
+SLICES = 2  # boxes along the approach direction that a link is cut into
 
 
 @dataclass(frozen=True, eq=False)
