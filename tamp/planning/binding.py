@@ -232,7 +232,8 @@ class _Run:
                 fact = self._real(effect.atom)
                 if effect.adds and all(map(objects.is_real, fact[1:])):
                     yield fact
-        yield from state
+        # A choice that is put off leaves placeholders in the state for a while.
+        yield from (fact for fact in state if all(map(objects.is_real, fact[1:])))
 
     def _connect(self, position: int, item: Connect, fresh: bool, state: State) -> set[int] | None:
         frame = self.frames.setdefault(position, Frame())
