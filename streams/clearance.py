@@ -23,6 +23,7 @@ FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 HAND_MARGIN = 0.002  # between the hand and what stands around [m]
 HAND_REACH = 0.25  # neighbours farther away than this cannot meet the hand [m]
+LEANING = 0.8  # cost of a hand that leans over by one radian
 HINDERED = 10.0  # cost of a grasp that cannot serve a placement as long as its supports are there
 
 
@@ -58,7 +59,7 @@ def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray
 def tilt_cost(pinches: Pinches, place: Placement) -> NDArray[np.float64]:
     """What leaning away from the vertical costs each hand at a placement, shape (n,)."""
     T = place.pose.matrix @ pinches.T_object_tool
-    cost: NDArray[np.float64] = 0.4 * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
+    cost: NDArray[np.float64] = LEANING * np.arccos(np.clip(-T[:, 2, 2], -1.0, 1.0))
     return cost
 
 

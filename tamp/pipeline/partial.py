@@ -62,6 +62,10 @@ def solve_partly(
     while waiting and progress:
         progress = False
         for name in _supports_first(workspace, waiting):
+            missing = [lower for lower in _goal_supports(workspace, name) if start[lower] != workspace.goals[lower]]
+            if missing:
+                left[name] = f"its goal rests on {missing[0]}, which is not at its own"
+                continue
             now = _restricted(workspace, start, reached | {name})
             share = max(SLICE_S, (deadline - time.monotonic()) / (2 * len(waiting)))
             limit = min(share, deadline - time.monotonic())
@@ -80,6 +84,11 @@ def solve_partly(
             left.pop(name, None)
             progress = True
     return PartialSolution(tuple(actions), left)
+
+
+def _goal_supports(workspace: Workspace, name: str) -> list[str]:
+    """Objects with goal poses that the goal pose of an object rests on."""
+    return [lower for lower in workspace.goals[name].on if lower in workspace.goals] if name in workspace.goals else []
 
 
 def _supports_first(workspace: Workspace, names: list[str]) -> list[str]:
