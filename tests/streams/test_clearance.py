@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tamp.streams.clearance import (
+    CLEARANCE,
+    HINDERED,
+    STOP_EARLY,
+    above_table,
+    clear_of_object,
+    closing_width,
+    hand_hits,
+    neighbour_cost,
+    opening_for,
+    standing_around,
+    support_cost,
+    tilt_cost,
+)
+from tamp.streams.pinches import Pinches
+from tamp.streams.values import Grasp
+from tamp.task import At, Box, Object, Pose
+from tamp.world.scene import Scene
+from tests.streams.tables import CUBE, RED, SLAB, panda, workspace_of
+
+GRIPPER = panda().spec.gripper
+DOWN = Pose.from_rpy((0.0, 0.0, 0.02), (np.pi, 0.0, 0.0)).matrix
+"""From above, the pads' middle 2 cm over the middle of the object."""
+SIDE = Pose.from_rpy((-0.01, 0.0, 0.0), (0.0, np.pi / 2, 0.0)).matrix
+UP = Pose.from_rpy((0.0, 0.0, -0.02), (0.0, 0.0, 0.0)).matrix
+
+
+def pinches_at(*tools, width=0.05):
+    count = len(tools)
+    return Pinches(np.array(tools), np.full(count, width), np.full(count, 0.012), np.zeros(count))
+
+
+@given(width=st.floats(0.0, GRIPPER.stroke))
+def test_the_hand_opens_wider_than_the_object_but_not_beyond_the_stroke(width):
+    opening = opening_for(GRIPPER, Grasp(Pose(), width))
+    assert width <= opening <= GRIPPER.stroke
+    assert opening == pytest.approx(min(GRIPPER.stroke, width + 2 * CLEARANCE))
+
+
+def test_a_hand_from_above_is_over_the_table_and_one_from_below_is_not(table):
+    low = SIDE.copy()
+    low[2, 3] = -0.035
+    usable = above_table(table, pinches_at(DOWN, low, UP), table.start["red"])
+    assert usable.tolist() == [True, False, False]
+
+
+def test_leaning_away_from_the_vertical_costs_more(table):
+    down, side = tilt_cost(pinches_at(DOWN, SIDE), table.start["red"])
+    assert down == pytest.approx(0.0, abs=1e-6)
+    assert side > 0.5
+
+
+def test_a_palm_inside_the_object_is_not_clear_of_it(table):
+    sunk = DOWN.copy()
+    sunk[2, 3] = -0.06
+    assert clear_of_object(table, "red", pinches_at(DOWN, sunk)).tolist() == [True, False]
+
+
+@given(side=st.floats(0.01, 0.07))
+def test_fingers_stop_where_the_box_begins(side):
+    workspace = workspace_of(Object("box", Box((0.05, side, 0.08)), Pose((0.0, 0.0, 0.04))))
+    width = closing_width(workspace, "box", DOWN, side)
+    assert width == pytest.approx(side, abs=0.001)
+
+
+def test_fingers_that_something_else_stops_first_close_on_nothing(table):
+    # The box is 5 cm wide: contacts said to be 3 cm apart are inside it.
+    assert closing_width(table, "red", DOWN, 0.05 - 3 * STOP_EARLY) is None
+
+
+def test_a_neighbour_in_the_way_is_hit_and_costs():
+    near = Object("near", CUBE.shape, Pose((0.05, 0.2 + 0.047, 0.06)))
+    workspace = workspace_of(RED, near)
+    tool = RED.pose.matrix @ DOWN
+    assert hand_hits(workspace, tool, 0.066, Scene({"near": near.pose.matrix}))
+    assert not hand_hits(workspace, tool, 0.066, Scene())
+    hit, turned = neighbour_cost(
+        workspace, pinches_at(DOWN, DOWN @ Pose.from_rpy((0, 0, 0), (0, 0, np.pi / 2)).matrix), "red",
+        workspace.start["red"],
+    )  # fmt: skip
+    assert hit == 1.0
+    assert turned == 0.0
+
+
+def test_the_hand_hits_the_table_when_it_reaches_through_it(table):
+    T = DOWN.copy()
+    T[2, 3] = 0.0
+    assert hand_hits(table, T, 0.05, Scene())
+
+
+def test_meeting_the_support_hinders():
+    board = Object("board", Box((0.2, 0.2, 0.02)), Pose((0.0, 0.0, 0.01)))
+    chip = Object("chip", Box((0.05, 0.05, 0.02)), Pose((0.0, 0.0, 0.03)))
+    workspace = workspace_of(board, chip, on={"chip": ("board",)})
+    shallow, deep = np.eye(4), np.eye(4)
+    shallow[:3, :3] = deep[:3, :3] = DOWN[:3, :3]
+    shallow[2, 3], deep[2, 3] = 0.01, -0.01
+    costs = support_cost(workspace, pinches_at(shallow, deep), "chip", workspace.start["chip"])
+    assert costs.tolist() == [0.0, HINDERED]
+
+
+def test_what_stands_on_nothing_but_the_table_has_no_support_in_the_way(table):
+    assert support_cost(table, pinches_at(DOWN), "red", table.start["red"]).tolist() == [0.0]
+
+
+def test_around_a_goal_stand_the_goals_and_around_a_start_the_starts():
+    moving = Object("cube", CUBE.shape, CUBE.pose, At(Pose((0.15, 0.3, 0.02))))
+    workspace = workspace_of(RED, SLAB, moving)
+    assert standing_around(workspace, "red", workspace.start["red"]) == {
+        "cube": workspace.start["cube"],
+        "slab": workspace.start["slab"],
+    }
+    assert standing_around(workspace, "red", workspace.goals["red"]) == {"cube": workspace.goals["cube"]}

@@ -1,0 +1,91 @@
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams import collisions
+from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.values import Grasp, Placement
+from tamp.task import Pose
+from tests.streams.tables import CUBE, RED, SLAB, ToldContext, workspace_of
+
+FROM_ABOVE = Grasp(Pose.from_rpy((0.0, 0.0, 0.02), (np.pi, 0.0, 0.0)), 0.05)
+offsets = st.floats(-0.15, 0.15)
+turns = st.floats(-3.1, 3.1)
+
+
+@cache
+def scene():
+    return workspace_of(RED, SLAB, CUBE)
+
+
+def placed(x, y, z, yaw=0.0):
+    return Placement(Pose.from_rpy((x, y, z), (0.0, 0.0, yaw)), ("table",))
+
+
+def free(obj, placement, other, standing, context=None):
+    return collisions.test_cfree_placements(context or ToldContext(scene()), obj, placement, other, standing)
+
+
+@pytest.fixture(scope="module")
+def handling():
+    _, _, found = next(inverse_kinematics(ToldContext(scene()), "red", scene().start["red"], FROM_ABOVE))
+    return found
+
+
+@given(x=offsets, y=offsets, yaw=turns)
+@settings(max_examples=60, deadline=None)
+def test_overlap_is_symmetric(x, y, yaw):
+    red, cube = placed(0.0, 0.0, 0.04), placed(x, y, 0.02, yaw)
+    assert free("red", red, "cube", cube) == free("cube", cube, "red", red)
+
+
+@given(x=offsets, y=offsets)
+@settings(max_examples=60, deadline=None)
+def test_boxes_overlap_where_their_shadows_do(x, y):
+    # Sides of 5 and 4 cm, parallel: they meet where the centres are nearer than 4.5 cm along both axes.
+    depth = 0.045 - max(abs(x), abs(y))
+    answer = free("red", placed(0.0, 0.0, 0.04), "cube", placed(x, y, 0.02))
+    if abs(depth - collisions.CONTACT_DEPTH) > 1e-4:
+        assert answer == (depth < collisions.CONTACT_DEPTH)
+
+
+@given(x=offsets, y=offsets)
+def test_an_object_is_never_in_its_own_way(x, y):
+    context = ToldContext(scene())
+    assert free("red", placed(0.0, 0.0, 0.04), "red", placed(x, y, 0.04), context)
+    assert not context.reasons
+
+
+def test_an_overlap_is_told():
+    context = ToldContext(scene())
+    assert not free("red", placed(0.0, 0.0, 0.04), "cube", placed(0.01, 0.0, 0.02), context)
+    assert context.reasons == ["red would overlap cube"]
+
+
+def test_what_rests_on_another_is_free_of_it():
+    assert free("cube", placed(0.0, 0.0, 0.05), "slab", placed(0.0, 0.0, 0.015))
+
+
+def test_a_handling_is_free_of_what_stands_far_away(handling):
+    context = ToldContext(scene())
+    assert collisions.test_cfree_handling(context, "red", handling, "cube", placed(-0.3, -0.4, 0.02))
+    assert not context.reasons
+
+
+@pytest.mark.parametrize("height", [0.04, 0.2])
+def test_a_handling_is_blocked_by_what_stands_in_its_way_and_names_it(handling, height):
+    context = ToldContext(scene())
+    x, y, _ = RED.pose.xyz
+    assert not collisions.test_cfree_handling(context, "red", handling, "slab", placed(x, y + 0.05, height))
+    (reason,) = context.reasons
+    assert reason.endswith("would hit slab")
+
+
+def test_the_contact_of_a_handling_is_the_first_of_approach_and_lift(handling):
+    x, y, _ = RED.pose.xyz
+    beside, above = placed(x, y + 0.05, 0.04), placed(x, y, 0.3)
+    assert collisions.handling_contact(scene(), handling, {}) is None
+    assert collisions.handling_contact(scene(), handling, {"slab": beside, "cube": above}) is not None
