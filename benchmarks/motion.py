@@ -19,7 +19,7 @@ from tamp.task import Box, Object, Pose, Task, load_robot
 from tamp.world.collision import CollisionChecker
 from tamp.world.geometry import load_geometry
 from tamp.world.kinematics import inverse
-from tamp.world.motion import MotionResult, plan_motion, planner_names
+from tamp.world.motion import PORTFOLIO, MotionResult, plan_motion, planner_names
 from tamp.world.paths import length
 from tamp.world.robot_model import RobotModel, robot_model
 from tamp.world.scene import Scene
@@ -66,7 +66,7 @@ def run(quick: bool) -> Iterator[Row]:
         }
 
 
-def plan(clutter: Clutter, query: tuple[Array, Array], seed: int, planner: str = "rrtconnect") -> MotionResult:
+def plan(clutter: Clutter, query: tuple[Array, Array], seed: int, planner: str = PORTFOLIO) -> MotionResult:
     """Answer one query within five seconds."""
     robot = clutter.robot
     return plan_motion(

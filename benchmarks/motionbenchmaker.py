@@ -123,6 +123,7 @@ def _outcome(problem: Problem, spec: RobotSpec) -> Outcome:
         seed=problem.number,
         timeout=TIMEOUT,
         iterations=10**9,
+        recheck=0.01,
     )
     if result.path is None:
         print(f"{problem.family} {problem.number}: {result.reason}", file=sys.stderr)

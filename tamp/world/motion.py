@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,8 +14,10 @@ from tamp.world.paths import RESOLUTION, Array, StateChecker, shortcut, without_
 ITERATIONS = 100_000
 """How often a planner may extend its trees before it gives up, whatever the clock says."""
 
-RECHECK = RESOLUTION / 2
-"""Distance between the configurations at which a path is rechecked before it is handed out [rad]."""
+PORTFOLIO = "portfolio"
+
+TURNS = (("rrtconnect", 100), ("lbkpiece", 1600))
+"""The planners of the portfolio and how many iterations each gets in the first round: about the same time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,7 @@ def planner_names() -> tuple[str, ...]:
     """Names that `plan_motion` takes as `planner`, the default first."""
     from tamp.world.ompl_search import PLANNERS
 
-    return tuple(PLANNERS)
+    return (PORTFOLIO, *PLANNERS)
 
 
 def plan_motion(
@@ -54,10 +57,11 @@ def plan_motion(
     *,
     seed: int,
     timeout: float,
-    planner: str = "rrtconnect",
+    planner: str = PORTFOLIO,
     iterations: int = ITERATIONS,
     shortcuts: int = 30,
     step: float = 0.5,
+    recheck: float = RESOLUTION / 2,
 ) -> MotionResult:
     """Plan a path from a configuration to another, or to any of several.
 
@@ -71,10 +75,13 @@ def plan_motion(
         q_goal: shape (dof,), or (k, dof) where any of k configurations will do; those that are not free are ignored.
         seed: of the planner and of the shortcuts.
         timeout: time for the search [wall seconds].
-        planner: one of planner_names().
+        planner: one of planner_names(). "portfolio" gives RRT-Connect, which is at home in open space, and LBKPIECE,
+            which leaves narrow pockets quickly, turns of doubling length.
         iterations: bound of the search that repeats from run to run, unlike the timeout.
         shortcuts: attempts to shorten the path; 0 leaves it as found.
         step: longest edge that a tree grows by [rad].
+        recheck: distance between the configurations at which the path is rechecked before it is handed out [rad]; with
+            a margin under 2 mm, 0.01 keeps fingertips from passing through an edge between two of them.
 
     Raises:
         ValueError: for an unknown planner, or arrays whose shapes do not fit.
@@ -82,7 +89,7 @@ def plan_motion(
     begin = time.monotonic()
     lower, upper, start = (np.asarray(a, dtype=float) for a in (lower, upper, q_start))
     goals = np.atleast_2d(np.asarray(q_goal, dtype=float))
-    if planner != "rrtconnect" and planner not in planner_names():
+    if planner != PORTFOLIO and planner not in planner_names():
         raise ValueError(f"unknown motion planner {planner!r}; there are {', '.join(planner_names())}")
     if not len(lower) == len(upper) == len(start) == goals.shape[1]:
         raise ValueError(f"start {start.shape}, goal {goals.shape} and limits {lower.shape} differ in their joints")
@@ -100,26 +107,50 @@ def plan_motion(
     from tamp.world.ompl_search import OPTIMISING, search
 
     # A corner touched between two tested configurations shows in the finer recheck; then all is searched anew, finer.
-    simplify_s = 0.0
-    for resolution in (RECHECK,) if planner in OPTIMISING else (RESOLUTION, RECHECK):
+    simplify_s, resolution = 0.0, recheck if planner in OPTIMISING else RESOLUTION
+    for turn, (name, budget) in enumerate(_turns(planner, iterations)):
         found = search(
             checker, lower, upper, start, goals,
-            planner=planner, seed=seed, deadline=begin + timeout, iterations=iterations,
+            planner=name, seed=seed + turn, deadline=begin + timeout, iterations=budget,
             step=step, resolution=resolution,
         )  # fmt: skip
-        if found is None:
+        if found is not None:
+            planned = time.monotonic()
+            path = _shortened(checker, without_duplicates(found), seed, shortcuts, resolution, recheck)
+            simplify_s += time.monotonic() - planned
+            if path is not None:
+                return MotionResult(path, "", time.monotonic() - begin - simplify_s, simplify_s)
+            resolution = recheck
+        if time.monotonic() > begin + timeout:
             break
-        planned = time.monotonic()
-        found = without_duplicates(found)
-        short = shortcut(found, checker, np.random.default_rng(seed), attempts=shortcuts, resolution=resolution)
-        path = next((p for p in (short, found) if all(checker.edge_free(a, b, RECHECK) for a, b in pairwise(p))), None)
-        simplify_s += time.monotonic() - planned
-        if path is not None:
-            return MotionResult(path, "", time.monotonic() - begin - simplify_s, simplify_s)
     spent = time.monotonic() - begin
-    return MotionResult(
-        None, f"{planner} found no path in {spent:.2f} s", spent - simplify_s, simplify_s, exhausted=True
-    )
+    return MotionResult(None, f"no path found in {spent:.2f} s", spent - simplify_s, simplify_s, exhausted=True)
+
+
+def _turns(planner: str, iterations: int) -> Iterator[tuple[str, int]]:
+    """Planners and how many iterations each gets, in order; `iterations` are the sum."""
+    if planner != PORTFOLIO:
+        # A second time, finer, is needed only where the first path fails its recheck.
+        yield from ((planner, iterations), (planner, iterations))
+        return
+    factor = 1
+    while iterations > 0:
+        for name, first in TURNS:
+            budget = min(first * factor, max(iterations, 1))
+            yield name, budget
+            iterations -= budget
+        factor *= 2
+
+
+def _shortened(
+    checker: StateChecker, found: Array, seed: int, shortcuts: int, resolution: float, recheck: float
+) -> Array | None:
+    """The path shortened, or as found where the shorter one fails the recheck, or None where both do."""
+    rng = np.random.default_rng(seed)
+    for path in (shortcut(found, checker, rng, attempts=shortcuts, resolution=resolution), found):
+        if all(checker.edge_free(a, b, recheck) for a, b in pairwise(path)):
+            return path
+    return None
 
 
 def _obstacle(
