@@ -40,7 +40,7 @@ def load_sampler(address: str, stream: str) -> Sampler:
         SamplerError: says which part of the address is wrong.
     """
     module_name, colon, function_name = address.partition(":")
-    if not colon or not module_name or not function_name:
+    if not colon or not function_name or not all(module_name.split(".")):
         raise SamplerError(f"sampler for {stream}: {address!r} is not of the form package.module:function")
     try:
         module = importlib.import_module(module_name)
