@@ -1,0 +1,110 @@
+import pytest
+
+from tamp.domains.tabletop import DEFAULT_SAMPLERS, tabletop_problem
+from tamp.streams.values import Configuration, Grasp, Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import At, In, Object, On, Pose, Region
+from tests.streams.tables import CRATE, CUBE, RED, SLAB, workspace_of
+
+HOME = Configuration((0.0,) * 7, 0.08)
+
+
+@pytest.fixture(scope="module")
+def table():
+    return workspace_of(RED, SLAB, CUBE)
+
+
+def problem_of(workspace, held=None):
+    return tabletop_problem(workspace, dict.fromkeys(DEFAULT_SAMPLERS, print), HOME, held)
+
+
+def facts(workspace, predicate, held=None):
+    return [fact[1:] for fact in problem_of(workspace, held).init if fact[0] == predicate]
+
+
+def wanting(obj, goal):
+    return Object(obj.name, obj.shape, obj.pose, goal)
+
+
+def test_every_object_may_move_and_stands_where_it_stands(table):
+    assert facts(table, "Movable") == [("red",), ("slab",), ("cube",)]
+    assert facts(table, "AtPose") == [(name, table.start[name]) for name in ("red", "slab", "cube")]
+    assert {(name, "table") for name in table.start} <= set(facts(table, "Placeable"))
+
+
+def test_what_stands_on_the_table_rests_on_nothing_that_moves(table):
+    assert ("slab", table.start["slab"]) in facts(table, "OnTable")
+    assert facts(table, "RestsOn") == []
+
+
+def test_what_stands_on_an_object_rests_on_it_where_it_is():
+    workspace = workspace_of(SLAB, CUBE, on={"cube": ("slab",)})
+    start = workspace.start
+    assert facts(workspace, "RestsOn") == [("cube", start["cube"], "slab", start["slab"])]
+    assert facts(workspace, "OnTable") == [("slab", start["slab"])]
+
+
+def test_what_stands_on_two_rests_on_both():
+    workspace = workspace_of(SLAB, RED, CUBE, on={"cube": ("red", "slab")})
+    assert [(fact[0], fact[2]) for fact in facts(workspace, "RestsOn")] == [("cube", "red"), ("cube", "slab")]
+
+
+def test_a_goal_pose_is_a_placement_to_be_reached(table):
+    goal = table.goals["red"]
+    assert ("red", goal) in facts(table, "Placement")
+    assert ("red", goal) in facts(table, "OnTable")
+    assert ("AtPose", "red", goal) not in problem_of(table).init
+    assert problem_of(table).goal == ("and", ("AtPose", "red", goal), ("HandEmpty",))
+
+
+def test_a_goal_on_another_goal_rests_on_the_goal_and_not_on_the_start():
+    slab = wanting(SLAB, At(Pose((0.1, 0.3, 0.015))))
+    workspace = workspace_of(slab, wanting(CUBE, At(Pose((0.1, 0.3, 0.05)))))
+    goals = {**workspace.goals, "cube": Placement(Pose((0.1, 0.3, 0.05)), ("slab",))}
+    stacked = Workspace(workspace.task, workspace.world, workspace.start, goals)
+    assert facts(stacked, "RestsOn") == [("cube", goals["cube"], "slab", goals["slab"])]
+
+
+def test_a_goal_that_is_reached_already_is_the_start_and_no_second_placement(table):
+    there = Workspace(table.task, table.world, table.start, {"red": table.start["red"]})
+    assert facts(there, "Placement").count(("red", table.start["red"])) == 1
+    assert problem_of(there).goal[1] == ("AtPose", "red", table.start["red"])
+    assert ("AtPose", "red", table.start["red"]) in problem_of(there).init
+
+
+@pytest.mark.parametrize(
+    ("goal", "certified", "wanted"),
+    [
+        (On("shelf"), ("Placeable", "cube", "shelf"), ("On", "cube", "shelf")),
+        (On("slab"), ("Stackable", "cube", "slab"), ("On", "cube", "slab")),
+        (In("crate"), ("Insertable", "cube", "crate"), ("In", "cube", "crate")),
+    ],
+)
+def test_a_symbolic_goal_says_what_may_be_put_where(goal, certified, wanted):
+    shelf = Region("shelf", (0.1, 0.4), (0.2, 0.2))
+    workspace = workspace_of(SLAB, CRATE, wanting(CUBE, goal), regions=(shelf,))
+    problem = problem_of(workspace)
+    assert certified in problem.init
+    others = {fact[0] for fact in problem.init if fact[0] in ("Stackable", "Insertable")} - {certified[0]}
+    assert not others
+    assert problem.goal == ("and", wanted, ("HandEmpty",))
+
+
+@pytest.mark.parametrize(("x", "inside"), [(-0.15, True), (-0.06, True), (-0.04, False)])
+def test_what_stands_with_its_middle_on_a_region_is_in_it(x, inside):
+    here = Region("here", (-0.15, 0.15), (0.2, 0.2))
+    workspace = workspace_of(Object("cube", CUBE.shape, Pose((x, 0.15, 0.02))), regions=(here,))
+    assert facts(workspace, "Region") == [("table",), ("here",)]
+    assert facts(workspace, "InRegion") == ([("cube", workspace.start["cube"], "here")] if inside else [])
+
+
+def test_the_hand_is_empty_or_holds_something(table):
+    assert ("HandEmpty",) in problem_of(table).init
+    grasp = Grasp(Pose(), 0.04)
+    assert facts(table, "AtGrasp", held=("cube", grasp)) == [("cube", grasp)]
+    assert facts(table, "Grasp", held=("cube", grasp)) == [("cube", grasp)]
+    assert facts(table, "HandEmpty", held=("cube", grasp)) == []
+
+
+def test_the_arm_is_where_it_is(table):
+    assert facts(table, "AtConf") == facts(table, "Conf") == [(HOME,)]
