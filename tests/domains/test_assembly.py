@@ -108,7 +108,7 @@ def test_only_what_must_touch_may_touch(actions):
 def test_a_motion_through_something_is_not_free(workspace, solution):
     wall = Object("wall", Box((0.4, 0.03, 0.6)), Pose((0.05, 0.0, 0.3)))
     blocked = workspace_of(RED, CUBE, wall)
-    with pytest.raises(NotFree, match="^transit: .*touches something"):
+    with pytest.raises(NotFree, match=r"^transit: .*touches something"):
         assemble(blocked, solution)
 
 
