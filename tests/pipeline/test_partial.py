@@ -1,0 +1,56 @@
+import time
+
+import pytest
+
+import tamp
+from tamp.errors import PlanningFailure
+from tamp.pipeline import partial
+from tamp.pipeline.planning import plan_partly
+from tamp.pipeline.setup import prepare
+from tamp.task import At, Box, Object, Pose, Task, load_robot
+from tests.pipeline.samplers import no_grasp
+
+HOME = load_robot("panda").home
+UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
+BOARD = Object("board", Box((0.3, 0.3, 0.02)), Pose((-0.05, 0.3, 0.01)), At(Pose((-0.05, 0.3, 0.01), UPSIDE_DOWN)))
+RED = Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, 0.0, 0.04)), At(Pose((0.05, -0.2, 0.04))))
+TOP = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((0.05, -0.2, 0.1))))
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """Every goal gets a short turn, so that what cannot be done does not take long."""
+    monkeypatch.setattr(partial, "SLICE_S", 1.0)
+
+
+def partly(task, seconds, samplers=None, seed=0):
+    setup = prepare(task)
+    deadline = time.monotonic() + seconds
+    return plan_partly(setup, setup.start, HOME, seed=seed, deadline=deadline, samplers=samplers, algorithm="adaptive")
+
+
+@pytest.mark.usefixtures("impatient")
+def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():
+    result = tamp.solve(Task("turn", (BOARD, RED)), timeout=8.0)
+    assert result.status == "failed"
+    assert dict(result.goals_met) == {"board": False, "red": True}
+    assert not result.plan_checked
+    assert "board left: " in result.message
+    assert "red left" not in result.message
+    assert result.n_actions == 4
+
+
+@pytest.mark.usefixtures("impatient")
+def test_where_nothing_can_be_done_the_failure_says_so_for_each_object():
+    with pytest.raises(PlanningFailure) as failed:
+        partly(Task("none", (RED, TOP)), 1.5, {"sample-grasp": no_grasp})
+    lines = str(failed.value.report).splitlines()
+    assert [line.partition(":")[0] for line in lines] == ["red", "top"]
+
+
+def test_what_can_be_done_one_by_one_leaves_nothing():
+    plan = partly(Task("stack", (TOP, RED)), 20.0)
+    assert plan.report["left"] == {}
+    placed = [action.arguments for action in plan.actions if action.name in ("place", "stack")]
+    # What the other one rests on comes first, whatever their order in the task.
+    assert placed == [("red", "table"), ("top", "red")]
