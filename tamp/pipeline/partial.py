@@ -127,7 +127,11 @@ def _after(
 
 
 def _reason(solution: Solution) -> str:
-    """The commonest failure of the stream that failed most, in words."""
+    """Where the skeleton that was tried most broke; without one, the commonest failure of any stream; in words."""
+    broken = [skeleton for skeleton in solution.report.skeletons if skeleton.reason]
+    if broken:
+        most = max(broken, key=lambda skeleton: skeleton.attempts)
+        return f"{solution.status}; {most.broke_at}: {most.reason}"
     streams = [s for s in solution.report.streams if s.failures]
     if not streams:
         return solution.status
