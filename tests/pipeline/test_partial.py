@@ -46,6 +46,7 @@ def test_where_nothing_can_be_done_the_failure_says_so_for_each_object():
         partly(Task("none", (RED, TOP)), 1.5, {"sample-grasp": no_grasp})
     lines = str(failed.value.report).splitlines()
     assert [line.partition(":")[0] for line in lines] == ["red", "top"]
+    assert lines[0].endswith("nobody grasps red")
 
 
 def test_what_can_be_done_one_by_one_leaves_nothing():

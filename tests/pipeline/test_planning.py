@@ -4,6 +4,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tamp
@@ -33,11 +34,7 @@ def grasps_in(plan):
 
 
 def one_of_mine(pose):
-    return any(
-        math.dist(pose.xyz, mine.xyz) < 1e-9
-        and abs(sum(a * b for a, b in zip(pose.quat, mine.quat, strict=True))) > 1 - 1e-9
-        for mine in (FROM_ABOVE, SIDEWAYS)
-    )
+    return any(np.allclose(pose.matrix, mine.matrix, atol=1e-9) for mine in (FROM_ABOVE, SIDEWAYS))
 
 
 def test_a_plan_brings_the_object_from_its_start_to_its_goal(task, plan):
@@ -93,7 +90,7 @@ def test_an_argument_is_nearer_than_the_tasks_own_sampler(task):
 
 @pytest.mark.parametrize("samplers", [{"sample-grasps": MINE}, {"sample-grasp": "tests.pipeline.samplers:from_abov"}])
 def test_a_sampler_that_is_not_there_is_refused(task, samplers):
-    with pytest.raises(tamp.SamplerError, match="sample-grasp|from_above"):
+    with pytest.raises(tamp.SamplerError, match=r"did you mean '(sample-grasp|from_above)'"):
         tamp.plan(task, samplers=samplers)
 
 
@@ -109,7 +106,7 @@ def test_an_exception_in_a_sampler_comes_out_with_its_stream(task):
 
 def test_a_failure_says_for_each_stream_how_it_did_and_why(task):
     with pytest.raises(tamp.PlanningFailure) as failed:
-        tamp.plan(task, timeout=1.0, samplers={"sample-grasp": no_grasp})
+        tamp.plan(task, timeout=2.0, samplers={"sample-grasp": no_grasp})
     report = failed.value.report
     assert isinstance(report, Report)
     assert failed.value.status == report.status
