@@ -97,7 +97,7 @@ def intrinsic_cost(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[
     shallow = np.where(pinches.depths < 0.005, 0.6, np.where(pinches.depths < 0.01, 0.1, 0.0))
     wide = np.maximum(pinches.widths / gripper.stroke - 0.85, 0) * 2.0
     cost: NDArray[np.float64] = (
-        0.5 * (1 - _pad_contact(workspace, obj, pinches)) + 6.0 * lever + pinches.slants + shallow + wide
+        0.5 * (1 - _pad_contact(workspace, obj, pinches)) + 6.0 * lever + 4.0 * pinches.slants + shallow + wide
     )
     return cost
 

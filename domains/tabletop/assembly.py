@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-GENTLE = 0.4  # share of the limits while near or lifting an object
+CARRYING = 0.5  # share of the limits while holding an object: friction alone keeps it from turning in the fingers
+GENTLE = 0.4  # share of the limits near an object
 CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
 
 
@@ -100,7 +101,7 @@ class _Assembly:
             held_margin=-CONTACT_DEPTH - CLEARANCE if near_support else CLEARANCE,
             touch={} if touching is None else {touching: -2 * CLEARANCE},
         )
-        speed = 1.0 if phase in ("transit", "transfer") else GENTLE
+        speed = {"transit": 1.0, "transfer": CARRYING}.get(phase, GENTLE)
         timed = time_free_path(path, self._world.robot.spec, checker, speed=speed)
         if timed.trajectory is None:
             raise NotFree(f"{phase}: {timed.reason}")
