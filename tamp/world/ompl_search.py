@@ -76,9 +76,9 @@ def search(
     dof = len(start)
     space = base.RealVectorStateSpace(dof)
     bounds = base.RealVectorBounds(dof)
-    for i in range(dof):
-        bounds.setLow(i, float(lower[i]))
-        bounds.setHigh(i, float(upper[i]))
+    for i in range(dof):  # a hair wider: OMPL refuses an end that exceeds a limit by a rounding error
+        bounds.setLow(i, float(lower[i]) - 1e-8)
+        bounds.setHigh(i, float(upper[i]) + 1e-8)
     space.setBounds(bounds)
     information = base.SpaceInformation(space)
     edges = _Edges(information, checker, dof, resolution)

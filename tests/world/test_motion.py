@@ -84,6 +84,11 @@ def test_an_end_beyond_the_limits_names_the_joint():
     assert result.reason == "the goal has joint 3 at 2.5000, beyond its limits [-2.0000, 2.0000]"
 
 
+def test_an_end_on_a_limit_up_to_rounding_is_an_end():
+    start = np.array([-1.0, 0.0, LOWER[2] - 1e-10])
+    assert (plan(Doorway(), start=start).path[0] == start).all()
+
+
 def test_any_of_several_goals_will_do_and_blocked_ones_are_ignored():
     result = plan(Doorway(), goal=np.array([[0.0, 0.0, 0.0], [1.0, 1.9, 0.0], [-1.2, 0.1, 0.0]]))
     assert result.path[-1].tolist() == [-1.2, 0.1, 0.0]
@@ -129,9 +134,9 @@ def test_a_bug_in_the_checker_comes_out_as_it_is():
 
 
 def test_the_panda_moves_round_a_pillar_and_its_timed_curve_is_free(panda):
-    pillar = load_geometry(Box((0.1, 0.1, 0.6)))
+    pillar = load_geometry(Box((0.1, 0.1, 1.0)))
     T = np.eye(4)
-    T[:3, 3] = (0.0, 0.0, 0.3)
+    T[:3, 3] = (0.15, 0.0, 0.5)
     checker = World(panda, {"pillar": pillar}).checker(Scene({"pillar": T}), margin=0.005)
     start, goal = panda.home.copy(), panda.home.copy()
     start[0], goal[0] = -0.9, 0.9
