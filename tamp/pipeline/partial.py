@@ -19,8 +19,6 @@ from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import In, On
 
-SLICE_S = 4.0  # least time that one more goal gets
-
 
 @dataclass(frozen=True)
 class PartialSolution:
@@ -67,8 +65,7 @@ def solve_partly(
                 left[name] = f"its goal rests on {missing[0]}, which is not at its own"
                 continue
             now = _restricted(workspace, start, reached | {name})
-            share = max(SLICE_S, (deadline - time.monotonic()) / (2 * len(waiting)))
-            limit = min(share, deadline - time.monotonic())
+            limit = (deadline - time.monotonic()) / len(waiting)
             if limit <= 0:
                 left.setdefault(name, "no time was left to plan for it")
                 continue

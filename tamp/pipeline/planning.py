@@ -14,6 +14,7 @@ from tamp.pipeline.setup import Setup, prepare
 from tamp.planning import solve as solve_problem
 from tamp.task import Plan, Pose, Task, load_robot
 
+SEARCH_SHARE = 0.9  # of the time goes to the search; timing and checking what it finds needs the rest
 CHECKED_ATTEMPTS = 3  # plans offered to the checker before planning is given up
 
 
@@ -72,7 +73,7 @@ def plan_from(
         solution = solve_problem(
             tabletop_problem(attempt.workspace, attempt.samplers, attempt.configuration),
             algorithm=algorithm,
-            timeout=max(0.0, deadline - time.monotonic()),
+            timeout=max(0.0, SEARCH_SHARE * (deadline - time.monotonic())),
             seed=seed + number * 1_000_003,
         )
         if solution.plan is None:
@@ -106,7 +107,8 @@ def plan_partly(
         PlanningFailure: where no plan that the checker calls executable brings anything to its goal.
     """
     attempt = Attempt.of(setup, poses, q, samplers)
-    options: Any = {"seed": seed, "deadline": deadline, "algorithm": algorithm}
+    end = time.monotonic() + SEARCH_SHARE * (deadline - time.monotonic())
+    options: Any = {"seed": seed, "deadline": end, "algorithm": algorithm}
     partial = solve_partly(attempt.workspace, attempt.samplers, attempt.configuration, **options)
     left = "\n".join(f"{name}: {why}" for name, why in partial.left.items())
     if not partial.actions:

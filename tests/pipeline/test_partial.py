@@ -4,7 +4,6 @@ import pytest
 
 import tamp
 from tamp.errors import PlanningFailure
-from tamp.pipeline import partial
 from tamp.pipeline.planning import plan_partly
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Task, load_robot
@@ -17,19 +16,12 @@ RED = Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, 0.0, 0.04)), At(Pose((0
 TOP = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((0.05, -0.2, 0.1))))
 
 
-@pytest.fixture
-def impatient(monkeypatch):
-    """Every goal gets a short turn, so that what cannot be done does not take long."""
-    monkeypatch.setattr(partial, "SLICE_S", 1.0)
-
-
 def partly(task, seconds, samplers=None, seed=0):
     setup = prepare(task)
     deadline = time.monotonic() + seconds
     return plan_partly(setup, setup.start, HOME, seed=seed, deadline=deadline, samplers=samplers, algorithm="adaptive")
 
 
-@pytest.mark.usefixtures("impatient")
 def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():
     result = tamp.solve(Task("turn", (BOARD, RED)), timeout=8.0)
     assert result.status == "failed"
@@ -40,7 +32,6 @@ def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():
     assert result.n_actions == 4
 
 
-@pytest.mark.usefixtures("impatient")
 def test_where_nothing_can_be_done_the_failure_says_so_for_each_object():
     with pytest.raises(PlanningFailure) as failed:
         partly(Task("none", (RED, TOP)), 1.5, {"sample-grasp": no_grasp})
