@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tamp.domains.tabletop import tabletop_problem
+from tamp.domains.tabletop import NotFree, tabletop_problem
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.setup import prepare
 from tamp.planning import solve
@@ -43,9 +43,12 @@ def run(task: Task, seed: int, timeout: float) -> PlanningRun:
     found = time.perf_counter()
     if solution.plan is None:
         return PlanningRun(False, found - ready, ready - begin, 0, solution.status)
-    _, verdict = attempt.finish(solution.plan, seed, {})
-    around = ready - begin + time.perf_counter() - found
     moved = sum(action.name in ("pick", "unstack") for action in solution.plan)
+    try:
+        _, verdict = attempt.finish(solution.plan, seed, {})
+    except NotFree as reason:
+        return PlanningRun(False, found - ready, ready - begin, moved, str(reason))
+    around = ready - begin + time.perf_counter() - found
     return PlanningRun(verdict.accepted, found - ready, around, moved, str(verdict))
 
 

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.values import ArmPath, Configuration, Grasp
 from tamp.streams.workspace import Context, Workspace, standing
 from tamp.world.motion import plan_motion
 from tamp.world.scene import Scene
 
-MARGIN = 0.002  # kept between the moving arm and everything else [m]
+RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
 ITERATIONS = 3000  # a query that OMPL has not answered by then is given up for this state
 
 
@@ -41,15 +42,16 @@ def _poses(context: Context) -> dict[str, Any]:
 def _paths(context: Context, scene: Scene, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
     workspace: Workspace = context.scene
     robot = workspace.world.robot
-    checker = workspace.world.checker(scene, margin=MARGIN, held_margin=MARGIN)
+    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
     ends = np.asarray(start.q), np.asarray(goal.q)
     budget = context.deadline - time.monotonic()
     if budget <= 0:
         return
     seed = int(context.rng.integers(2**31))
-    result = plan_motion(checker, robot.lower, robot.upper, *ends, seed=seed, timeout=budget, iterations=ITERATIONS)
+    result = plan_motion(
+        checker, robot.lower, robot.upper, *ends, seed=seed, timeout=budget, iterations=ITERATIONS, recheck=RECHECK
+    )
     if result.path is not None:
         yield ArmPath(result.path)
         return
-    touched = {name for q in ends if (contact := checker.contact(q)) for name in (contact.a, contact.b)}
-    context.fail(result.reason, because=[fact for fact in context.fluents if fact[1] in touched])
+    context.fail(result.reason, because=[fact for fact in context.fluents if fact[1] in result.bodies])
