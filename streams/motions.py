@@ -11,7 +11,6 @@ import numpy as np
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.values import ArmPath, Configuration, Grasp
 from tamp.streams.workspace import Context, Workspace, standing
-from tamp.world.motion import plan_motion
 from tamp.world.scene import Scene
 
 RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
@@ -41,15 +40,14 @@ def _poses(context: Context) -> dict[str, Any]:
 
 def _paths(context: Context, scene: Scene, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
     workspace: Workspace = context.scene
-    robot = workspace.world.robot
     checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
     ends = np.asarray(start.q), np.asarray(goal.q)
     budget = context.deadline - time.monotonic()
     if budget <= 0:
         return
     seed = int(context.rng.integers(2**31))
-    result = plan_motion(
-        checker, robot.lower, robot.upper, *ends, seed=seed, timeout=budget, iterations=ITERATIONS, recheck=RECHECK
+    result = workspace.world.motions.plan(
+        checker, *ends, seed=seed, timeout=budget, iterations=ITERATIONS, recheck=RECHECK
     )
     if result.path is not None:
         yield ArmPath(result.path)

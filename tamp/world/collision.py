@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import math
 from dataclasses import dataclass
@@ -48,8 +49,20 @@ class CollisionChecker:
         self.robot = robot
         self._arena = arena
         self._setting = setting
+        self._opening = opening
         self._full = robot.full(robot.home, opening)
         self._arm = robot.arm
+
+    @property
+    def fingerprint(self) -> bytes:
+        """Equal for checkers that answer every question alike, in one process or another."""
+        setting = self._setting
+        margins = (setting.margin, setting.held_margin, sorted(setting.touch.items()), self._opening)
+        digest = hashlib.blake2b(repr((self.robot.spec.name, self._arena.names, margins)).encode(), digest_size=16)
+        for name in sorted(setting.poses):
+            digest.update(name.encode() + setting.poses[name].tobytes())
+        digest.update(b"" if setting.T_tool_held is None else setting.T_tool_held.tobytes())
+        return digest.digest()
 
     def free(self, q: Vector) -> bool:
         """Whether every body keeps its margin at configuration `q`, shape (dof,) [rad]."""

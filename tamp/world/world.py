@@ -16,6 +16,7 @@ from tamp.world.actor import Actor, hand_actor, hand_configuration, robot_actor
 from tamp.world.arena import Arena, Setting
 from tamp.world.collision import CollisionChecker
 from tamp.world.geometry import Geometry
+from tamp.world.motion_cache import MotionCache
 from tamp.world.robot_model import RobotModel
 from tamp.world.scene import Scene
 from tamp.world.solid import Solid, solid
@@ -48,6 +49,11 @@ class World:
     @cached_property
     def _actor(self) -> Actor:
         return robot_actor(self.robot)
+
+    @cached_property
+    def motions(self) -> MotionCache:
+        """Motion queries already answered in this world."""
+        return MotionCache()
 
     @cached_property
     def _hand(self) -> Actor:
