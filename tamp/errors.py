@@ -25,7 +25,7 @@ class PlanError(TampError):
     """A plan file cannot be read: says file and field, and what would be valid."""
 
 
-class PlanningFailure(Exception):
+class PlanningFailure(Exception):  # noqa: N818  no error: an outcome
     """No plan was found within the limits; not a mistake of the user's.
 
     Attributes:

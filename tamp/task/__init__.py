@@ -22,7 +22,7 @@ from tamp.task.pose import Pose
 from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
 
 __all__ = [
-    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Limits", "Mesh", "Move",
-    "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step", "Table", "Task",
+    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Limits", "Mesh",
+    "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step", "Table", "Task",
     "Trajectory", "load_robot", "robot_names",
 ]  # fmt: skip
