@@ -23,6 +23,6 @@ from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
 
 __all__ = [
     "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Limits", "Mesh",
-    "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step", "Table", "Task",
-    "Trajectory", "load_robot", "robot_names",
+    "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step", "Table",
+    "Task", "Trajectory", "load_robot", "robot_names",
 ]  # fmt: skip
