@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from tamp.world.collision import CollisionChecker
+    from tamp.world.collision import Contact
 
 CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
@@ -32,25 +32,34 @@ def test_cfree_placements(context: Context, obj: str, placement: Placement, othe
 
 def test_cfree_handling(context: Context, obj: str, handling: Handling, other: str, standing: Placement) -> bool:
     """Whether the arm can reach for `obj` and lift it (or put it down and leave) while `other` stands there."""
-    workspace: Workspace = context.scene
-    if ("clear", handling, other, standing) in workspace.memory:
-        return True
-    contact = handling_contact(workspace, handling, {other: standing})
-    if contact is not None:
-        context.fail(contact)
-    return contact is None
+    hits = handling_hits(context.scene, handling, {other: standing})
+    for reason in hits.values():
+        context.fail(reason)
+    return not hits
 
 
-def handling_contact(workspace: Workspace, handling: Handling, others: Mapping[str, Placement]) -> str | None:
-    """The first collision along a handling with `others` standing around, in words; None where there is none."""
-    poses = {name: others[name].pose.matrix for name in sorted(others)}
+def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str, Placement]) -> dict[str, str]:
+    """Those of `others` that a handling would hit as they stand, each with its collision in words.
+
+    Answers are remembered. All others are asked about at once: whoever is hit is taken away, until nobody is.
+    """
+    keys = {name: ("hit", handling, name, others[name]) for name in sorted(others)}
+    poses = {name: others[name].pose.matrix for name, key in keys.items() if key not in workspace.memory}
+    while poses and (contact := _handling_contact(workspace, handling, poses)) is not None:
+        name = contact.a if contact.a in poses else contact.b
+        workspace.memory[keys[name]] = told(contact)
+        del poses[name]
+    workspace.memory.update({keys[name]: None for name in poses})
+    return {name: workspace.memory[key] for name, key in keys.items() if workspace.memory[key] is not None}
+
+
+def _handling_contact(
+    workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]
+) -> Contact | None:
     obj, placement = handling.object, handling.placement
-    contact = approach_contact(workspace, obj, placement, handling.opening, handling.approach, poses) or lift_contact(
+    return approach_contact(workspace, obj, placement, handling.opening, handling.approach, poses) or lift_contact(
         workspace, obj, handling.grasp, handling.lift, poses
     )
-    if contact is None:  # clear of all of them is clear of each
-        workspace.memory.update({("clear", handling, name, place): True for name, place in others.items()})
-    return contact
 
 
 def approach_contact(
@@ -60,10 +69,10 @@ def approach_contact(
     opening: float,
     path: NDArray[np.float64],
     others: Mapping[str, NDArray[np.float64]],
-) -> str | None:
+) -> Contact | None:
     """What the empty open hand meets on its way to a grasp of `obj`, shape of `path` (n, joints); None if nothing."""
     scene = Scene(poses={**others, obj: placement.pose.matrix}, opening=opening)
-    return _told(workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: 0.0}), path)
+    return workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: 0.0}).first_contact(path)
 
 
 def lift_contact(
@@ -72,12 +81,12 @@ def lift_contact(
     grasp: Grasp,
     path: NDArray[np.float64],
     others: Mapping[str, NDArray[np.float64]],
-) -> str | None:
+) -> Contact | None:
     """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing."""
     scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
-    return _told(workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-CONTACT_DEPTH), path)
+    return workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-CONTACT_DEPTH).first_contact(path)
 
 
-def _told(checker: CollisionChecker, path: NDArray[np.float64]) -> str | None:
-    contact = checker.first_contact(path)
-    return None if contact is None else f"{contact.a} would hit {contact.b}"
+def told(contact: Contact) -> str:
+    """A contact in words."""
+    return f"{contact.a} would hit {contact.b}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import opening_for
-from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_contact, lift_contact
+from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace, standing
 from tamp.world.kinematics import inverse, straight_line
@@ -42,6 +42,9 @@ def inverse_kinematics(
         context.fail(f"the hand would hit {blocked}")
         return
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    neighbours = Scene(poses={name: place.pose.matrix for name, place in around.items()})
+    # Where the hand itself is in the way of others, no other arm configuration will help.
+    hand_blocked = world.hand_contact(T_world_tool, opening, neighbours, margin=ARM_MARGIN) is not None
     blocked_by_others = []
     found = False
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
@@ -54,7 +57,7 @@ def inverse_kinematics(
             before = Configuration(tuple(approach[0].tolist()), opening)
             after = Configuration(tuple(lift[-1].tolist()), grasp.width)
             handling = Handling(obj, placement, grasp, opening, approach, lift)
-            if handling_contact(workspace, handling, around) is None:
+            if not handling_hits(workspace, handling, around) or hand_blocked:
                 yield before, after, handling
             else:
                 blocked_by_others.append((before, after, handling))
@@ -76,7 +79,7 @@ def _approach(
             contact = approach_contact(workspace, obj, placement, opening, path, {})
             if contact is None:
                 return path
-            reason = contact
+            reason = told(contact)
     context.fail(reason)
     return None
 
@@ -93,7 +96,7 @@ def _lift(
             contact = lift_contact(workspace, obj, grasp, path, {})
             if contact is None:
                 return path
-            reason = contact
+            reason = told(contact)
     context.fail(reason)
     return None
 

@@ -84,8 +84,10 @@ def test_a_handling_is_blocked_by_what_stands_in_its_way_and_names_it(handling, 
     assert reason.endswith("would hit slab")
 
 
-def test_the_contact_of_a_handling_is_the_first_of_approach_and_lift(handling):
+def test_everything_that_a_handling_hits_is_named_and_nothing_else(handling):
     x, y, _ = RED.pose.xyz
-    beside, above = placed(x, y + 0.05, 0.04), placed(x, y, 0.3)
-    assert collisions.handling_contact(scene(), handling, {}) is None
-    assert collisions.handling_contact(scene(), handling, {"slab": beside, "cube": above}) is not None
+    beside, far = placed(x, y + 0.05, 0.04), placed(x, y - 0.4, 0.02)
+    assert collisions.handling_hits(scene(), handling, {}) == {}
+    hits = collisions.handling_hits(scene(), handling, {"slab": beside, "cube": far})
+    assert set(hits) == {"slab"}
+    assert hits["slab"].endswith("would hit slab")

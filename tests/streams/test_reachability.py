@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tamp.streams.clearance import opening_for
-from tamp.streams.collisions import handling_contact
+from tamp.streams.collisions import handling_hits
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.reachability import LIFTS, inverse_kinematics
 from tamp.streams.values import Grasp, Placement
@@ -95,7 +95,7 @@ def test_those_that_are_free_of_what_stands_around_come_first():
     for grasp in islice(sample_grasp(ToldContext(workspace_of(RED)), "red"), 12):
         context = ToldContext(workspace, bound=(at("wall", around["wall"]),))
         found = inverse_kinematics(context, "red", workspace.start["red"], grasp)
-        blocked = [handling_contact(workspace, handling, around) is not None for _, _, handling in found]
+        blocked = [bool(handling_hits(workspace, handling, around)) for _, _, handling in found]
         assert blocked == sorted(blocked)
         seen.update(blocked)
     assert False in seen
@@ -129,5 +129,5 @@ def test_a_lid_close_above_is_named():
     context = ToldContext(workspace, bound=(at("lid", workspace.start["lid"]),))
     found = list(inverse_kinematics(context, "red", workspace.start["red"], FROM_ABOVE))
     assert found  # the lid may move
-    contacts = [handling_contact(workspace, h, {"lid": workspace.start["lid"]}) for _, _, h in found]
-    assert all(contact is not None and contact.endswith("would hit lid") for contact in contacts)
+    hits = [handling_hits(workspace, h, {"lid": workspace.start["lid"]}) for _, _, h in found]
+    assert all(hit["lid"].endswith("would hit lid") for hit in hits)
