@@ -43,7 +43,7 @@ def inverse_kinematics(
         return
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     neighbours = Scene(poses={name: place.pose.matrix for name, place in around.items()})
-    # Where the hand itself is in the way of others, no other arm configuration will help.
+    # Where the hand itself meets others, no other arm configuration will help: one handling stands for all.
     hand_blocked = world.hand_contact(T_world_tool, opening, neighbours, margin=ARM_MARGIN) is not None
     blocked_by_others = []
     found = False
@@ -57,7 +57,10 @@ def inverse_kinematics(
             before = Configuration(tuple(approach[0].tolist()), opening)
             after = Configuration(tuple(lift[-1].tolist()), grasp.width)
             handling = Handling(obj, placement, grasp, opening, approach, lift)
-            if not handling_hits(workspace, handling, around) or hand_blocked:
+            if hand_blocked:
+                yield before, after, handling
+                return
+            if not handling_hits(workspace, handling, around):
                 yield before, after, handling
             else:
                 blocked_by_others.append((before, after, handling))
