@@ -136,10 +136,11 @@ class _Worker:
 
     def outcome(self) -> Outcome | None:
         """How the job ended; None while it runs."""
+        alive = self.process.is_alive()  # asked first: what has ended has said all that it will say
         message = self._message()
         if message is not None:
             self.process.join(1.0)  # it has nothing left to do but to end
-        elif self.process.is_alive():
+        elif alive:
             if self.deadline is not None and time.monotonic() >= self.deadline:
                 self.kill()
                 return self._ended("timeout", f"ended from outside after {self._limit:g} s")
