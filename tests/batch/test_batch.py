@@ -7,7 +7,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -124,12 +126,14 @@ def test_an_unwritable_output_is_refused(tmp_path: Path) -> None:
 
 
 SCRIPT = """
+import signal
 import sys
 from pathlib import Path
 from tamp.batch import Batch
 from tamp.task import Task
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs begin with it ignored
     tasks = [Task(f"slow_{i}", (), path=Path("t")) for i in range(12)]
     options = {"ran": sys.argv[2]}
     for result in Batch(tasks, options=options, output=Path(sys.argv[1]), work="tests.batch.toys:work", preload=(),
@@ -161,18 +165,27 @@ def test_a_batch_that_is_ended_leaves_a_file_that_can_be_resumed(tmp_path: Path,
 @needs_proc
 def test_under_a_killer_every_task_has_one_result(tmp_path: Path) -> None:
     """Worker after worker is killed at random moments; nothing is lost and nothing counted twice."""
-    names = [f"slow_{i}" for i in range(40)]
-    runs = Batch(_tasks(*names), options={"sleep": 0.05}, output=tmp_path, work="tests.batch.toys:work", preload=(),
-                 workers=2)  # fmt: skip
-    killed = 0
-    seen = []
-    for number, result in enumerate(runs.run()):
-        seen.append(result.task)
-        if number % 2 == 0:
-            killed += _kill_a_worker()
-    assert killed >= 1
+    names = [f"slow_{i}" for i in range(20)]
+    batch = Batch(_tasks(*names), options={"sleep": 0.2}, output=tmp_path, work=WORK, preload=(), workers=2)
+    seen: list[str] = []
+    ended = threading.Event()
+    with ThreadPoolExecutor(1) as pool:
+        kills = pool.submit(_kill_workers, ended)
+        try:
+            seen.extend(result.task for result in batch.run())
+        finally:
+            ended.set()
+    assert kills.result() >= 1
     assert sorted(seen) == sorted(names)
     assert sorted(r.task for r in read_results(tmp_path / RESULTS)) == sorted(names)
+
+
+def _kill_workers(ended: threading.Event) -> int:
+    """Kill a worker five times a second; how many were killed."""
+    killed = 0
+    while not ended.wait(0.2):
+        killed += _kill_a_worker()
+    return killed
 
 
 def _kill_a_worker() -> int:
