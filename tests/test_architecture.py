@@ -35,7 +35,8 @@ ALLOWED = {
         "errors",
     },
     "batch": {"pipeline", "results", "versions", "task", "errors"},
-    "cli": {"errors"},
+    "arguments": {"errors"},
+    "cli": {"arguments", "errors"},
     "commands": {
         "cli", "batch", "report", "pipeline", "formats", "domains", "planning", "language", "world", "checking",
         "execution", "scoring", "results", "versions", "task", "errors",
