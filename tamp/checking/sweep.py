@@ -92,9 +92,10 @@ def _first_touch(a: Mover, b: Mover, allowed: float) -> Touch | None:
 
     The motion is that of b in the frame of a, so bodies that travel together cost one look.
     """
-    center_a = a.T[:, :3, :3] @ a.solid.center + a.T[:, :3, 3]
     center_b = b.T[:, :3, :3] @ b.solid.center + b.T[:, :3, 3]
-    gap = np.linalg.norm(center_a - center_b, axis=1) - a.solid.radius - b.solid.radius
+    center = ((center_b - a.T[:, :3, 3])[:, None] @ a.T[:, :3, :3])[:, 0]
+    beyond = np.maximum(np.maximum(a.solid.lower - center, center - a.solid.upper), 0.0)
+    gap = np.sqrt((beyond * beyond).sum(axis=1)) - b.solid.radius
     if gap.min() > 0.0:
         return None
     T_a_b = inverse(a.T) @ b.T
