@@ -7,6 +7,7 @@ from tamp.task.model import (
     Cylinder,
     Goal,
     In,
+    Inertia,
     Limits,
     Mesh,
     Object,
@@ -14,6 +15,7 @@ from tamp.task.model import (
     Region,
     Shape,
     Sphere,
+    Symmetry,
     Table,
     Task,
 )
@@ -22,7 +24,7 @@ from tamp.task.pose import Pose
 from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
 
 __all__ = [
-    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Limits", "Mesh",
-    "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step", "Table",
-    "Task", "Trajectory", "load_robot", "robot_names",
+    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Inertia", "Limits",
+    "Mesh", "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step",
+    "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names",
 ]  # fmt: skip

@@ -19,6 +19,7 @@ from tamp.task.model import (
     Cylinder,
     Goal,
     In,
+    Inertia,
     Limits,
     Mesh,
     Object,
@@ -26,6 +27,7 @@ from tamp.task.model import (
     Region,
     Shape,
     Sphere,
+    Symmetry,
     Table,
     Task,
 )
@@ -78,6 +80,7 @@ class _Reader:
             table=Table(model.table.center, model.table.size, model.table.thickness),
             samplers=model.samplers,
             limits=Limits(model.limits.planning_s, model.limits.execution_sim_s),
+            level=model.level,
             path=self._path,
         )
 
@@ -89,6 +92,9 @@ class _Reader:
             goal=None if model.goal is None else _goal(model.goal),
             mass=model.mass,
             friction=model.friction,
+            symmetry=Symmetry(model.symmetry.x, model.symmetry.y, model.symmetry.z),
+            category=model.category,
+            inertia=None if model.inertia is None else Inertia(_pose(model.inertia.frame), model.inertia.moments),
         )
 
     def _shape(self, model: schema.ShapeModel, field: FieldPath) -> Shape:

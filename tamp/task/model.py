@@ -75,9 +75,47 @@ class In:
 Goal = At | On | In
 
 
+ANY_TURN = 360
+"""As the fold of a symmetry: the object looks the same after any turn about that axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class Symmetry:
+    """How many turns about each axis of its frame leave an object looking the same: 1 is none, `ANY_TURN` is all."""
+
+    x: int = 1
+    y: int = 1
+    z: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """How an object's mass is spread.
+
+    Attributes:
+        frame: centre of mass and principal axes in the object's frame.
+        moments: principal moments of inertia about them [kg m^2].
+    """
+
+    frame: Pose
+    moments: Vector3
+
+
 @dataclass(frozen=True, slots=True)
 class Object:
-    """A rigid thing on the table. Without a goal it must simply not be harmed: it may be moved aside."""
+    """A rigid thing on the table. Without a goal it must simply not be harmed: it may be moved aside.
+
+    Attributes:
+        name: unique in its task.
+        shape: its geometry, in its own frame.
+        pose: where it stands at the start.
+        goal: where it shall be.
+        mass: [kg].
+        friction: coefficient of lateral friction.
+        symmetry: what scores that know of symmetry forgive; the default score does not.
+        category: what kind of thing it is, such as "cup"; for statistics.
+        inertia: as its source gives it; None is a mass spread evenly.
+    """
 
     name: str
     shape: Shape
@@ -85,6 +123,9 @@ class Object:
     goal: Goal | None = None
     mass: float = 0.1
     friction: float = 0.5
+    symmetry: Symmetry = Symmetry()
+    category: str | None = None
+    inertia: Inertia | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +168,7 @@ class Task:
         table: the table top.
         samplers: stream name -> "package.module:function", replacing the domain's own samplers.
         limits: budgets of planning and execution.
+        level: how difficult whoever made the task says it is; rankings have a mean for each.
         path: the file it came from, or None for a task built in code.
     """
 
@@ -137,6 +179,7 @@ class Task:
     table: Table = Table()
     samplers: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = Limits()
+    level: int | None = None
     path: Path | None = None
 
     def __post_init__(self) -> None:

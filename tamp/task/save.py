@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from tamp.task.model import At, Box, Capsule, Cylinder, Limits, Mesh, Object, On, Shape, Sphere, Table, Task
+from tamp.task.model import At, Box, Capsule, Cylinder, Limits, Mesh, Object, On, Shape, Sphere, Symmetry, Table, Task
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ def save_task(task: Task, path: StrPath) -> None:
 def as_mapping(task: Task, folder: Path) -> dict[str, Any]:
     """The task as plain values in the form of task.yaml, for a file in `folder`."""
     data: dict[str, Any] = {"name": task.name, "robot": task.robot}
+    if task.level is not None:
+        data["level"] = task.level
     data["objects"] = [_object_mapping(o, folder) for o in task.objects]
     if task.regions:
         data["regions"] = [
@@ -46,7 +49,14 @@ def _object_mapping(o: Object, folder: Path) -> dict[str, Any]:
         data["goal"] = {"pose": _pose_mapping(o.goal.pose)}
     elif o.goal is not None:
         data["goal"] = {"on" if isinstance(o.goal, On) else "in": o.goal.target}
-    return {**data, "mass": o.mass, "friction": o.friction}
+    data |= {"mass": o.mass, "friction": o.friction}
+    if o.symmetry != Symmetry():
+        data["symmetry"] = asdict(o.symmetry)
+    if o.category is not None:
+        data["category"] = o.category
+    if o.inertia is not None:
+        data["inertia"] = {"frame": _pose_mapping(o.inertia.frame), "moments": list(o.inertia.moments)}
+    return data
 
 
 def _shape_mapping(shape: Shape, folder: Path) -> dict[str, Any]:

@@ -15,6 +15,7 @@ Pair = tuple[Number, Number]
 PositivePair = tuple[Positive, Positive]
 Triple = tuple[Number, Number, Number]
 Quadruple = tuple[Number, Number, Number, Number]
+Fold = Annotated[int, Field(ge=1, le=360)]
 Name = Annotated[str, Field(max_length=64, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
 Function = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$", description="package.module:function")]
 
@@ -90,6 +91,21 @@ class GoalModel(_Model):
         return self
 
 
+class SymmetryModel(_Model):
+    """How many turns about each axis of its frame leave an object looking the same: 1 is none, 360 any."""
+
+    x: Fold = 1
+    y: Fold = 1
+    z: Fold = 1
+
+
+class InertiaModel(_Model):
+    """Centre of mass and principal axes in the object's frame, and the moments about them [kg m^2]."""
+
+    frame: PoseModel
+    moments: tuple[Positive, Positive, Positive]
+
+
 class ObjectModel(_Model):
     """A rigid object; mass [kg]."""
 
@@ -99,6 +115,9 @@ class ObjectModel(_Model):
     goal: GoalModel | None = None
     mass: Positive = 0.1
     friction: Positive = 0.5
+    symmetry: SymmetryModel = SymmetryModel()
+    category: Name | None = None
+    inertia: InertiaModel | None = None
 
 
 class RectangleModel(_Model):
@@ -140,6 +159,9 @@ class TaskModel(_Model):
     table: TableModel = TableModel()
     samplers: dict[str, Function] = {}
     limits: LimitsModel = LimitsModel()
+    level: Annotated[int, Field(ge=0, le=1000)] | None = Field(
+        default=None, description="how difficult it is said to be"
+    )
 
 
 def main() -> None:

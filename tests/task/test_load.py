@@ -10,8 +10,25 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tamp.errors import TaskError
-from tamp.task import At, Box, Capsule, Cylinder, In, Limits, Object, On, Pose, Region, Sphere, Table, Task
+from tamp.task import (
+    At,
+    Box,
+    Capsule,
+    Cylinder,
+    In,
+    Inertia,
+    Limits,
+    Object,
+    On,
+    Pose,
+    Region,
+    Sphere,
+    Symmetry,
+    Table,
+    Task,
+)
 from tamp.task.load import load_task
+from tamp.task.model import ANY_TURN
 from tamp.task.save import save_task
 
 BLOCK = "{name: a, shape: {box: [0.1, 0.1, 0.1]}, pose: {xyz: [0, 0, 0.05]}}"
@@ -127,12 +144,14 @@ def test_every_field_survives_a_file(tmp_path: Path) -> None:
             Object("a", Box((0.1, 0.2, 0.3)), pose, At(Pose((0, 0, 0.1)))),
             Object("b", Cylinder(0.03, 0.1), pose, On("shelf"), 0.2, 0.9),
             Object("c", Sphere(0.03), pose, In("a")),
-            Object("d", Capsule(0.03, 0.1), pose),
+            Object("d", Capsule(0.03, 0.1), pose, symmetry=Symmetry(x=2, z=ANY_TURN), category="can"),
+            Object("e", Box((0.1, 0.1, 0.1)), pose, inertia=Inertia(pose, (1e-5, 2e-5, 3e-5))),
         ),
         regions=(Region("shelf", (0.1, 0.1), (0.1, 0.2)),),
         table=Table((0.0, 0.0), (0.8, 1.0), 0.1),
         samplers={"sample-grasp": "package.module:function"},
         limits=Limits(10.0, 20.0),
+        level=3,
         path=(tmp_path / "all.yaml").resolve(),
     )
     save_task(task, tmp_path / "all.yaml")
