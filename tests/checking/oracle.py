@@ -1,12 +1,14 @@
 """A slow judge of plans by brute force: Pinocchio's kinematics, every 10 ms, points in half-spaces. No cleverness.
 
 It shares nothing with the checker but the reading of meshes. It calls wrong only what is clearly wrong, well beyond the
-checker's tolerances: the checker must reject all that it calls wrong.
+checker's tolerances: the checker must reject all that it calls wrong. A motion that it has looked at among the same
+bodies it does not look at again, so that of many mutants of one plan only what was changed costs time.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations
 
@@ -14,7 +16,7 @@ import numpy as np
 import pinocchio
 from scipy.spatial import ConvexHull
 
-from tamp.task import At, Box, Grip, Move, Plan, Release, RobotSpec, Task, Trajectory, load_robot
+from tamp.task import At, Box, Grip, Move, Plan, Pose, Release, RobotSpec, Shape, Task, Trajectory, load_robot
 from tamp.task.mesh import parts
 
 STEP = 0.01  # [s]
@@ -27,11 +29,12 @@ ALLOWED = {"approach": True, "lift": True, "lower": True, "retreat": True, "tran
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Convex pieces as half-spaces (m, 4), points on their surfaces, and the box round them."""
+    """Convex pieces as half-spaces (m, 4), points on their surfaces, the box round them, and a sphere."""
 
     planes: tuple[np.ndarray, ...]
     points: np.ndarray
     box: np.ndarray
+    center: np.ndarray
     radius: float
 
     @staticmethod
@@ -46,7 +49,8 @@ class Body:
                 points.append(share @ corners)
         every = np.vstack([*clouds, _thinned(np.vstack(points))])
         box = np.array([every.min(axis=0), every.max(axis=0)])
-        return Body(tuple(planes), every, box, float(np.linalg.norm(every, axis=1).max()))
+        center = box.mean(axis=0)
+        return Body(tuple(planes), every, box, center, float(np.linalg.norm(every - center, axis=1).max()))
 
 
 def _thinned(points: np.ndarray) -> np.ndarray:
@@ -57,8 +61,6 @@ def _thinned(points: np.ndarray) -> np.ndarray:
 
 def depth(a: Body, T_a: np.ndarray, b: Body, T_b: np.ndarray) -> float:
     """How deep the deepest surface point of one body lies inside the other [m]; negative where none does."""
-    if np.linalg.norm(T_a[:3, 3] - T_b[:3, 3]) > a.radius + b.radius:
-        return -np.inf
     deepest = -np.inf
     for one, T_one, two, T_two in ((a, T_a, b, T_b), (b, T_b, a, T_a)):
         T = np.linalg.inv(T_two) @ T_one
@@ -67,6 +69,20 @@ def depth(a: Body, T_a: np.ndarray, b: Body, T_b: np.ndarray) -> float:
         for planes in two.planes if len(points) else ():
             deepest = max(deepest, float((-(points @ planes[:, :3].T + planes[:, 3]).max(axis=1)).max()))
     return deepest
+
+
+def meets(moving: Body, T: np.ndarray, still: Body, T_still: np.ndarray, limit: float) -> bool:
+    """Whether a body is deeper than `limit` in another at any of its poses, shape (n, 4, 4)."""
+    T_still_moving = np.linalg.inv(T_still) @ T
+    center = T_still_moving[:, :3, :3] @ moving.center + T_still_moving[:, :3, 3]
+    beyond = np.maximum(still.box[0] - center, center - still.box[1]).clip(min=0.0)
+    near = np.flatnonzero(np.linalg.norm(beyond, axis=1) < moving.radius)
+    return any(depth(moving, T[k], still, T_still) > limit for k in near)
+
+
+@lru_cache(maxsize=256)
+def body_of(shape: Shape) -> Body:
+    return Body.of([part.vertices for part in parts(shape)])
 
 
 @lru_cache(maxsize=1)
@@ -85,16 +101,25 @@ def robot() -> tuple[RobotSpec, pinocchio.Model, dict[str, Body]]:
     return spec, model, {name: Body.of([c[ConvexHull(c).vertices] for c in cloud]) for name, cloud in clouds.items()}
 
 
-def links_at(q: np.ndarray, opening: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """T_world_link of every link, and T_world_tool."""
+def links_along(configurations: np.ndarray, opening: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """T_world_link of every link, and T_world_tool, each of shape (n, 4, 4)."""
     spec, model, bodies = robot()
     data, full = model.createData(), np.zeros(model.nq)
-    for name, value in zip((*spec.joints, *spec.gripper.joints), (*q, opening / 2, opening / 2), strict=True):
-        full[model.joints[model.getJointId(name)].idx_q] = value
-    pinocchio.framesForwardKinematics(model, data, full)
+    columns = [model.joints[model.getJointId(name)].idx_q for name in (*spec.joints, *spec.gripper.joints)]
+    frames = {name: model.getFrameId(name) for name in (*bodies, spec.tool_parent)}
+    placed = {name: np.empty((len(configurations), 4, 4)) for name in frames}
+    for k, q in enumerate(configurations):
+        full[columns] = (*q, opening / 2, opening / 2)
+        pinocchio.framesForwardKinematics(model, data, full)
+        for name, frame in frames.items():
+            placed[name][k] = data.oMf[frame].homogeneous
     base = spec.T_world_base.matrix
-    placed = {name: base @ data.oMf[model.getFrameId(name)].homogeneous for name in (*bodies, spec.tool_parent)}
+    placed = {name: base @ T for name, T in placed.items()}
     return placed, placed[spec.tool_parent] @ spec.T_parent_tool.matrix
+
+
+def tool_at(q: np.ndarray) -> np.ndarray:
+    return links_along(q[None], 0.0)[1][0]
 
 
 @dataclass
@@ -112,20 +137,57 @@ class World:
         return {name: T for name, T in self.poses.items() if name not in (*but, held)}
 
 
+@dataclass
+class Oracle:
+    """The judge, and what it found of motions so far: by their trajectory and all that stood around."""
+
+    swept: dict[bytes, str | None] = field(default_factory=dict)
+
+    def wrong(self, task: Task, plan: Plan) -> str | None:
+        """What is clearly wrong with a plan, or None."""
+        bodies = {o.name: body_of(o.shape) for o in task.objects}
+        bodies["table"] = body_of(Box((*task.table.size, task.table.thickness)))
+        poses = {name: pose.matrix for name, pose in plan.start.items()}
+        poses["table"] = Pose((*task.table.center, -task.table.thickness / 2)).matrix
+        quick, slow = (World(task, bodies, dict(poses), np.array(plan.home)) for _ in range(2))
+        return (
+            _bookkeeping(plan)
+            or _start(quick)
+            or self._replay(quick, plan, sweep=False)
+            or _goals(quick, plan)
+            or self._replay(slow, plan, sweep=True)
+        )
+
+    def _replay(self, world: World, plan: Plan, sweep: bool) -> str | None:
+        """Grips and releases, and with `sweep` everything on the way."""
+        for action in plan.actions:
+            for step in action.steps:
+                if isinstance(step, Grip):
+                    text = _grip(world, step)
+                elif isinstance(step, Release):
+                    text = _release(world, step)
+                else:
+                    text = self._swept(world, step) if sweep else None
+                    _arrive(world, step)
+                if text is not None:
+                    return f"{action}: {text}"
+            if action.name in ("place", "stack") and len(_between(world, action.arguments[0], tool_at(world.q))):
+                return f"{action}: the hand stays round the object"
+        return None
+
+    def _swept(self, world: World, move: Move) -> str | None:
+        arrays = (move.trajectory.times, move.trajectory.positions, move.trajectory.velocities, *world.poses.values())
+        shapes = [(thing.name, thing.shape) for thing in world.task.objects]
+        words = repr((move.phase, move.opening, move.held, list(world.poses), shapes, world.task.table))
+        key = hashlib.sha256(words.encode() + b"".join(array.tobytes() for array in arrays)).digest()
+        if key not in self.swept:
+            self.swept[key] = _sweep(world, move)
+        return self.swept[key]
+
+
 def wrong(task: Task, plan: Plan) -> str | None:
-    """What is clearly wrong with a plan, or None."""
-    bodies = {o.name: Body.of([p.vertices for p in parts(o.shape)]) for o in task.objects}
-    slab = parts(Box((*task.table.size, task.table.thickness)))[0].vertices
-    bodies["table"] = Body.of([slab + np.array([*task.table.center, -task.table.thickness / 2])])
-    poses = {name: pose.matrix for name, pose in plan.start.items()} | {"table": np.eye(4)}
-    quick, slow = (World(task, bodies, dict(poses), np.array(plan.home)) for _ in range(2))
-    return (
-        _bookkeeping(plan)
-        or _start(quick)
-        or _replay(quick, plan, sweep=False)
-        or _goals(quick, plan)
-        or _replay(slow, plan, sweep=True)
-    )
+    """What is clearly wrong with one plan, or None."""
+    return Oracle().wrong(task, plan)
 
 
 def _bookkeeping(plan: Plan) -> str | None:
@@ -183,28 +245,10 @@ def _start(world: World) -> str | None:
     return None
 
 
-def _replay(world: World, plan: Plan, sweep: bool) -> str | None:
-    """Grips and releases, and with `sweep` everything on the way."""
-    for action in plan.actions:
-        for step in action.steps:
-            if isinstance(step, Grip):
-                text = _grip(world, step)
-            elif isinstance(step, Release):
-                text = _release(world, step)
-            else:
-                text = _sweep(world, step) if sweep else None
-                _arrive(world, step)
-            if text is not None:
-                return f"{action}: {text}"
-        if action.name in ("place", "stack") and len(_between(world, action.arguments[0], links_at(world.q, 0.0)[1])):
-            return f"{action}: the hand stays round the object"
-    return None
-
-
 def _arrive(world: World, move: Move) -> None:
     world.q = move.trajectory.positions[-1]
     if world.held:
-        world.poses[world.held[0]] = links_at(world.q, 0.0)[1] @ world.held[1]
+        world.poses[world.held[0]] = tool_at(world.q) @ world.held[1]
 
 
 def _hermite(t: Trajectory) -> np.ndarray:
@@ -215,23 +259,18 @@ def _hermite(t: Trajectory) -> np.ndarray:
 
 
 def _sweep(world: World, move: Move) -> str | None:
-    links = robot()[2]
-    for q in _hermite(move.trajectory):
-        placed, tool = links_at(q, move.opening)
-        if world.held:
-            world.poses[world.held[0]] = tool @ world.held[1]
-        for other, T in world.others().items():
-            for link, body in links.items():
-                if (other, link) == ("table", "panda_link0"):
-                    continue
-                near = ALLOWED[move.phase] and other != "table" and link in ("panda_hand", *robot()[0].gripper.fingers)
-                if depth(body, placed[link], world.bodies[other], T) > (TOUCHING if near else INSIDE):
-                    return f"{link} in {other}"
-            if world.held:
-                name = world.held[0]
-                limit = TOUCHING if ALLOWED[move.phase] else INSIDE
-                if depth(world.bodies[name], world.poses[name], world.bodies[other], T) > limit:
-                    return f"{name} in {other}"
+    placed, tool = links_along(_hermite(move.trajectory), move.opening)
+    fingers = ("panda_hand", *robot()[0].gripper.fingers)
+    held = world.held[0] if world.held else None
+    for other, T in world.others().items():
+        for link, body in robot()[2].items():
+            near = ALLOWED[move.phase] and other != "table" and link in fingers
+            limit = TOUCHING if near else INSIDE
+            if (other, link) != ("table", "panda_link0") and meets(body, placed[link], world.bodies[other], T, limit):
+                return f"{link} in {other}"
+        limit = TOUCHING if ALLOWED[move.phase] else INSIDE
+        if held and meets(world.bodies[held], tool @ world.held[1], world.bodies[other], T, limit):
+            return f"{held} in {other}"
     return None
 
 
@@ -248,7 +287,7 @@ def _between(world: World, name: str, tool: np.ndarray) -> np.ndarray:
 
 def _grip(world: World, grip: Grip) -> str | None:
     name = grip.attachment.object
-    _, tool = links_at(world.q, 0.0)
+    tool = tool_at(world.q)
     claimed = tool @ grip.attachment.T_tool_object.matrix
     if np.linalg.norm(claimed[:3, 3] - world.poses[name][:3, 3]) > 0.004 + 0.03 * world.bodies[name].radius:
         return "the object is not where the grip says"
