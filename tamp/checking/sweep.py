@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +30,12 @@ class Mover:
 
     solid: Solid
     T: Array
+
+    @cached_property
+    def center(self) -> Array:
+        """Centre of the solid's sphere in the world at each sample, shape (n, 3)."""
+        center: Array = self.T[:, :3, :3] @ self.solid.center + self.T[:, :3, 3]
+        return center
 
 
 @dataclass(frozen=True)
@@ -92,8 +99,10 @@ def _first_touch(a: Mover, b: Mover, allowed: float) -> Touch | None:
 
     The motion is that of b in the frame of a, so bodies that travel together cost one look.
     """
-    center_b = b.T[:, :3, :3] @ b.solid.center + b.T[:, :3, 3]
-    center = ((center_b - a.T[:, :3, 3])[:, None] @ a.T[:, :3, :3])[:, 0]
+    between = b.center - a.center
+    if np.einsum("ij,ij->i", between, between).min() > (a.solid.radius + b.solid.radius) ** 2:
+        return None
+    center = ((b.center - a.T[:, :3, 3])[:, None] @ a.T[:, :3, :3])[:, 0]
     beyond = np.maximum(np.maximum(a.solid.lower - center, center - a.solid.upper), 0.0)
     gap = np.sqrt((beyond * beyond).sum(axis=1)) - b.solid.radius
     if gap.min() > 0.0:
