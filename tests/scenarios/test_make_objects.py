@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tamp.scenarios.make_objects as maker
+from tamp.scenarios.parts import Part, centred, loft
 from tamp.task import Mesh
 from tamp.task.mesh import bounds, parts, watertight
 
@@ -13,7 +14,7 @@ ROOT = Path(maker.__file__).resolve().parent / "objects"
 NAMES = sorted(maker.OBJECTS)
 
 
-def signed_volume(part: maker.Part) -> float:
+def signed_volume(part: Part) -> float:
     return float(np.linalg.det(part.vertices[np.array(part.triangles)]).sum() / 6)
 
 
@@ -24,7 +25,7 @@ def test_enough_objects():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_committed_file_is_what_the_script_makes(name):
-    assert (ROOT / name / "collision.obj").read_text(encoding="utf-8") == maker.obj_text(name)
+    assert (ROOT / name / "collision.obj").read_text(encoding="utf-8") == maker.text(name)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -56,7 +57,7 @@ def test_origin_and_size(name):
 
 @pytest.mark.parametrize("name", ["mug", "cup", "bowl", "plate", "open_box", "tray"])
 def test_hollow_things_are_hollow(name):
-    made = maker.centred(maker.OBJECTS[name]())
+    made = centred(maker.OBJECTS[name]())
     whole = np.vstack([part.vertices for part in made])
     extents = np.ptp(whole, axis=0)
     assert sum(map(signed_volume, made)) < 0.45 * float(np.prod(extents))
@@ -64,5 +65,5 @@ def test_hollow_things_are_hollow(name):
 
 def test_a_loft_turns_its_faces_outward_whichever_end_comes_first():
     low, high = (np.array([(0.0, 0.0, z), (1.0, 0.0, z), (0.0, 1.0, z)]) for z in (0.0, 1.0))
-    assert signed_volume(maker.loft(low, high)) == pytest.approx(0.5)
-    assert signed_volume(maker.loft(high, low)) == pytest.approx(0.5)
+    assert signed_volume(loft(low, high)) == pytest.approx(0.5)
+    assert signed_volume(loft(high, low)) == pytest.approx(0.5)
