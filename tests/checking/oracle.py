@@ -318,9 +318,15 @@ def _release(world: World, release: Release) -> str | None:
 
 
 def _goals(world: World, plan: Plan) -> str | None:
+    regions = {region.name: region for region in world.task.regions}
     for thing in world.task.objects:
+        T, body = world.poses[thing.name], world.bodies[thing.name]
         if isinstance(thing.goal, At):
-            off = np.linalg.norm(world.poses[thing.name][:3, 3] - thing.goal.pose.xyz)
-            if thing.name not in plan.goals or off > 0.04:
+            if thing.name not in plan.goals or np.linalg.norm(T[:3, 3] - thing.goal.pose.xyz) > 0.04:
                 return f"{thing.name} misses its goal"
+        elif thing.goal is not None and thing.goal.target in regions:
+            region, points = regions[thing.goal.target], body.points @ T[:3, :3].T + T[:3, 3]
+            low, high = (side(points[:, :2], axis=0) - region.center for side in (np.min, np.max))
+            if (np.abs(low + high) / 2 > np.array(region.size) / 2 + 0.005).any():
+                return f"{thing.name} misses its region"
     return None
