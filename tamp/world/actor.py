@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +42,7 @@ class Actor:
     grip: frozenset[int]
 
 
+@cache
 def robot_actor(robot: RobotModel) -> Actor:
     """The robot with all its links; its configuration is Pinocchio's."""
     return Actor(
@@ -55,6 +57,7 @@ def robot_actor(robot: RobotModel) -> Actor:
     )
 
 
+@cache
 def hand_actor(robot: RobotModel) -> Actor:
     """Hand and fingers on a free joint in place of the tool's; see `hand_configuration`."""
     model = pin.Model()

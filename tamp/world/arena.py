@@ -139,6 +139,14 @@ class Arena:
         # The manager inflates boxes by the margins it sees here; without this call it keeps the old ones.
         self._broadphase.update(self._geometry_data)
 
+    def held_radius(self, setting: Setting) -> float:
+        """From the tool's joint to the farthest corner of a box round what is held [m]; 0 where nothing is."""
+        if self._held_index is None:
+            return 0.0
+        held, T = self._solids[self._held_index], self.actor.T_joint_tool @ setting.T_tool_held
+        center = np.linalg.norm(held.center @ T[:3, :3].T + T[:3, 3], axis=1)
+        return float((center + np.linalg.norm(held.half, axis=1)).max())
+
     def hit(self, q: Vector) -> int | None:
         """Index of a pair of bodies that come too close at Pinocchio's configuration `q`, or None."""
         if not pin.computeCollisions(self.actor.model, self._data, self._broadphase, self._callback, q):

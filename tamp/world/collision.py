@@ -6,12 +6,13 @@ import hashlib
 import itertools
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.world.arena import Arena, Setting
+from tamp.world.reach import reach_of
 from tamp.world.robot_model import RobotModel
 
 if TYPE_CHECKING:
@@ -63,6 +64,11 @@ class CollisionChecker:
             digest.update(name.encode() + setting.poses[name].tobytes())
         digest.update(b"" if setting.T_tool_held is None else setting.T_tool_held.tobytes())
         return digest.digest()
+
+    @cached_property
+    def levers(self) -> Vector:
+        """Metres that no point of robot and held object moves beyond for a radian of each joint, shape (dof,)."""
+        return reach_of(self.robot).levers(self._arena.held_radius(self._setting))
 
     def free(self, q: Vector) -> bool:
         """Whether every body keeps its margin at configuration `q`, shape (dof,) [rad]."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import coal
@@ -124,7 +125,9 @@ def _box_gaps(a: Solid, b: Solid, T_a_b: Matrix) -> Matrix:
     return gaps
 
 
+@lru_cache(maxsize=4096)
 def _convex(part: Part) -> Any:
+    """Coal's form of a part; it is never changed, so equal objects of many worlds share it."""
     points = coal.StdVec_Vec3s()
     points.extend(list(part.vertices))
     triangles = coal.StdVec_Triangle()

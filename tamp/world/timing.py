@@ -23,6 +23,9 @@ TOLERANCE = 0.004
 GRID = 80
 """Number of stretches that TOPPRA divides an evenly long path into, besides the ends of its blends."""
 
+TESTED_EVERY = 0.01
+"""How far the fastest point of arm and held object moves between two tests of a timed curve [m]."""
+
 SLACK = 1e-3
 """Share by which a sampled trajectory may exceed a limit before it is stretched; numerical, not physical."""
 
@@ -74,10 +77,8 @@ class TimedMotion:
     reason: str = ""
 
 
-def time_free_path(
-    path: Array, limits: RobotSpec, checker: ConfigurationTest, *, speed: float = 1.0, reach: float = 1.2
-) -> TimedMotion:
-    """Time a path and check the timed curve at 1 cm of motion of the arm's fastest point.
+def time_free_path(path: Array, limits: RobotSpec, checker: ConfigurationTest, *, speed: float = 1.0) -> TimedMotion:
+    """Time a path and check the timed curve at every centimetre of motion of the fastest point.
 
     Where the curve touches something, the path is timed again with sharper corners; the last attempt follows the
     polyline within 0.1 mrad.
@@ -87,12 +88,10 @@ def time_free_path(
         limits: as in `time_path`.
         checker: says which configurations are free.
         speed: as in `time_path`.
-        reach: largest distance of a moving point from any joint's axis [m]: no point moves faster than
-            reach times the sum of the joints' speeds.
     """
     for tolerance in (TOLERANCE, TOLERANCE / 8, 1e-4):
         trajectory = time_path(path, limits, speed=speed, tolerance=tolerance)
-        blocked = first_blocked(trajectory, checker, 0.01 / reach)
+        blocked = first_blocked(trajectory, checker, TESTED_EVERY)
         if blocked is None:
             return TimedMotion(trajectory)
     return TimedMotion(None, f"the timed motion touches something {blocked:.2f} s after its start")
