@@ -87,7 +87,7 @@ def _run(text: str, search: str, folder: str, timeout: float) -> int | None:
         command,
         cwd=folder,
         stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,  # its end tells at once that the program has ended; without it Python polls and sleeps
         stderr=subprocess.DEVNULL,
         start_new_session=True,
         env={**os.environ, "LC_ALL": "C"},
