@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 PERTURBED_SHARE = 0.5  # of the rays leave the normal by a random tilt, to find pairs on curved and slanted faces
 TILT = 0.25
+TYPICAL = 160  # points that stand for a surface
 SEAM = 5e-4  # gaps between parts thinner than this are modelling seams, not hollows [m]
 
 
@@ -69,6 +71,14 @@ def surface_points(parts: Sequence[Part], count: int, rng: np.random.Generator) 
         A, b = half_spaces(part)
         hidden |= (points @ A.T - b).max(axis=1) < -1e-4
     return SurfacePoints(points[~hidden], normals[~hidden], float(areas.sum()) / count)
+
+
+@lru_cache(maxsize=512)
+def typical_points(parts: tuple[Part, ...]) -> NDArray[np.float64]:
+    """Points on the surface of a union of parts, shape (n, 3), read-only; the same for every seed."""
+    points = surface_points(parts, TYPICAL, np.random.default_rng(0)).points
+    points.setflags(write=False)
+    return points
 
 
 def half_spaces(part: Part) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

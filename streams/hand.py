@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +40,7 @@ class HandBoxes:
         return self.lower + shift, self.upper + shift
 
 
+@cache
 def hand_boxes(robot: RobotModel) -> HandBoxes:
     """Cut the hand's and fingers' hulls into slices along the approach and box each slice."""
     axis = np.array(robot.spec.gripper.axis)
@@ -102,9 +104,8 @@ def lowest_point(
     boxes: HandBoxes, openings: NDArray[np.float64], T_world_tool: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Height of the lowest corner of the hand above the world's z = 0 for each grasp, shape (k,) [m]."""
-    lower, upper = boxes.opened(openings)
     up = T_world_tool[:, 2, :3]
-    corner = np.where(up[:, None, :] > 0, lower, upper)
-    heights: NDArray[np.float64] = np.einsum("kj,kbj->kb", up, corner) + T_world_tool[:, 2, 3, None]
-    lowest: NDArray[np.float64] = heights.min(axis=1)
+    heights = np.maximum(up, 0.0) @ boxes.lower.T + np.minimum(up, 0.0) @ boxes.upper.T
+    heights += (0.5 * openings * (up @ boxes.axis))[:, None] * boxes.side
+    lowest: NDArray[np.float64] = heights.min(axis=1) + T_world_tool[:, 2, 3]
     return lowest

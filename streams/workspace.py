@@ -75,15 +75,21 @@ class Workspace:
             return Region(TABLE, self.task.table.center, self.task.table.size)
         return next(region for region in self.task.regions if region.name == name)
 
+    def points(self, name: str) -> NDArray[np.float64]:
+        """The corners of an object's parts in its own frame, shape (n, 3) [m]."""
+        return self._points[name]
+
+    @cached_property
+    def _points(self) -> Mapping[str, NDArray[np.float64]]:
+        parts = {name: geometry.parts for name, geometry in self.world.geometries.items()}
+        return {name: np.concatenate([part.vertices for part in pieces]) for name, pieces in parts.items()}
+
     @cached_property
     def surface(self) -> Mapping[str, NDArray[np.float64]]:
         """Object -> points on its surface in its own frame, shape (n, 3); the same for every seed."""
-        from tamp.streams.antipodal import surface_points
+        from tamp.streams.antipodal import typical_points
 
-        return {
-            name: surface_points(geometry.parts, 160, np.random.default_rng(0)).points
-            for name, geometry in self.world.geometries.items()
-        }
+        return {name: typical_points(geometry.parts) for name, geometry in self.world.geometries.items()}
 
 
 def at_pose(facts: Any) -> Iterator[Any]:
