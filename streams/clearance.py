@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.hand import HandBoxes, hand_boxes, lowest_point, points_hit
+from tamp.streams.hand import HandBoxes, boxes_in_world, hand_boxes, lowest_point, points_hit
 from tamp.streams.pinches import Pinches, in_tool_frames
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -22,7 +22,6 @@ WIDTH_RESOLUTION = 0.0004  # [m]
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 HAND_MARGIN = 0.002  # between the hand and what stands around [m]
-HAND_REACH = 0.25  # neighbours farther away than this cannot meet the hand [m]
 LEANING = 0.8  # cost of a hand that leans over by one radian
 HINDERED = 10.0  # cost of a grasp that cannot serve a placement as long as its supports are there
 
@@ -75,13 +74,16 @@ def support_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placem
 
 def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
     """How many neighbours each hand would meet at a placement, shape (n,)."""
-    T = place.pose.matrix @ pinches.T_object_tool
+    T, openings = place.pose.matrix @ pinches.T_object_tool, _openings(workspace, pinches)
+    lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
     cost = np.zeros(len(pinches))
     for name, other in standing_around(workspace, obj, place).items():
-        points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
-        near = points[np.linalg.norm(points - place.pose.xyz, axis=1) < HAND_REACH]
-        if name not in place.on and len(near):
-            cost += points_hit(_boxes(workspace), _openings(workspace, pinches), in_tool_frames(near, T), HAND_MARGIN)
+        low, high = workspace.bounds(name, other.pose)
+        near = np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
+        if name not in place.on and near.any():
+            points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
+            local = in_tool_frames(points, T[near])
+            cost[near] += points_hit(_boxes(workspace), openings[near], local, HAND_MARGIN)
     return cost
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.scene import Scene
+from tamp.world.sweep import swept_boxes
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from tamp.world.collision import Contact
@@ -44,13 +46,34 @@ def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str,
     Answers are remembered. All others are asked about at once: whoever is hit is taken away, until nobody is.
     """
     keys = {name: ("hit", handling, name, others[name]) for name in sorted(others)}
-    poses = {name: others[name].pose.matrix for name, key in keys.items() if key not in workspace.memory}
+    asked = [name for name, key in keys.items() if key not in workspace.memory]
+    poses = {name: others[name].pose.matrix for name in asked if _may_meet(workspace, handling, name, others[name])}
     while poses and (contact := _handling_contact(workspace, handling, poses)) is not None:
         name = contact.a if contact.a in poses else contact.b
         workspace.memory[keys[name]] = told(contact)
         del poses[name]
-    workspace.memory.update({keys[name]: None for name in poses})
+    workspace.memory.update({keys[name]: None for name in asked if keys[name] not in workspace.memory})
     return {name: workspace.memory[key] for name, key in keys.items() if workspace.memory[key] is not None}
+
+
+def _may_meet(workspace: Workspace, handling: Handling, name: str, standing: Placement) -> bool:
+    """Whether the boxes around an object and around all that moves in a handling come near each other."""
+    lower, upper = _room(workspace, handling)
+    low, high = workspace.bounds(name, standing.pose)
+    return bool(((lower < high + ARM_MARGIN) & (low - ARM_MARGIN < upper)).all(axis=1).any())
+
+
+def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of boxes that all that moves in a handling stays within, each of shape (n, 3) [m]; remembered."""
+    key = ("room", handling)
+    if key not in workspace.memory:
+        robot, T_tool_object = workspace.world.robot, handling.grasp.T_object_tool.inverse().matrix
+        held = workspace.points(handling.object) @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]
+        empty = swept_boxes(robot, handling.approach, handling.opening)
+        holding = swept_boxes(robot, handling.lift, handling.grasp.width, held)
+        workspace.memory[key] = tuple(np.concatenate(corners) for corners in zip(empty, holding, strict=True))
+    room: tuple[NDArray[np.float64], NDArray[np.float64]] = workspace.memory[key]
+    return room
 
 
 def _handling_contact(

@@ -109,3 +109,14 @@ def lowest_point(
     heights += (0.5 * openings * (up @ boxes.axis))[:, None] * boxes.side
     lowest: NDArray[np.float64] = heights.min(axis=1) + T_world_tool[:, 2, 3]
     return lowest
+
+
+def boxes_in_world(
+    boxes: HandBoxes, openings: NDArray[np.float64], T_world_tool: NDArray[np.float64], margin: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of the world's boxes around the boxes of each hand, grown by `margin` [m]; shapes (k, n, 3) [m]."""
+    lower, upper = boxes.opened(openings)
+    R = T_world_tool[:, :3, :3]
+    middle = np.einsum("kij,knj->kni", R, (lower + upper) / 2) + T_world_tool[:, None, :3, 3]
+    reach = np.einsum("kij,knj->kni", np.abs(R), (upper - lower) / 2) + margin
+    return middle - reach, middle + reach

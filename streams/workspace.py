@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from tamp.streams.values import Placement
-from tamp.task import Region, Task
+from tamp.task import Pose, Region, Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,6 +78,15 @@ class Workspace:
     def points(self, name: str) -> NDArray[np.float64]:
         """The corners of an object's parts in its own frame, shape (n, 3) [m]."""
         return self._points[name]
+
+    def bounds(self, name: str, pose: Pose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper corner of the box along the world's axes around an object at a pose, (3,) each [m]."""
+        key = ("bounds", name, pose)
+        if key not in self.memory:
+            points = self._points[name] @ pose.matrix[:3, :3].T + pose.xyz
+            self.memory[key] = (points.min(axis=0), points.max(axis=0))
+        corners: tuple[NDArray[np.float64], NDArray[np.float64]] = self.memory[key]
+        return corners
 
     @cached_property
     def _points(self) -> Mapping[str, NDArray[np.float64]]:

@@ -97,6 +97,17 @@ class RobotModel:
         T: Matrix = data.oMi[self.tool_joint].homogeneous @ self.T_joint_tool
         return T
 
+    def joint_poses(self, states: Matrix, opening: float) -> Matrix:
+        """Each joint's frame in the world, by Pinocchio's index, at configurations (n, dof); shape (n, joints, 4, 4)."""
+        data = self.model.createData()
+        full = self.full(self.home, opening)
+        poses = np.empty((len(states), self.model.njoints, 4, 4))
+        for i, q in enumerate(states):
+            full[self.arm] = q
+            pin.forwardKinematics(self.model, data, full)
+            poses[i] = [T.homogeneous for T in data.oMi]
+        return poses
+
     def within_limits(self, q: Vector, slack: float = 1e-9) -> bool:
         """Whether every joint is inside its position limits."""
         return bool((q >= self.lower - slack).all() and (q <= self.upper + slack).all())
