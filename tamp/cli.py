@@ -14,7 +14,7 @@ from tamp.errors import TampError
 
 SOLVED, UNSOLVED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-FAMILIES = (solving, formats, installed)
+FAMILIES = (solving.add, formats.add, installed.add_samplers, installed.add)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
     whole = argparse.ArgumentParser(prog="tamp", description="Task and motion planning at a cluttered table.")
     commands = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for family in FAMILIES:
-        family.add(commands)
+        family(commands)
     return whole
 
 

@@ -35,10 +35,11 @@ ALLOWED = {
         "errors",
     },
     "batch": {"pipeline", "results", "versions", "task", "errors"},
+    "conformance": {"domains", "streams", "planning", "language", "pipeline", "world", "task", "errors"},
     "arguments": {"errors"},
     "cli": {"arguments", "errors"},
     "commands": {
-        "cli", "batch", "report", "pipeline", "formats", "domains", "planning", "language", "world", "checking",
+        "cli", "batch", "report", "conformance", "pipeline", "formats", "domains", "planning", "language", "world", "checking",
         "execution", "scoring", "results", "versions", "task", "errors",
     },
 }  # fmt: skip
@@ -57,7 +58,7 @@ HOMES = {
     "pybullet": {"execution.bullet"},
     "pydantic": {"task.explain", "task.load", "task.schema"},
     "rich": {"commands.solve", "results"},
-    "scipy": {"checking.solids", "task.mesh", "world.seeds"},
+    "scipy": {"checking.solids", "scoring.assignment", "task.mesh", "world.seeds"},
     "toppra": {"world.timing"},
     "trimesh": {"task.meshfile", "scenarios.make_objects"},
 }  # fmt: skip

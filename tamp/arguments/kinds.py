@@ -24,14 +24,24 @@ def command(
 def add_planning_options(add: Add) -> None:
     """How to plan; the same for every command that does."""
     add("--timeout", type=seconds, metavar="SECONDS", help="for all planning of a task; default: the task's own limit")
-    add("--algorithm", choices=("adaptive", "focused", "incremental"), default="adaptive")
+    add_algorithm(add)
     add("--sampler", type=replacement, action="append", default=[], metavar="NAME=MODULE:FUNCTION")
     add_outside(add)
+
+
+def add_algorithm(add: Add) -> None:
+    """Which algorithm of the stream planner."""
+    add("--algorithm", choices=("adaptive", "focused", "incremental"), default="adaptive")
 
 
 def add_outside(add: Add) -> None:
     """Whether meshes may lie anywhere."""
     add("--allow-outside", action="store_true", help="accept meshes outside the task's folder")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Where the same goes as data."""
+    parser.add_argument("--json", type=Path, metavar="FILE", help="the same as JSON; - is standard output")
 
 
 def seconds(text: str) -> float:

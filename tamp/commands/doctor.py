@@ -1,35 +1,74 @@
-"""`tamp doctor`: versions and binaries, and a task small enough to show that all parts work together."""
+"""`tamp doctor`: versions, binaries, extras, and a task small enough to show that all parts work together."""
 
 from __future__ import annotations
 
 import argparse
+import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from importlib.metadata import PackageNotFoundError, requires, version
+from typing import Any
 
 from tamp.cli import SOLVED, UNSOLVED
+from tamp.commands.output import to_stdout, write_json
 from tamp.results import Result
 from tamp.versions import versions
 
+DISTRIBUTION = "tabletop-tamp"
+
 
 def doctor(options: argparse.Namespace) -> int:
-    """Print what is installed and what works; exit status 1 where something does not."""
-    for name, version in versions().items():
-        print(f"{name:18s} {version}")
-    missing = [name for name, version in versions().items() if version == "absent"]
+    """Print what is installed and what works; exit status 1 where something that is required does not."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Fast Downward", _fast_downward), ("robots", _robots), ("one block, from A to B", _one_block),
     ]  # fmt: skip
-    broken = list(missing)
-    for title, check in checks:
-        began = time.monotonic()
-        try:
-            said = check()
-        except Exception as error:  # whatever is broken here is what the user came to be told
-            said = f"BROKEN: {type(error).__name__}: {error}"
-            broken.append(title)
-        print(f"{title:24s} {said}  ({time.monotonic() - began:.1f} s)")
-    print("all is well" if not broken else f"broken or absent: {', '.join(broken)}")
+    tested = [_tested(title, check) for title, check in checks]
+    extras = dict(_missing_of_extras())
+    broken = [name for name, found in versions().items() if found == "absent"]
+    broken += [test["name"] for test in tested if not test["works"]]
+    if not to_stdout(options.json):
+        _print(tested, extras, broken)
+    write_json(options.json, {"versions": versions(), "tests": tested, "extras_missing": extras, "broken": broken})
     return UNSOLVED if broken else SOLVED
+
+
+def _print(tested: list[dict[str, Any]], extras: dict[str, list[str]], broken: list[str]) -> None:
+    for name, found in versions().items():
+        print(f"{name:18s} {found}")
+    for test in tested:
+        print(f"{test['name']:24s} {test['said']}  ({test['seconds']:.1f} s)")
+    for extra, missing in extras.items():
+        told = f"needs {', '.join(missing)}: pip install '{DISTRIBUTION}[{extra}]'" if missing else "installed"
+        print(f"extra {extra:18s} {told}")
+    print("all is well" if not broken else f"broken or absent: {', '.join(broken)}")
+
+
+def _tested(title: str, check: Callable[[], str]) -> dict[str, Any]:
+    began = time.monotonic()
+    try:
+        said, works = check(), True
+    except Exception as error:  # whatever is broken here is what the user came to be told
+        said, works = f"BROKEN: {type(error).__name__}: {error}", False
+    return {"name": title, "works": works, "said": said, "seconds": time.monotonic() - began}
+
+
+def _missing_of_extras() -> Iterator[tuple[str, list[str]]]:
+    """Each extra for users and what of it is not installed; those for developers are left out."""
+    needs: dict[str, list[str]] = {}
+    for requirement in requires(DISTRIBUTION) or ():
+        found = re.match(r"([A-Za-z0-9_.-]+).*;.*extra == ['\"]([a-z]+)['\"]", requirement)
+        if found and found[2] not in ("dev", "test", "docs"):
+            needs.setdefault(found[2], []).append(found[1])
+    for extra, names in sorted(needs.items()):
+        yield extra, [name for name in names if not _installed(name)]
+
+
+def _installed(name: str) -> bool:
+    try:
+        version(name)
+    except PackageNotFoundError:
+        return False
+    return True
 
 
 def _fast_downward() -> str:

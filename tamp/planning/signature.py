@@ -30,11 +30,17 @@ def check_samplers(streams: StreamFile, samplers: Mapping[str, Callable[..., Any
     for name, external in externals.items():
         if name not in samplers:
             raise SamplerError(f"stream {name!r} has no sampler; given are: {', '.join(samplers) or 'none'}")
-        _check(name, tuple(str(variable)[1:] for variable in external.inputs), samplers[name])
+        check_sampler(external, samplers[name])
 
 
-def _check(name: str, inputs: tuple[str, ...], sampler: Callable[..., Any]) -> None:
-    expected = f"sampler of stream {name!r}: expected a function of ({', '.join(('context', *inputs))})"
+def check_sampler(external: Stream | FunctionStream | PredicateStream, sampler: Callable[..., Any]) -> None:
+    """Check that a function takes a context and a stream's inputs.
+
+    Raises:
+        SamplerError: says what was expected and what was found.
+    """
+    inputs = tuple(str(variable)[1:] for variable in external.inputs)
+    expected = f"sampler of stream {external.name!r}: expected a function of ({', '.join(('context', *inputs))})"
     if not callable(sampler):
         raise SamplerError(f"{expected}, found {sampler!r}")
     try:

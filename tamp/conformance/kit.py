@@ -1,0 +1,204 @@
+"""The checks, in the order in which a mistake would make the later ones meaningless."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from tamp.conformance.bench import Bench, default_tasks, set_up
+from tamp.conformance.calls import PATIENCE_S, Call, call
+from tamp.conformance.downstream import shares
+from tamp.conformance.findings import Finding, Judgement
+from tamp.conformance.plausible import implausible
+from tamp.conformance.sameness import same
+from tamp.domains.catalog import Contract, contract, load_domain, type_name
+from tamp.domains.samplers import load_sampler
+from tamp.errors import SamplerError
+from tamp.language import Stream
+from tamp.planning import Problem
+from tamp.planning.signature import check_sampler as check_signature
+from tamp.task import Task
+
+CALLS = 6
+OUTPUTS = 12
+
+
+def check_sampler(
+    sampler: str | Callable[..., Any],
+    stream: str,
+    *,
+    domain: str = "tabletop",
+    tasks: Iterable[Task] | None = None,
+    seed: int = 0,
+) -> Judgement:
+    """Hold a sampler against its stream: signature, outputs, plausibility, determinism, end, time, use downstream.
+
+    Args:
+        sampler: a function, or "package.module:function".
+        stream: the stream's name.
+        domain: the domain that has it.
+        tasks: where to try it, the first that gives it inputs; built-in scenarios where it is None.
+        seed: decides every random choice.
+
+    Raises:
+        SamplerError: where stream or sampler do not exist, or no task gives the stream inputs.
+        DomainError, TaskError: where domain or task cannot be used.
+    """
+    entry = load_domain(domain)
+    declared = entry.stream(stream)
+    function = load_sampler(sampler, stream) if isinstance(sampler, str) else sampler
+    name = sampler if isinstance(sampler, str) else getattr(sampler, "__qualname__", repr(sampler))
+    try:
+        check_signature(declared, function)
+    except SamplerError as error:
+        return Judgement(name, declared.name, (Finding("signature", "wrong", str(error)),))
+    bench = set_up(entry, declared, default_tasks() if tasks is None else tasks, seed, CALLS)
+    trial = _Trial(declared, contract(entry, declared), function, bench, seed)
+    findings = [Finding("signature", "ok", f"takes (context, {', '.join(v.name[1:] for v in declared.inputs)})")]
+    for check in (trial.errors, trial.outputs, trial.plausibility, trial.determinism, trial.end, trial.time, trial.use):
+        findings += check()
+        if findings[-1].outcome == "wrong":
+            break
+    return Judgement(name, declared.name, tuple(findings), {"task": bench.task, **trial.numbers})
+
+
+@dataclass
+class _Trial:
+    """One sampler at work; each method is one check."""
+
+    stream: Stream
+    contract: Contract
+    function: Callable[..., Any]
+    bench: Bench
+    seed: int
+    numbers: dict[str, Any] = field(default_factory=dict)
+    calls: list[Call] = field(default_factory=list)
+
+    def errors(self) -> Iterator[Finding]:
+        """No call raises."""
+        self.calls = self._run(self.bench.problem)
+        for made in self.calls:
+            if made.error:
+                yield Finding("calls", "wrong", f"raised for {_shown(made.inputs)}: {made.error}")
+                return
+        self.numbers |= {"calls": len(self.calls), "outputs": sum(len(c.raw) for c in self.calls)}
+        yield Finding("calls", "ok", f"{len(self.calls)} calls on {self.bench.task}")
+
+    def outputs(self) -> Iterator[Finding]:
+        """Everything that comes has the stream's form and types."""
+        wrong = dict.fromkeys(text for made in self.calls for value in made.raw for text in self._malformed(value))
+        if wrong:
+            yield from (Finding("outputs", "wrong", text) for text in wrong)
+            return
+        promised = ", ".join(map(type_name, self.contract.outputs.values())) or "bool"
+        if not any(made.raw for made in self.calls):
+            reasons = sorted({reason for made in self.calls for reason in made.reasons})
+            told = f"; it said: {', '.join(reasons[:3])}" if reasons else ", and context.fail was never told why"
+            yield Finding("outputs", "wrong", f"nothing came from any of {len(self.calls)} calls{told}")
+            return
+        yield Finding("outputs", "ok", f"{self.numbers['outputs']} of {promised}")
+
+    def plausibility(self) -> Iterator[Finding]:
+        """Frames and units are as they are meant."""
+        scene = self.bench.problem.scene
+        found = dict.fromkeys(
+            text
+            for made in self.calls
+            for output in made.outputs
+            for value in output
+            for text in implausible(value, scene, made.inputs)
+        )
+        yield from (Finding("plausibility", "wrong", text) for text in list(found)[:5])
+        if not found and not self.stream.is_test:
+            yield Finding("plausibility", "ok", "frames and units look right")
+
+    def determinism(self) -> Iterator[Finding]:
+        """The same seed gives the same, in whatever order inputs come."""
+        again = self._run(self.bench.with_fresh_scene(), backwards=True)
+        for first, second in zip(self.calls, again, strict=True):
+            if not same(first.raw, second.raw):
+                yield Finding(
+                    "determinism", "wrong",
+                    f"other outputs for {_shown(first.inputs)} at the second call with the same seed: draw from "
+                    "context.rng only, and keep nothing between calls that depends on their order",
+                )  # fmt: skip
+                return
+        yield Finding("determinism", "ok", "the same seed repeats, calls in reverse order")
+
+    def end(self) -> Iterator[Finding]:
+        """Whether it ends; not ending is allowed, but nothing can be proven impossible with it."""
+        if self.stream.is_test:
+            return
+        ended = sum(made.ended for made in self.calls)
+        self.numbers["ended"] = ended / len(self.calls)
+        if ended == len(self.calls):
+            yield Finding("end", "ok", f"every call ends within {OUTPUTS} outputs")
+        else:
+            text = f"{len(self.calls) - ended} of {len(self.calls)} calls had more to give after {OUTPUTS} outputs"
+            yield Finding("end", "note", f"{text}; a sampler without end can never prove a task infeasible")
+
+    def time(self) -> Iterator[Finding]:
+        """How long it takes, beside the domain's own."""
+        own = self._run(self.bench.with_fresh_scene(), own=True)
+        mine, theirs = (1000 * _seconds_an_output(calls) for calls in (self.calls, own))
+        self.numbers |= {"ms_an_output": mine, "ms_an_output_default": theirs}
+        longest = max(s for made in self.calls for s in made.seconds)
+        text = f"{mine:.3g} ms an output, the domain's own {theirs:.3g} ms; longest draw {longest:.2g} s"
+        yield Finding("time", "ok" if longest < PATIENCE_S / 4 else "note", text)
+
+    def use(self) -> Iterator[Finding]:
+        """How many of its outputs pass the streams that use them, beside the domain's own."""
+        mine = shares(self.bench, self.stream, self.calls, self.seed)
+        theirs = shares(self.bench, self.stream, self._run(self.bench.problem, own=True), self.seed)
+        self.numbers["downstream"] = {name: {"share": mine[name], "default": theirs.get(name)} for name in mine}
+        for name, share in mine.items():
+            useless = share == 0.0 and theirs.get(name, 0.0) > 0.0
+            beside = f", the domain's own {theirs[name]:.0%}" if name in theirs else ""
+            yield Finding("downstream", "wrong" if useless else "ok", f"{share:.0%} pass {name}{beside}")
+
+    def _run(self, problem: Problem, *, backwards: bool = False, own: bool = False) -> list[Call]:
+        numbered = list(enumerate(self.bench.inputs))
+        made = {
+            number: call(
+                problem,
+                self.stream,
+                values,
+                key=str(number),
+                seed=self.seed,
+                outputs=OUTPUTS,
+                sampler=None if own else self.function,
+            )
+            for number, values in (reversed(numbered) if backwards else numbered)
+        }
+        return [made[number] for number, _ in numbered]
+
+    def _malformed(self, value: Any) -> Iterator[str]:
+        """What is wrong with the form of something yielded or answered."""
+        if self.stream.is_test:
+            if type(value).__name__ not in ("bool", "bool_"):
+                yield f"a test must answer True or False, not {value!r}"
+            return
+        value = getattr(value, "outputs", value)
+        kinds = self.contract.outputs
+        if len(kinds) > 1 and (not isinstance(value, tuple | list) or len(value) != len(kinds)):
+            yield f"expected a tuple of {len(kinds)} outputs ({', '.join(kinds)}), found {_short(value)}"
+            return
+        values = (value,) if len(kinds) == 1 else value
+        for (name, kind), part in zip(kinds.items(), values, strict=True):
+            if isinstance(kind, type) and not isinstance(part, kind):
+                yield f"{name} must be a {type_name(kind)}, found {_short(part)}"
+
+
+def _seconds_an_output(calls: Sequence[Call]) -> float:
+    return statistics.fmean(s for made in calls for s in made.seconds) if any(c.seconds for c in calls) else 0.0
+
+
+def _shown(values: Sequence[Any]) -> str:
+    return f"({', '.join(map(_short, values))})"
+
+
+def _short(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."

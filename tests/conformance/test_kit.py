@@ -1,0 +1,141 @@
+"""The kit accepts the domain's own samplers and says of each bad one what is wrong with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import tamp
+from tamp.conformance import Judgement, check_sampler
+from tamp.domains.catalog import load_domain
+from tamp.errors import DomainError, SamplerError
+from tamp.streams.placements import sample_placement
+from tamp.streams.values import Grasp, Placement
+from tamp.task import Pose, Task
+
+ONE = Path(__file__).parents[2] / "scenarios" / "one_object.yaml"
+
+
+@pytest.fixture(scope="module")
+def one() -> Task:
+    return tamp.load_task(ONE)
+
+
+def wrong(judgement: Judgement) -> str:
+    return "\n".join(f"{f.check}: {f.text}" for f in judgement.findings if f.outcome == "wrong")
+
+
+@pytest.mark.parametrize("stream", load_domain("tabletop").samplers)
+def test_the_domains_own_samplers_fit(stream: str, one: Task) -> None:
+    """Streams that this task gives no inputs are tried on the built-in scenarios, as by default."""
+    given = {"sample-grasp", "sample-placement", "inverse-kinematics", "plan-free-motion", "test-cfree-placements"}
+    tasks = [one] if stream in given else None
+    if stream == "sample-placement":
+        tasks = [tamp.load_task(ONE.with_name("on_region.yaml"))]
+    judgement = check_sampler(load_domain("tabletop").samplers[stream], stream, tasks=tasks)
+    assert judgement.fits, str(judgement)
+    assert judgement.numbers["calls"] > 0
+
+
+def centre(height: float = 0.0, width: float = 0.05) -> Grasp:
+    return Grasp(Pose.from_rpy((0.0, 0.0, height), (math.pi, 0.0, 0.0)), width)
+
+
+def good(context: Any, obj: str) -> Iterator[Grasp]:
+    yield centre(0.02)
+
+
+def takes_too_much(context: Any, obj: str, region: str) -> Iterator[Grasp]:
+    yield centre()
+
+
+def returns_nothing(context: Any, obj: str) -> None:
+    return None
+
+
+def yields_a_pose(context: Any, obj: str) -> Iterator[Pose]:
+    yield centre().T_object_tool
+
+
+def raises(context: Any, obj: str) -> Iterator[Grasp]:
+    raise KeyError(obj)
+    yield
+
+
+def gives_nothing(context: Any, obj: str) -> Iterator[Grasp]:
+    context.fail(f"{obj} looks slippery")
+    yield from ()
+
+
+def in_millimetres(context: Any, obj: str) -> Iterator[Grasp]:
+    yield centre(20.0, 50.0)
+
+
+def through_the_table(context: Any, obj: str) -> Iterator[Grasp]:
+    yield Grasp(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 0.05)
+
+
+class Forgetful:
+    """Draws from a generator of its own."""
+
+    def __init__(self) -> None:
+        self.drawn = 0.0
+
+    def __call__(self, context: Any, obj: str) -> Iterator[Grasp]:
+        self.drawn += 0.001
+        yield centre(self.drawn)
+
+
+BAD: dict[str, tuple[Callable[..., Any], str]] = {
+    "signature": (takes_too_much, "expected a function of (context, o), found takes_too_much"),
+    "no generator": (returns_nothing, "'NoneType' object is not iterable"),
+    "type": (yields_a_pose, "?g must be a Grasp, found Pose"),
+    "exception": (raises, "raised for ('red'): KeyError: 'red' (test_kit.py:"),
+    "nothing": (gives_nothing, "nothing came from any of 1 calls; it said: red looks slippery"),
+    "units": (in_millimetres, "width is 50; the gripper opens 0 to 0.08 m"),
+    "randomness": (Forgetful(), "draw from context.rng only"),
+    "useless": (through_the_table, "0% pass inverse-kinematics"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_wrong_is_said_in_words(name: str, one: Task) -> None:
+    sampler, said = BAD[name]
+    judgement = check_sampler(sampler, "sample-grasp", tasks=[one])
+    assert not judgement.fits
+    assert said in wrong(judgement)
+    assert judgement.as_dict()["fits"] is False
+    assert str(judgement).endswith("wrong")
+
+
+def test_a_good_sampler_fits_and_is_measured(one: Task) -> None:
+    judgement = check_sampler(good, "sample-grasp", tasks=[one])
+    assert judgement.fits, str(judgement)
+    assert judgement.numbers["outputs"] == 1
+    assert judgement.numbers["downstream"]["inverse-kinematics"]["share"] == 1.0
+
+
+def test_a_placement_in_the_air_is_noticed() -> None:
+    def hovering(context: Any, obj: str, region: str) -> Iterator[Placement]:
+        for placement in sample_placement(context, obj, region):
+            x, y, z = placement.pose.xyz
+            yield Placement(Pose((x, y, z + 0.1), placement.pose.quat), placement.on)
+            return
+
+    judgement = check_sampler(hovering, "sample-placement", tasks=[tamp.load_task(ONE.with_name("on_region.yaml"))])
+    assert "would hover 101 mm" in wrong(judgement)
+
+
+def test_what_does_not_exist_is_refused(one: Task) -> None:
+    with pytest.raises(SamplerError, match="tabletop has sample-grasp"):
+        check_sampler(good, "sample-grasps")
+    with pytest.raises(SamplerError, match="no module 'nowhere'"):
+        check_sampler("nowhere:grasps", "sample-grasp")
+    with pytest.raises(DomainError, match="installed are"):
+        check_sampler(good, "sample-grasp", domain="chess")
+    with pytest.raises(SamplerError, match="no inputs for sample-stacking in one_object: nothing satisfies"):
+        check_sampler(lambda context, o, s, ps: iter(()), "sample-stacking", tasks=[one])
