@@ -98,7 +98,7 @@ class RobotModel:
         return T
 
     def joint_poses(self, states: Matrix, opening: float) -> Matrix:
-        """Each joint's frame in the world, by Pinocchio's index, at configurations (n, dof); shape (n, joints, 4, 4)."""
+        """Joint frames in the world, by Pinocchio's index, at configurations (n, dof); shape (n, joints, 4, 4)."""
         data = self.model.createData()
         full = self.full(self.home, opening)
         poses = np.empty((len(states), self.model.njoints, 4, 4))
