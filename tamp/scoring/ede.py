@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 UEB_FACTOR = 5.0
 
-_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+"""The vertices of a cube of edge 1."""
 
 
 def mean_edge(shape: Shape) -> float:
@@ -48,4 +49,4 @@ def ede(edge: float, solution: Pose, goal: Pose) -> float:
 def _vertices(edge: float, pose: Pose) -> NDArray[np.float64]:
     """World positions of the cube's vertices, shape (8, 3) [m]."""
     T = pose.matrix
-    return edge * _CORNERS @ T[:3, :3].T + T[:3, 3]
+    return edge * CORNERS @ T[:3, :3].T + T[:3, 3]

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from tamp.errors import TaskError
-from tamp.scoring.ede import ede, mean_edge, upper_error_bound
+from tamp.scoring.evaluate import evaluate
+from tamp.scoring.metrics import EDE
 from tamp.scoring.relations import holds
-from tamp.task.mesh import bounds
-from tamp.task.model import At, Shape, Task
+from tamp.task.model import At, Task
 from tamp.task.pose import Pose
 
 SOLVED_WITHIN_M = 0.03
@@ -93,35 +92,19 @@ def score(task: Task, final_poses: Mapping[str, Pose | None]) -> Score:
     Raises:
         TaskError: where an object has no entry, or a mesh cannot be read.
     """
-    missing = [o.name for o in task.objects if o.name not in final_poses]
-    if missing:
-        raise TaskError(f"task {task.name}: the final poses lack {', '.join(missing)}; every object needs one, or None")
-    lost = tuple(o.name for o in task.objects if _is_lost(o.shape, final_poses[o.name]))
-    objects = _object_scores(task, final_poses)
-    idle = _mean([o.error_m for o in _object_scores(task, {o.name: o.pose for o in task.objects})])
-    mean, bound = _mean([o.error_m for o in objects]), _mean([o.ueb_m for o in objects])
+    evaluation = evaluate(task, final_poses, EDE)
+    objects = tuple(ObjectScore(o.name, o.error, o.bound, o.counted, o.lost) for o in evaluation.objects)
+    known = {name: pose for name, pose in final_poses.items() if pose is not None}
     return Score(
-        ede_m=mean,
-        mean_ueb_m=bound,
-        do_nothing_ede_m=idle,
-        improvement=_improvement(mean, idle),
-        improvement_ueb=_improvement(mean, bound),
+        ede_m=evaluation.error,
+        mean_ueb_m=evaluation.bound,
+        do_nothing_ede_m=evaluation.do_nothing,
+        improvement=evaluation.improvement,
+        improvement_ueb=evaluation.improvement_bound,
         objects=objects,
-        goals_met=_goals_met(task, objects, {n: p for n, p in final_poses.items() if p is not None}, lost),
-        lost=lost,
+        goals_met=_goals_met(task, objects, known, evaluation.lost),
+        lost=evaluation.lost,
     )
-
-
-def _object_scores(task: Task, poses: Mapping[str, Pose | None]) -> tuple[ObjectScore, ...]:
-    scores = []
-    for o in task.objects:
-        if not isinstance(o.goal, At):
-            continue
-        pose, bound = poses[o.name], upper_error_bound(o.shape)
-        error = bound if pose is None else ede(mean_edge(o.shape), pose, o.goal.pose)
-        lost = _is_lost(o.shape, pose)
-        scores.append(ObjectScore(o.name, error, bound, bound if lost else min(error, bound), lost))
-    return tuple(scores)
 
 
 def _goals_met(
@@ -133,20 +116,3 @@ def _goals_met(
             continue
         met[o.name] = o.name not in lost and o.goal.target not in lost and holds(task, o.name, o.goal, poses)
     return met
-
-
-def _is_lost(shape: Shape, pose: Pose | None) -> bool:
-    """Whether the centre of the object's bounding box is below the table's face, where nothing on the table can be."""
-    if pose is None:
-        return True
-    lower, upper = bounds(shape)
-    x, y, z = (lower + upper) / 2
-    return float(pose.matrix[2] @ (x, y, z, 1.0)) < 0.0
-
-
-def _mean(values: list[float]) -> float | None:
-    return sum(values) / len(values) if values else None
-
-
-def _improvement(error: float | None, baseline: float | None) -> float | None:
-    return 1.0 - error / baseline if error is not None and baseline else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from typing_extensions import Self
@@ -15,7 +15,7 @@ Pair = tuple[Number, Number]
 PositivePair = tuple[Positive, Positive]
 Triple = tuple[Number, Number, Number]
 Quadruple = tuple[Number, Number, Number, Number]
-Fold = Annotated[int, Field(ge=1, le=360)]
+Fold = Literal[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 360]
 Name = Annotated[str, Field(max_length=64, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
 Function = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$", description="package.module:function")]
 
