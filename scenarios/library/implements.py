@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tamp.scenarios.library.kinds import FLIP, PLAIN, Body, Kind
 from tamp.scenarios.parts import Part, block, disc, laid, moved, ring, tapered
+from tamp.task.model import Symmetry
 
 Y = tuple[float, float]
 
@@ -134,9 +135,11 @@ KINDS = (
     ),
     Kind("scissors", "scissor", scissors, {"length": (0.13, 0.16), "height": (0.011, 0.015)}, 1500.0, FLIP),
     Kind("shears", "scissor", shears, {"length": (0.15, 0.18), "height": (0.012, 0.016)}, 1500.0, FLIP),
-    Kind("pen", "pen", pen, {"radius": (0.005, 0.0065), "length": (0.125, 0.145)}, 1200.0, (6, 1, 1)),
-    Kind("marker", "pen", marker, {"radius": (0.009, 0.0125), "length": (0.11, 0.14)}, 800.0, (8, 1, 1)),
-    Kind("screwdriver", "tool", screwdriver, {"radius": (0.0115, 0.014), "length": (0.15, 0.19)}, 1200.0, (6, 1, 1)),
+    Kind("pen", "pen", pen, {"radius": (0.005, 0.0065), "length": (0.125, 0.145)}, 1200.0, Symmetry(x=6)),
+    Kind("marker", "pen", marker, {"radius": (0.009, 0.0125), "length": (0.11, 0.14)}, 800.0, Symmetry(x=8)),
+    Kind(
+        "screwdriver", "tool", screwdriver, {"radius": (0.0115, 0.014), "length": (0.15, 0.19)}, 1200.0, Symmetry(x=6)
+    ),
     Kind("hammer", "tool", hammer, {"length": (0.15, 0.18), "head": (0.07, 0.09)}, 1500.0, PLAIN),
     Kind(
         "wrench",

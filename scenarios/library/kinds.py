@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tamp.scenarios.parts import Part, Range
+from tamp.task.model import ANY_TURN, Symmetry
 
 CATEGORIES = (
     "toy", "plate", "cup", "cutlery", "box", "scissor", "bowl", "kettle", "can", "pen", "bottle", "tool",
@@ -15,16 +16,14 @@ CATEGORIES = (
 """The twelve of the OCRTOC paper's list of objects."""
 
 Area = tuple[float, float]
-Folds = tuple[int, int, int]
 
-PLAIN: Folds = (1, 1, 1)
-ROUND: Folds = (1, 1, 0)
-"""Looks the same however it is turned about its z axis."""
-BARREL: Folds = (2, 2, 0)
-BRICK: Folds = (2, 2, 2)
-CROSS: Folds = (1, 1, 4)
-HALF: Folds = (1, 1, 2)
-FLIP: Folds = (2, 1, 1)
+PLAIN = Symmetry()
+ROUND = Symmetry(z=ANY_TURN)
+BARREL = Symmetry(2, 2, ANY_TURN)
+BRICK = Symmetry(2, 2, 2)
+CROSS = Symmetry(z=4)
+HALF = Symmetry(z=2)
+FLIP = Symmetry(x=2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +51,7 @@ class Kind:
         build: takes the sizes by name [m] and returns the body.
         sizes: size -> least and most [m].
         density: mean density of its parts [kg/m^3].
-        symmetry: in how many turns about x, y, z it looks the same; 1 none, 2 half turns, 0 any turn.
+        symmetry: how it may turn and look the same.
         friction: coefficient of lateral friction.
     """
 
@@ -61,7 +60,7 @@ class Kind:
     build: Callable[..., Body]
     sizes: Mapping[str, Range]
     density: float
-    symmetry: Folds = PLAIN
+    symmetry: Symmetry = PLAIN
     friction: float = 0.5
 
     def draw(self, rng: np.random.Generator) -> dict[str, float]:

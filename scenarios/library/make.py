@@ -7,7 +7,7 @@ python -m tamp.scenarios.library.make --seed 7 -o FOLDER    another one: the sam
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,8 @@ def write_library(folder: Path, seed: int = 0) -> None:
 def _entry(name: str, of_set: str, drawn: Drawn) -> dict[str, Any]:
     kind, body = drawn.kind, drawn.body
     entry: dict[str, Any] = {"name": name, "category": kind.category, "set": of_set, "mesh": f"{name}.obj"}
-    entry |= {"mass": drawn.mass, "friction": kind.friction, "symmetry": list(kind.symmetry)}
+    entry |= {"mass": drawn.mass, "friction": kind.friction}
+    entry["symmetry"] = {axis: fold for axis, fold in asdict(kind.symmetry).items() if fold != 1}
     for key, area in (("top", body.top), ("hollow", body.hollow)):
         if area is not None:
             entry[key] = [round(side, 4) for side in area]

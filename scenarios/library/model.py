@@ -1,13 +1,13 @@
 """A library of objects: a folder with `objects.yaml` and the meshes it refers to.
 
     objects:
-      - {name: cup_1, category: cup, set: trial, mesh: cup_1.obj, mass: 0.09, friction: 0.5, symmetry: [1, 1, 0],
+      - {name: cup_1, category: cup, set: trial, mesh: cup_1.obj, mass: 0.09, friction: 0.5, symmetry: {z: 360},
          hollow: [0.03, 0.03], made: {kind: cup, radius: 0.036, height: 0.08}}
 
 Metres and kilograms. A mesh's origin is the centre of its bounding box, z up as the object is used. `symmetry` says in
-how many turns about x, y, z it looks the same: 1 none, 2 half turns, 0 any. `top` and `hollow` are the sides of the
-flat area that others can stand on and of the opening that others can be put into, both about the mesh's z axis; absent
-where there is none. `made` says how the object was made; a reader takes only its kind.
+how many turns about x, y, z it looks the same: 1 none (and what is left out), 360 any, as in task.yaml. `top` and
+`hollow` are the sides of the flat area that others can stand on and of the opening that others can be put into, both
+about the mesh's z axis; absent where there is none. `made` says how the object was made; a reader takes only its kind.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from tamp.errors import TaskError
-from tamp.scenarios.library.kinds import CATEGORIES, Area, Folds
+from tamp.scenarios.library.kinds import CATEGORIES, Area
 from tamp.task import Mesh
 from tamp.task.document import Document, FieldPath, read_document
+from tamp.task.model import ANY_TURN, Symmetry
 
 FILE = "objects.yaml"
 SETS = ("trial", "contest")
@@ -42,7 +43,7 @@ class Model:
         shape: its mesh.
         mass: [kg].
         friction: coefficient of lateral friction.
-        symmetry: in how many turns about x, y, z it looks the same; 1 none, 0 any turn.
+        symmetry: how it may turn and look the same.
         top: sides of the flat area that carries others [m], or None.
         hollow: sides of the opening that takes others in [m], or None.
         kind: what `made` calls its kind; its category where the file does not say.
@@ -54,7 +55,7 @@ class Model:
     shape: Mesh
     mass: float
     friction: float
-    symmetry: Folds
+    symmetry: Symmetry
     top: Area | None
     hollow: Area | None
     kind: str
@@ -118,11 +119,13 @@ class _Entry:
             raise self._refusal((key,), f"{value!r} must be a number over 0")
         return float(value)
 
-    def _symmetry(self) -> Folds:
+    def _symmetry(self) -> Symmetry:
         value = self._get("symmetry")
-        if not isinstance(value, tuple) or len(value) != 3 or not all(type(n) is int and n >= 0 for n in value):
-            raise self._refusal(("symmetry",), "must be three whole numbers, for x, y, z; 1 is none, 0 any turn")
-        return value
+        if not isinstance(value, Mapping) or not all(
+            axis in "xyz" and type(fold) is int and 1 <= fold <= ANY_TURN for axis, fold in value.items()
+        ):
+            raise self._refusal(("symmetry",), f"must be a mapping of x, y, z to whole numbers from 1 to {ANY_TURN}")
+        return Symmetry(**value)
 
     def _area(self, key: str) -> Area | None:
         value = self._value.get(key)
