@@ -45,7 +45,7 @@ class Scenes:
         self._world = World(self._model, geometries)
 
     def ask(self, rng: np.random.Generator) -> tuple[bool, Mapping[str, tuple[float, Pair]]]:
-        """Of a new scene: whether coal calls the robot free by MARGIN; what the others call nearest, with its distance."""
+        """Of a new scene: whether coal calls the robot free by MARGIN; what the others call nearest, and how near."""
         spec = self._tree.spec
         alone = self._world.checker(Scene(opening=OPENING), margin=MARGIN)
         q = rng.uniform(spec.lower, spec.upper)
