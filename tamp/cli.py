@@ -9,12 +9,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tamp.arguments import formats, installed, solving
+from tamp.arguments import formats, installed, scoring, solving
 from tamp.errors import TampError
 
 SOLVED, UNSOLVED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-FAMILIES = (solving.add, formats.add, installed.add_samplers, installed.add)
+FAMILIES = (solving.add, scoring.add, formats.add, installed.add_samplers, installed.add)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

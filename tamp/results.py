@@ -44,6 +44,7 @@ class Result:
         message: why it is not solved, in words.
         versions: of the program, of Python and of the libraries that decide results.
         task_path: the file the task came from, as it was given.
+        level: of difficulty, as the task's file has it.
     """
 
     task: str
@@ -68,6 +69,7 @@ class Result:
     message: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
     task_path: str = ""
+    level: int | None = None
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):

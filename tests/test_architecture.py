@@ -21,7 +21,7 @@ ALLOWED = {
     "language": {"errors"},
     "planning": {"language", "errors"},
     "world": {"task", "errors"},
-    "scoring": {"task", "errors"},
+    "scoring": {"results", "task", "errors"},
     "formats": {"task", "errors"},
     "robots": set(),
     "scenarios": {"task", "errors"},

@@ -9,7 +9,7 @@ from tamp.arguments.kinds import Commands, add_outside, add_planning_options, co
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """`solve`, `plan`, `check`, `execute`, `score`."""
+    """`solve`, `plan`, `check`, `execute`."""
     _add_solve(commands)
     plan = command(commands, "plan", "steps:plan", "plan a task and write the plan", "task")
     plan.add_argument("-o", "--output", type=Path, metavar="PLAN.json", help="where the plan goes")
@@ -21,9 +21,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     execute.add_argument("-o", "--output", type=Path, metavar="POSES.json", help="where the final poses go")
     execute.add_argument("--seed", type=natural, default=0, metavar="N")
     add_outside(execute.add_argument)
-    score = command(commands, "score", "steps:score", "score final poses from any source", "task", "poses")
-    score.add_argument("--json", type=Path, metavar="FILE", help="the score as a JSON object")
-    add_outside(score.add_argument)
 
 
 def _add_solve(commands: Commands[argparse.ArgumentParser]) -> None:

@@ -1,9 +1,8 @@
-"""`tamp plan`, `check`, `execute`, `score`: the steps of solving one at a time, through files."""
+"""`tamp plan`, `check`, `execute`: the steps of solving one at a time, through files."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 
 from tamp.cli import SOLVED, UNSOLVED
@@ -59,23 +58,3 @@ def execute(options: argparse.Namespace) -> int:
     if options.output is not None:
         save_poses(run.final_poses, options.output)
     return SOLVED if run.status == "done" else UNSOLVED
-
-
-def score(options: argparse.Namespace) -> int:
-    """Print a score, object by object, and write it."""
-    from tamp.scoring import score as score_poses
-    from tamp.task.poses_file import load_poses
-
-    task = load_task(options.task, allow_outside=options.allow_outside)
-    result = score_poses(task, load_poses(options.poses))
-    for o in result.objects:
-        print(f"{o.name:24s} EDE {100 * o.ede_m:7.2f} cm  bound {100 * o.ueb_m:6.1f} cm{'  lost' if o.lost else ''}")
-    for name, met in result.goals_met.items():
-        if name not in {o.name for o in result.objects}:
-            print(f"{name:24s} goal {'met' if met else 'not met'}")
-    if result.ede_m is not None and result.do_nothing_ede_m is not None:
-        print(f"mean {100 * result.ede_m:.2f} cm; doing nothing {100 * result.do_nothing_ede_m:.2f} cm")
-    print("solved" if result.solved else "not solved")
-    if options.json is not None:
-        options.json.write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
-    return SOLVED if result.solved else UNSOLVED

@@ -176,6 +176,7 @@ class _Job:
             message="" if status in ("solved", "planned") else self._message(reached),
             versions=versions(),
             task_path="" if self.task.path is None else str(self.task.path),
+            level=self.task.level,
         )
         return Run(result, tuple(self.plans), tuple(self.executions), self.final_poses, self.failure)
 
