@@ -9,6 +9,7 @@ import numpy as np
 
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace
+from tamp.task import Pose
 from tamp.world.scene import Scene
 from tamp.world.sweep import swept_boxes
 
@@ -71,7 +72,8 @@ def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64]
         held = workspace.points(handling.object) @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]
         empty = swept_boxes(robot, handling.approach, handling.opening)
         holding = swept_boxes(robot, handling.lift, handling.grasp.width, held)
-        workspace.memory[key] = tuple(np.concatenate(corners) for corners in zip(empty, holding, strict=True))
+        falling = (workspace.bounds(handling.object, pose) for pose in handling.fall)
+        workspace.memory[key] = tuple(map(np.vstack, zip(empty, holding, *falling, strict=True)))
     room: tuple[NDArray[np.float64], NDArray[np.float64]] = workspace.memory[key]
     return room
 
@@ -79,22 +81,35 @@ def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64]
 def _handling_contact(
     workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]
 ) -> Contact | None:
-    obj, placement = handling.object, handling.placement
-    return approach_contact(workspace, obj, placement, handling.opening, handling.approach, poses) or lift_contact(
-        workspace, obj, handling.grasp, handling.lift, poses
+    obj, pose = handling.object, handling.let_go
+    return (
+        approach_contact(workspace, obj, pose, handling.opening, handling.approach, poses)
+        or lift_contact(workspace, obj, handling.grasp, handling.lift, poses)
+        or _fall_contact(workspace, handling, poses)
     )
+
+
+def _fall_contact(workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]) -> Contact | None:
+    from tamp.world.collision import Contact
+
+    for name, T in poses.items():
+        for pose in handling.fall:
+            if workspace.world.overlap(handling.object, pose.matrix, name, T, tolerance=CONTACT_DEPTH):
+                distance = workspace.world.separation(handling.object, pose.matrix, name, T)
+                return Contact(handling.object, name, distance)
+    return None
 
 
 def approach_contact(
     workspace: Workspace,
     obj: str,
-    placement: Placement,
+    pose: Pose,
     opening: float,
     path: NDArray[np.float64],
     others: Mapping[str, NDArray[np.float64]],
 ) -> Contact | None:
     """What the empty open hand meets on its way to a grasp of `obj`, shape of `path` (n, joints); None if nothing."""
-    scene = Scene(poses={**others, obj: placement.pose.matrix}, opening=opening)
+    scene = Scene(poses={**others, obj: pose.matrix}, opening=opening)
     return workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: 0.0}).first_contact(path)
 
 

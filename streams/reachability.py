@@ -12,6 +12,7 @@ from tamp.streams.clearance import opening_for
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace, standing
+from tamp.task import Pose
 from tamp.world.kinematics import inverse, straight_line
 from tamp.world.scene import Scene
 
@@ -26,17 +27,32 @@ SOLUTIONS = 4  # arm configurations tried for one grasp
 def inverse_kinematics(
     context: Context, obj: str, placement: Placement, grasp: Grasp
 ) -> Iterator[tuple[Configuration, Configuration, Handling]]:
-    """Yield (approach configuration, lift configuration, handling) for an object held by a grasp at a placement.
+    """Yield (approach configuration, lift configuration, handling) for an object held by a grasp at a placement."""
+    yield from handlings(context, obj, placement, grasp)
+
+
+def handlings(
+    context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...] = ()
+) -> Iterator[tuple[Configuration, Configuration, Handling]]:
+    """Yield (approach configuration, lift configuration, handling) for an object that a grasp brings to a placement.
 
     Each handling is free of collision with the table, the robot itself and the object. Those that are also free of
     what the plan has standing there by then come first; the others may serve when that has moved, which
     `test-cfree-handling` decides.
+
+    Args:
+        context: of the stream that is called.
+        obj: the object.
+        placement: where it stands in the end.
+        grasp: how it is held.
+        fall: poses (world frame) from where it is let go to its placement; empty where it is let go there.
     """
     workspace: Workspace = context.scene
     world = workspace.world
-    T_world_tool = placement.pose.matrix @ grasp.T_object_tool.matrix
+    pose = fall[0] if fall else placement.pose
+    T_world_tool = pose.matrix @ grasp.T_object_tool.matrix
     opening = opening_for(world.robot.spec.gripper, grasp)
-    alone = Scene(poses={obj: placement.pose.matrix}, opening=opening)
+    alone = Scene(poses={obj: pose.matrix}, opening=opening)
     blocked = world.hand_contact(T_world_tool, opening, alone, margin=ARM_MARGIN, ignore=(obj,))
     if blocked is not None:
         context.fail(f"the hand would hit {blocked}")
@@ -51,12 +67,12 @@ def inverse_kinematics(
         if time.monotonic() > context.deadline:
             return
         found = True
-        approach = _approach(context, workspace, obj, placement, opening, q)
+        approach = _approach(context, workspace, obj, pose, opening, q)
         lift = None if approach is None else _lift(context, workspace, obj, grasp, q)
         if approach is not None and lift is not None:
             before = Configuration(tuple(approach[0].tolist()), opening)
             after = Configuration(tuple(lift[-1].tolist()), grasp.width)
-            handling = Handling(obj, placement, grasp, opening, approach, lift)
+            handling = Handling(obj, placement, grasp, opening, approach, lift, fall)
             if hand_blocked:
                 yield before, after, handling
                 return
@@ -70,7 +86,7 @@ def inverse_kinematics(
 
 
 def _approach(
-    context: Context, workspace: Workspace, obj: str, placement: Placement, opening: float, q: NDArray[np.float64]
+    context: Context, workspace: Workspace, obj: str, pose: Pose, opening: float, q: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
     """A straight way to the grasp at `q` along the tool's axis, shape (n, joints); None, and the reason told."""
     reason = "the approach leaves the joint limits"
@@ -79,7 +95,7 @@ def _approach(
         retreat = straight_line(workspace.world.robot, q, _shifted(T, -back * T[:3, 2]))
         if retreat is not None:
             path = retreat[::-1]
-            contact = approach_contact(workspace, obj, placement, opening, path, {})
+            contact = approach_contact(workspace, obj, pose, opening, path, {})
             if contact is None:
                 return path
             reason = told(contact)

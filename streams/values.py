@@ -62,6 +62,8 @@ class Handling:
         opening: distance between the pads before closing and after opening [m].
         approach: empty hand, from clear of the object to the grasp; shape (n, joints) [rad].
         lift: holding, from the grasp to clear of the support; shape (m, joints) [rad].
+        fall: poses that the object passes after it was let go tilted, `placement.pose` the last; empty where it is let
+            go at its placement.
     """
 
     object: str
@@ -70,6 +72,12 @@ class Handling:
     opening: float
     approach: NDArray[np.float64]
     lift: NDArray[np.float64]
+    fall: tuple[Pose, ...] = ()
+
+    @property
+    def let_go(self) -> Pose:
+        """Where the object is while the hand comes to it or leaves it."""
+        return self.fall[0] if self.fall else self.placement.pose
 
     def __str__(self) -> str:
         return f"handling of {self.object}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import Action, Attachment, Grip, Move, Release, Step
+from tamp.task import Action, Attachment, Fall, Grip, Move, Release, Step
 from tamp.world.scene import Scene
 from tamp.world.timing import time_free_path
 
@@ -58,7 +58,7 @@ class _Assembly:
             case "pick" | "unstack":
                 handling: Handling = args[-1]
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._pick(handling)))
-            case "place" | "stack":
+            case "place" | "stack" | "lay" | "lay-on":
                 handling = args[-1]
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._place(handling)))
         raise ValueError(f"the tabletop domain has no action {name!r}")
@@ -79,9 +79,12 @@ class _Assembly:
     def _place(self, handling: Handling) -> Iterator[Step]:
         held = _held(handling.object, handling.grasp)
         yield self._move("lower", handling.lift[::-1], handling.grasp.width, held)
-        yield Release(handling.object, handling.placement.pose, handling.opening)
-        self._poses[handling.object] = handling.placement.pose.matrix
+        yield Release(handling.object, handling.let_go, handling.opening)
+        self._poses[handling.object] = handling.let_go.matrix
         yield self._move("retreat", handling.approach[::-1], handling.opening, touching=handling.object)
+        if handling.fall:
+            yield Fall(handling.object, handling.placement.pose)
+            self._poses[handling.object] = handling.placement.pose.matrix
 
     def _move(
         self,

@@ -2,6 +2,7 @@
 ;
 ; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
 ; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
+; Laying is putting down something too wide to be put down flat: on one edge, tilted, to fall flat when it is let go.
 ; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
 (define (domain tabletop)
   (:requirements :strips :equality :negative-preconditions :existential-preconditions :derived-predicates)
@@ -15,6 +16,8 @@
     (RestsOn ?o ?p ?s ?ps)         ; ?o at ?p stands on ?s at ?ps
     (Contained ?o ?p ?s ?ps)
     (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
+    (Wide ?o ?p)                   ; ?o as it lies at ?p is wider than the hand opens
+    (Laying ?o ?p ?g ?a ?l ?h)
     (FreeMotion ?q1 ?q2 ?t)
     (HoldingMotion ?o ?g ?q1 ?q2 ?t)
     (CFreePlacements ?o ?p ?o2 ?p2)
@@ -62,6 +65,22 @@
   (:action stack
     :parameters (?o ?p ?s ?ps ?g ?a ?l ?h)
     :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (RestsOn ?o ?p ?s ?ps)
+                       (AtGrasp ?o ?g) (AtConf ?l) (AtPose ?s ?ps) (not (Unsupported ?o ?p))
+                       (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
+    :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                 (not (AtGrasp ?o ?g)) (not (AtConf ?l))))
+
+  (:action lay
+    :parameters (?o ?p ?g ?a ?l ?h)
+    :precondition (and (Laying ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+                       (AtGrasp ?o ?g) (AtConf ?l)
+                       (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
+    :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                 (not (AtGrasp ?o ?g)) (not (AtConf ?l))))
+
+  (:action lay-on
+    :parameters (?o ?p ?s ?ps ?g ?a ?l ?h)
+    :precondition (and (Laying ?o ?p ?g ?a ?l ?h) (RestsOn ?o ?p ?s ?ps)
                        (AtGrasp ?o ?g) (AtConf ?l) (AtPose ?s ?ps) (not (Unsupported ?o ?p))
                        (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
     :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)

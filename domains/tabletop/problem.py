@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.planning import Problem, StreamInfo
+from tamp.streams.tilting import too_wide
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, In, Object, On
@@ -24,11 +25,14 @@ DEFAULT_SAMPLERS = {
     "sample-stacking": "tamp.streams.placements:sample_stacking",
     "sample-insertion": "tamp.streams.placements:sample_insertion",
     "inverse-kinematics": "tamp.streams.reachability:inverse_kinematics",
+    "plan-laying": "tamp.streams.laying:plan_laying",
     "plan-free-motion": "tamp.streams.motions:plan_free_motion",
     "plan-holding-motion": "tamp.streams.motions:plan_holding_motion",
     "test-cfree-placements": "tamp.streams.collisions:test_cfree_placements",
     "test-cfree-handling": "tamp.streams.collisions:test_cfree_handling",
 }
+
+LAYING_EFFORT = 5.0  # in calls of another stream, so that an object is rather put down than laid down
 
 
 def tabletop_problem(
@@ -52,7 +56,7 @@ def tabletop_problem(
         init=[*_robot_facts(configuration, held), *_object_facts(workspace), *_goal_facts(workspace)],
         goal=_goal(workspace),
         scene=workspace,
-        info={"test-cfree-placements": StreamInfo(eager=True)},
+        info={"test-cfree-placements": StreamInfo(eager=True), "plan-laying": StreamInfo(cost=LAYING_EFFORT)},
     )
 
 
@@ -85,6 +89,8 @@ def _goal_facts(workspace: Workspace) -> Iterator[Fact]:
     for name, placement in workspace.goals.items():
         if placement != workspace.start[name]:
             yield from _placement_facts({**workspace.start, **workspace.goals}, name, placement)
+            if too_wide(workspace, name, placement):
+                yield ("Wide", name, placement)
     for obj in workspace.task.objects:
         match obj.goal:
             case On(target) if target in regions or target == TABLE:

@@ -30,6 +30,12 @@
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Handling ?o ?p ?g ?a ?l ?h)))
 
+  (:stream plan-laying
+    :inputs (?o ?p ?g)
+    :domain (and (Wide ?o ?p) (Placement ?o ?p) (Grasp ?o ?g))
+    :outputs (?a ?l ?h)
+    :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Laying ?o ?p ?g ?a ?l ?h)))
+
   (:stream plan-free-motion
     :inputs (?q1 ?q2)
     :domain (and (Conf ?q1) (Conf ?q2))

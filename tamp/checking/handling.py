@@ -10,7 +10,7 @@ from tamp.checking.grasp import between_pads
 from tamp.checking.motion import finger_touches, sentence_of
 from tamp.checking.scene import Scene, State
 from tamp.checking.solids import clearance, inverse
-from tamp.checking.standing import carriers, unrest
+from tamp.checking.standing import carriers, overlaps, unrest
 from tamp.checking.support import Contacts
 
 if TYPE_CHECKING:
@@ -48,8 +48,10 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.poses[name] = T_world_tool @ grip.attachment.T_tool_object.matrix
 
 
-def check_release(scene: Scene, state: State, release: Release, allow: Tolerances, report: Report) -> None:
-    """Judge the opening of the fingers; afterwards the object stands where the release says."""
+def check_release(
+    scene: Scene, state: State, release: Release, allow: Tolerances, report: Report, *, falls: bool = False
+) -> None:
+    """Judge the opening of the fingers; afterwards the object stands where the release says, or `falls` from there."""
     name = release.object
     gripper = scene.links.tree.spec.gripper
     if state.held is None or state.held.object != name:
@@ -71,7 +73,7 @@ def check_release(scene: Scene, state: State, release: Release, allow: Tolerance
     state.poses[name] = T
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
-    for sentence, bodies, depth in unrest(scene, state, name, allow):
+    for sentence, bodies, depth in (overlaps if falls else unrest)(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.falling import check_fall
 from tamp.checking.grasp import between_pads
 from tamp.checking.handling import check_grip, check_release
 from tamp.checking.motion import check_move
@@ -14,7 +15,7 @@ from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.solids import inverse
 from tamp.checking.standing import carriers
 from tamp.checking.verdict import Problem
-from tamp.task.plan import Grip, Move, Release
+from tamp.task.plan import Fall, Grip, Move, Release
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 PICKS = ("pick", "unstack")
 PLACES = ("place", "stack")
+LAYS = ("lay", "lay-on")
 
 
 class Replay:
@@ -57,32 +59,39 @@ class Replay:
 
     def _carry_out(self, action: Action) -> None:
         self._check_before(action)
+        falling = {step.object for step in action.steps if isinstance(step, Fall)}
         for step in action.steps:
             if isinstance(step, Move):
                 check_move(self.scene, self.state, step, self.allow, self.report)
             elif isinstance(step, Grip):
                 check_grip(self.scene, self.state, step, self.allow, self.report)
+            elif isinstance(step, Fall):
+                check_fall(self.scene, self.state, step, self.allow, self.report)
             else:
-                check_release(self.scene, self.state, step, self.allow, self.report)
+                falls = step.object in falling
+                check_release(self.scene, self.state, step, self.allow, self.report, falls=falls)
         self._check_after(action)
 
     def _check_form(self, action: Action) -> bool:
         """Whether the action's steps are those of an action of its name, about objects that there are."""
         grips = [step.attachment.object for step in action.steps if isinstance(step, Grip)]
         releases = [step.object for step in action.steps if isinstance(step, Release)]
+        falls = [step.object for step in action.steps if isinstance(step, Fall)]
         about = action.arguments[0] if action.arguments else None
-        expected: dict[str, tuple[list[str | None], list[str | None]]] = {
-            **dict.fromkeys(PICKS, ([about], [])),
-            **dict.fromkeys(PLACES, ([], [about])),
-            "move": ([], []),
+        expected: dict[str, tuple[list[str | None], list[str | None], list[str | None]]] = {
+            **dict.fromkeys(PICKS, ([about], [], [])),
+            **dict.fromkeys(PLACES, ([], [about], [])),
+            **dict.fromkeys(LAYS, ([], [about], [about])),
+            "move": ([], [], []),
         }
         known = {*self.state.poses, TABLE, *(region.name for region in self.scene.task.regions)}
         strangers = [name for name in action.arguments if name not in known]
-        moved = [name for name in (*grips, *releases) if name not in self.state.poses]
+        moved = [name for name in (*grips, *releases, *falls) if name not in self.state.poses]
         if action.name not in expected:
             self.report("precondition", f"unknown action {action.name!r}; valid are {', '.join(sorted(expected))}")
-        elif (grips, releases) != expected[action.name]:
-            self.report("precondition", f"its steps grip {grips or 'nothing'} and release {releases or 'nothing'}")
+        elif (grips, releases, falls) != expected[action.name]:
+            wrong = f"its steps grip {grips or 'nothing'}, release {releases or 'nothing'}, drop {falls or 'nothing'}"
+            self.report("precondition", wrong)
         if strangers or moved:
             self.report("precondition", f"the task knows no {', '.join((*strangers, *moved))}")
         return not strangers and not moved
@@ -93,7 +102,7 @@ class Replay:
         name, held = action.arguments[0], self.state.held
         if action.name in PICKS and held is not None:
             self.report("precondition", f"needs an empty hand, which holds {held.object}", (name, held.object))
-        elif action.name in (*PLACES, "move") and (held is None or held.object != name):
+        elif action.name in (*PLACES, *LAYS, "move") and (held is None or held.object != name):
             self.report("precondition", f"needs {name} in the hand, which holds {held.object if held else 'nothing'}")
         if action.name not in PICKS or held is not None:
             return
@@ -103,7 +112,7 @@ class Replay:
         self._check_on(name, action.arguments[1:])
 
     def _check_after(self, action: Action) -> None:
-        if action.name in PLACES and self.state.held is None and action.arguments:
+        if action.name in (*PLACES, *LAYS) and self.state.held is None and action.arguments:
             self._check_on(action.arguments[0], action.arguments[1:])
             self._check_clear(action.arguments[0])
 

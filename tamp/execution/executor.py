@@ -16,7 +16,7 @@ from tamp.execution.monitor import Monitor
 from tamp.execution.operator import Operator
 from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Status
 from tamp.execution.simulator import STEP, Simulator
-from tamp.task import Action, Grip, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task import Action, Fall, Grip, Move, Plan, Pose, Release, Task, load_robot
 
 START_TOLERANCE = 0.05
 """How far the arm may stand from where a plan starts [rad]."""
@@ -134,6 +134,9 @@ class Executor:
                 self._operator.release(step)
                 expected[step.object] = step.pose
                 placed.append(step.object)
+            elif isinstance(step, Fall):
+                self._operator.await_fall(step.object)
+                expected[step.object] = step.pose
             else:
                 self._operator.move(step)
                 lost = lost or self._operator.lost()

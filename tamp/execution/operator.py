@@ -16,6 +16,12 @@ from tamp.task import Attachment, Grip, Move, Pose, Release
 ARRIVED = 0.002
 """Joint error at which a motion counts as finished [rad]."""
 
+FALL_S = 2.0
+"""How long an object may take to fall flat [s]."""
+
+FALLEN = 0.02
+"""Below this an object that fell counts as lying still [m/s], [rad/s]."""
+
 
 class Operator:
     """Works the robot of a simulated world, and knows what it holds.
@@ -69,6 +75,10 @@ class Operator:
         self.held = None
         self._open(release.opening)
         self._simulator.step(round(0.15 / STEP))
+
+    def await_fall(self, name: str) -> None:
+        """Stand still until an object that was let go tilted has fallen and rests."""
+        self._simulator.wait(FALL_S, lambda: max(self._simulator.speeds()[name]) < FALLEN, patience=24)
 
     def lost(self, kind: Kind = "dropped") -> Deviation | None:
         """Where the held object is not between the fingers: its deviation, and the hand counts as empty from there."""

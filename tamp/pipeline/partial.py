@@ -114,7 +114,7 @@ def _after(
     """Where objects and arm are when a plan has been carried out."""
     placements = dict(start)
     for action in plan:
-        if action.name in ("place", "stack"):
+        if action.name in ("place", "stack", "lay", "lay-on"):
             handling = action.args[-1]
             placements[handling.object] = handling.placement
             configuration = action.args[-3]

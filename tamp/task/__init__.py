@@ -19,12 +19,12 @@ from tamp.task.model import (
     Table,
     Task,
 )
-from tamp.task.plan import Action, Attachment, Grip, Move, Plan, Release, Step, Trajectory
+from tamp.task.plan import Action, Attachment, Fall, Grip, Move, Plan, Release, Step, Trajectory
 from tamp.task.pose import Pose
 from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
 
 __all__ = [
-    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Goal", "Grip", "Gripper", "In", "Inertia", "Limits",
-    "Mesh", "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere", "Step",
-    "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names",
+    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Fall", "Goal", "Grip", "Gripper", "In", "Inertia",
+    "Limits", "Mesh", "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere",
+    "Step", "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names",
 ]  # fmt: skip

@@ -89,7 +89,20 @@ class Release:
     opening: float
 
 
-Step = Move | Grip | Release
+@dataclass(frozen=True, slots=True)
+class Fall:
+    """An object that was let go tilted, one edge on its support, falls flat and comes to rest; nothing drives it.
+
+    Attributes:
+        object: its name.
+        pose: where it comes to rest (world frame).
+    """
+
+    object: str
+    pose: Pose
+
+
+Step = Move | Grip | Release | Fall
 
 
 @dataclass(frozen=True)
@@ -97,7 +110,7 @@ class Action:
     """One symbolic action and the steps that carry it out.
 
     Attributes:
-        name: the action's name in the domain: "pick", "unstack", "place", "stack", "move".
+        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "move".
         arguments: names of the objects and regions it is about, the moved object first.
         steps: what the robot does, in order.
     """

@@ -9,7 +9,8 @@
          {"move": {"phase": "approach", "opening": 0.08, "held": null, "contacts": [["robot", "red"]],
                    "times": [0.0, ...], "positions": [[q1, ...], ...], "velocities": [[v1, ...], ...]}},
          {"grip": {"object": "red", "T_tool_object": POSE, "width": 0.05}},
-         {"release": {"object": "red", "pose": POSE, "opening": 0.08}}]}, ...],
+         {"release": {"object": "red", "pose": POSE, "opening": 0.08}},
+         {"fall": {"object": "red", "pose": POSE}}]}, ...],
      "report": {...}}
 
 Metres, radians, seconds, as in tamp.task.plan. Numbers are written so that they read back to the last bit. `report` is
@@ -27,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.errors import PlanError
-from tamp.task.plan import Attachment, Grip, Plan, Release, Step
+from tamp.task.plan import Attachment, Fall, Grip, Plan, Release, Step
 from tamp.task.plan_reader import FORMAT, VERSION, PlanReader
 from tamp.task.pose import Pose
 
@@ -105,6 +106,8 @@ def _step(step: Step) -> dict[str, Any]:
         return {"grip": {**_attachment(step.attachment), "width": float(step.width)}}
     if isinstance(step, Release):
         return {"release": {"object": step.object, "pose": _pose(step.pose), "opening": float(step.opening)}}
+    if isinstance(step, Fall):
+        return {"fall": {"object": step.object, "pose": _pose(step.pose)}}
     return {
         "move": {
             "phase": step.phase,

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanError
-from tamp.task.plan import Action, Attachment, Grip, Move, Plan, Release, Step, Trajectory
+from tamp.task.plan import Action, Attachment, Fall, Grip, Move, Plan, Release, Step, Trajectory
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -66,14 +66,19 @@ class PlanReader:
     def step(self, value: Any, field: str) -> Step:
         """One step: a mapping with a single key that says which."""
         given = self.mapping(value, field)
-        if len(given) != 1 or next(iter(given)) not in ("move", "grip", "release"):
-            raise self.error(field, 'must have exactly one key, "move", "grip" or "release"')
+        if len(given) != 1 or next(iter(given)) not in ("move", "grip", "release", "fall"):
+            raise self.error(field, 'must have exactly one key, "move", "grip", "release" or "fall"')
         if "move" in given:
             return self.move(given["move"], f"{field}.move")
         if "grip" in given:
             grip = self.record(given["grip"], f"{field}.grip", ("object", "T_tool_object", "width"))
             attachment = {key: grip[key] for key in ("object", "T_tool_object")}
             return Grip(self.attachment(attachment, f"{field}.grip"), self.number(grip["width"], f"{field}.grip.width"))
+        if "fall" in given:
+            fall = self.record(given["fall"], f"{field}.fall", ("object", "pose"))
+            return Fall(
+                self.text(fall["object"], f"{field}.fall.object"), self.pose(fall["pose"], f"{field}.fall.pose")
+            )
         release = self.record(given["release"], f"{field}.release", ("object", "pose", "opening"))
         return Release(
             object=self.text(release["object"], f"{field}.release.object"),

@@ -1,0 +1,140 @@
+"""Tilted poses from which an object, one edge on its support and let go, falls flat onto a placement.
+
+Seen backwards, the object is rolled up from its placement without slipping: about the edge of its base that lies
+farthest in some direction, then about whatever touches the ground next, such as the rim of a plate after its foot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+ROLL = np.radians(2.5)  # between two poses of a fall
+LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
+STEP = np.radians(5.0)  # between two tilts
+TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
+LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
+APART = np.radians(20.0)  # directions nearer to each other than this are one
+FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """A tilted pose and the way down from it.
+
+    Attributes:
+        angle: of the tilt [rad].
+        fall: poses that the object passes, the tilted one first, the placement's last.
+    """
+
+    angle: float
+    fall: tuple[Pose, ...]
+
+
+def tilts(workspace: Workspace, obj: str, placement: Placement) -> tuple[Tilt, ...]:
+    """All tilts worth trying above a placement, the least first; none where the object does not lie on a flat base."""
+    key = ("tilts", obj, placement)
+    if key not in workspace.memory:
+        geometry = workspace.world.geometries[obj]
+        found = _tilts(geometry.hull.vertices, geometry.center_of_mass, placement.pose.matrix)
+        workspace.memory[key] = tuple(sorted(found, key=lambda tilt: tilt.angle))
+    remembered: tuple[Tilt, ...] = workspace.memory[key]
+    return remembered
+
+
+def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object is wider than the hand opens, as it lies, from every side that is seen from above."""
+    points = workspace.world.geometries[obj].hull.vertices @ placement.pose.matrix[:2, :3].T
+    angles = np.linspace(0.0, np.pi, 36, endpoint=False)
+    along = points @ np.stack([np.cos(angles), np.sin(angles)])
+    width: float = (along.max(axis=0) - along.min(axis=0)).min()
+    return width > workspace.world.robot.spec.gripper.stroke
+
+
+def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
+    """The tilts of a body with these hull vertices (n, 3) and centre of mass (3,), both in its own frame."""
+    world = vertices @ T_goal[:3, :3].T + T_goal[:3, 3]
+    ground = float(world[:, 2].min())
+    base = world[world[:, 2] < ground + TOUCHING, :2]
+    for outward in _base_normals(base):
+        rolled = [T_goal]
+        for T in _rolling(vertices, center, T_goal, outward):
+            rolled.append(T)
+            angle = ROLL * (len(rolled) - 1)
+            if angle > LEAST - 1e-9 and abs(angle / STEP - round(angle / STEP)) < 1e-6:
+                yield Tilt(angle, tuple(Pose.from_matrix(T) for T in reversed(rolled)))
+
+
+def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterator[Array]:
+    """Poses of a body that is rolled up over its edge towards `outward` (2,), as far as it would fall back."""
+    ground = float((vertices @ T[2, :3] + T[2, 3]).min())
+    turn = _rotation(np.array([-outward[1], outward[0], 0.0]), ROLL)
+    for _ in range(round(MOST / ROLL)):
+        world = vertices @ T[:3, :3].T + T[:3, 3]
+        low = world[world[:, 2] < ground + 5e-4]
+        pivot = low[np.argmax(low[:, :2] @ outward)]
+        T = T.copy()
+        T[:3, :3] = turn @ T[:3, :3]
+        T[:3, 3] = pivot + turn @ (T[:3, 3] - pivot)
+        world = vertices @ T[:3, :3].T + T[:3, 3]
+        T[2, 3] += ground - world[:, 2].min()
+        edge = (world[world[:, 2] < world[:, 2].min() + 5e-4, :2] @ outward).min()
+        if (T[:3, :3] @ center + T[:3, 3])[:2] @ outward > edge - LEVER:
+            return
+        yield T
+
+
+def _base_normals(base: Array) -> list[Array]:
+    """Outward normals (2,) of the edges of a base's outline, the longest edges first, similar ones left out."""
+    outline = _outline(base)
+    if outline is None:
+        return []
+    edges = np.roll(outline, -1, axis=0) - outline
+    lengths = np.linalg.norm(edges, axis=1)
+    kept: list[Array] = []
+    for index in np.argsort(-lengths, kind="stable"):
+        if lengths[index] > 1e-4:
+            normal = np.array([edges[index, 1], -edges[index, 0]]) / lengths[index]
+            if all(normal @ other < np.cos(APART) for other in kept):
+                kept.append(normal)
+    return kept
+
+
+def _outline(points: Array) -> Array | None:
+    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise; None where they span no area.
+
+    Andrew's monotone chain (Information Processing Letters 1979).
+    """
+    chains = []
+    for ordered in (sorted(map(tuple, points)), sorted(map(tuple, points), reverse=True)):
+        chain: list[tuple[float, ...]] = []
+        for x, y in ordered:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 1e-12:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        chains += chain[:-1]
+    outline = np.array(chains)
+    return outline if len(outline) > 2 and np.ptp(outline, axis=0).min() > FLAT else None
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """The rotation about a unit axis (Rodrigues)."""
+    x, y, z = axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    return R

@@ -1,0 +1,100 @@
+"""Check of a fall: an object let go on one edge turns over it, lands flat, and meets nothing on its way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.solids import inverse
+from tamp.checking.standing import carriers, unrest
+from tamp.checking.sweep import Mover, standing, touches, travelled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.motion import Report
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Fall
+
+    Array = NDArray[np.float64]
+
+
+def check_fall(scene: Scene, state: State, fall: Fall, allow: Tolerances, report: Report) -> None:
+    """Judge a fall; afterwards the object lies where the step says."""
+    name, before, after = fall.object, state.poses[fall.object], fall.pose.matrix
+    if state.held is not None and state.held.object == name:
+        report("precondition", f"{name} cannot fall while the gripper holds it", bodies=(name,))
+        return
+    for sentence in _not_falling(scene, state, name, after, allow):
+        report("fall", sentence, bodies=(name,))
+    path = _turned(before, after)
+    while travelled(scene.solids[name], path).max(initial=0.0) > allow.step:
+        path = _turned(before, after, 2 * len(path))
+    body = Mover(scene.solids[name], path)
+    others = [mover for mover in standing(scene.solids, state.standing(scene)) if mover.solid.name != name]
+    for touch in touches((other, body, allow.contact) for other in others):
+        sentence = f"{name} falls {1000 * touch.depth:.1f} mm into {touch.bodies[0]}"
+        report("fall", sentence, bodies=touch.bodies, depth=touch.depth)
+    placed = scene.links.tree.forward(state.q[None], state.opening or 0.0)
+    for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
+        report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
+    state.poses[name] = after
+    for sentence, bodies, depth in unrest(scene, state, name, allow):
+        report("support", sentence, bodies=bodies, depth=depth)
+
+
+def _not_falling(scene: Scene, state: State, name: str, after: Array, allow: Tolerances) -> Iterator[str]:
+    """Why an object would not get from where it was let go to where it is said to come to rest by falling alone."""
+    before = state.poses[name]
+    axis, angle = _turn(before, after)
+    if not 1e-3 < angle < allow.tilt:
+        yield f"{name} cannot fall flat by a turn of {np.degrees(angle):.0f} degrees"
+        return
+    if abs(axis[2]) > np.sin(allow.level):
+        yield f"{name} is said to turn sideways while it falls"
+    points = list(carriers(scene, state, name, allow).points.values())
+    if not points:
+        yield f"{name} is let go in the air: no edge of it stands on anything"
+        return
+    edge = np.concatenate(points)
+    lever = scene.center_of_mass(name, before)[:2] - edge[:, :2]
+    torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
+    if torque < allow.balance:
+        yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
+    T = after @ inverse(before)
+    moved = edge @ T[:3, :3].T + T[:3, 3] - edge
+    slid = float(np.linalg.norm(moved[:, :2], axis=1).max())
+    if slid > allow.drop:
+        yield f"{name} is said to slide {1000 * slid:.0f} mm while it falls"
+
+
+def _turn(before: Array, after: Array) -> tuple[Array, float]:
+    """Axis, a unit vector in the world, and angle of the turn between two poses [rad]."""
+    R = after[:3, :3] @ before[:3, :3].T
+    skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    sine = float(np.linalg.norm(skew))
+    return skew / max(sine, 1e-12), float(np.arctan2(sine, (np.trace(R) - 1) / 2))
+
+
+def _turned(before: Array, after: Array, count: int = 8) -> Array:
+    """`count` poses, shape (count, 4, 4), between two: the turn about a fixed axis that takes one to the other."""
+    axis, angle = _turn(before, after)
+    K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+
+    def turned(by: float) -> Array:
+        R: Array = np.eye(3) + np.sin(by) * K + (1 - np.cos(by)) * K @ K
+        return R
+
+    # The point that stays where it is, in the plane across the axis; what is left is a shift along the axis.
+    shift = after[:3, 3] - turned(angle) @ before[:3, 3]
+    along = axis * (axis @ shift)
+    center = np.linalg.lstsq(np.eye(3) - turned(angle), shift - along, rcond=None)[0]
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    for k, share in enumerate(np.linspace(0.0, 1.0, count)):
+        poses[k, :3, :3] = turned(share * angle) @ before[:3, :3]
+        poses[k, :3, 3] = center + turned(share * angle) @ (before[:3, 3] - center) + share * along
+    return poses
