@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import logging
 import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tamp.arguments import formats, installed, scoring, solving
+from tamp.arguments import comparing, formats, installed, scoring, solving
+from tamp.arguments.kinds import add_verbosity
 from tamp.errors import TampError
 
 SOLVED, UNSOLVED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-FAMILIES = (solving.add, scoring.add, formats.add, installed.add_samplers, installed.add)
+FAMILIES = (solving.add, scoring.add, comparing.add, formats.add, installed.add_samplers, installed.add)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted."""
     options = parser().parse_args(arguments)
+    _log(options.quiet, options.verbose)
     # Samplers of the user's own are found where the user stands, as with `python -m`.
     if "" not in sys.path and str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
@@ -45,7 +48,16 @@ def parser() -> argparse.ArgumentParser:
     commands = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for family in FAMILIES:
         family(commands)
+    for command in commands.choices.values():
+        add_verbosity(command)
     return whole
+
+
+def _log(quiet: bool, verbose: int) -> None:
+    """Say more or less on standard error: warnings; with -v what happens, with -vv everything; with -q errors only."""
+    level = logging.ERROR if quiet else (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)]
+    logging.basicConfig(stream=sys.stderr, format="tamp: %(message)s", force=True)
+    logging.getLogger("tamp").setLevel(level)
 
 
 if __name__ == "__main__":

@@ -47,6 +47,8 @@ ALLOWED = {
 # Heavy library -> the modules that may import it.
 HOMES = {
     "coacd": {"task.surface"},
+    "jinja2": {"report.page"},
+    "matplotlib": {"report.plots"},
     "coal": {"world.solid"},
     "fcl": {"checking.solids"},
     "numba": set(),
@@ -57,7 +59,7 @@ HOMES = {
     },
     "pybullet": {"execution.bullet"},
     "pydantic": {"task.explain", "task.load", "task.schema"},
-    "rich": {"commands.solve", "results"},
+    "rich": {"commands.batches", "commands.compare", "results"},
     "scipy": {"checking.solids", "scoring.assignment", "task.mesh", "world.seeds"},
     "toppra": {"world.timing"},
     "trimesh": {"task.meshfile", "scenarios.make_objects"},

@@ -44,6 +44,12 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="the same as JSON; - is standard output")
 
 
+def add_verbosity(parser: argparse.ArgumentParser) -> None:
+    """How much is said on the way."""
+    parser.add_argument("-v", "--verbose", action="count", default=0, help="say what happens; -vv everything")
+    parser.add_argument("-q", "--quiet", action="store_true", help="say errors only")
+
+
 def seconds(text: str) -> float:
     """A positive, finite number."""
     value = float(text)

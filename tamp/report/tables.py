@@ -1,0 +1,35 @@
+"""Results for other programs: a CSV, and a batch in one line of key=value pairs."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import get_args
+
+from tamp.results import Result, Status
+
+NOT_IN_CSV = ("objects", "goals_met", "versions")
+"""What has no place in one cell; results.jsonl has it."""
+
+
+def csv_text(results: Sequence[Result]) -> str:
+    """One row a result, one column a plain field of `Result`; what is None is empty."""
+    columns = [f.name for f in fields(Result) if f.name not in NOT_IN_CSV]
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([getattr(result, name) for name in columns] for result in results)
+    return file.getvalue()
+
+
+def summary_line(results: Sequence[Result]) -> str:
+    """`summary: total=10 solved=9 ... mean_ede_m=0.0012`: every status and its count, then means over what has them."""
+    counts = Counter(result.status for result in results)
+    pairs = [f"total={len(results)}", *(f"{status}={counts[status]}" for status in get_args(Status))]
+    for name in ("ede_m", "do_nothing_ede_m", "improvement", "planning_s", "execution_sim_s"):
+        values = [value for result in results if (value := getattr(result, name)) is not None]
+        pairs += [f"mean_{name}={sum(values) / len(values):.6g}"] if values else []
+    return f"summary: {' '.join(pairs)}"
