@@ -1,4 +1,4 @@
-"""What can be wrong with a task before any geometry is looked at: names, references, cycles, regions off the table."""
+"""What can be wrong with a task before any geometry is looked at: names, sizes, references, cycles, regions."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ from collections.abc import Callable
 
 from tamp.errors import TaskError
 from tamp.task.document import Document, FieldPath, dotted
-from tamp.task.model import In, On, Region, Table, Task
+from tamp.task.model import Box, Capsule, In, Mesh, On, Region, Shape, Sphere, Table, Task
 from tamp.task.robot import robot_names
 
 RESERVED_NAMES = ("table", "robot")
+THINNEST, LARGEST = 1e-4, 2.0
+"""Least and largest side of an object's shape [m]; meshes are judged when they are read."""
+LARGEST_TABLE = 10.0
 
 _Refuse = Callable[[FieldPath, str], TaskError]
 
 
 def validate(task: Task, document: Document | None = None) -> None:
-    """Check a task's references.
+    """Check a task's names, sizes and references.
 
     Args:
         task: the task, from a file or built in code.
@@ -31,6 +34,7 @@ def validate(task: Task, document: Document | None = None) -> None:
     if task.robot not in robot_names():
         raise refuse(("robot",), f"unknown robot {task.robot!r}; installed are {', '.join(robot_names())}")
     _check_names(task, refuse)
+    _check_sizes(task, refuse)
     _check_goals(task, refuse)
     for index, region in enumerate(task.regions):
         if not _on_table(region, task.table):
@@ -49,6 +53,28 @@ def _check_names(task: Task, refuse: _Refuse) -> None:
         if name in seen:
             raise refuse((*field, "name"), f"{name!r} is taken; names of objects and regions must differ")
         seen.add(name)
+
+
+def _check_sizes(task: Task, refuse: _Refuse) -> None:
+    for index, o in enumerate(task.objects):
+        sides = _sides(o.shape)
+        if not all(THINNEST <= side <= LARGEST for side in sides):
+            said = " x ".join(f"{side:.3g}" for side in sides)
+            complaint = f"measures {said} m; sides are {THINNEST:g} to {LARGEST:g} m long"
+            raise refuse(("objects", index, "shape"), complaint)
+    if not all(THINNEST <= side <= LARGEST_TABLE for side in (*task.table.size, task.table.thickness)):
+        raise refuse(("table",), f"sides and thickness are {THINNEST:g} to {LARGEST_TABLE:g} m long")
+
+
+def _sides(shape: Shape) -> tuple[float, ...]:
+    """Sides of the box round a shape [m]; none for a mesh."""
+    if isinstance(shape, Mesh):
+        return ()
+    if isinstance(shape, Box):
+        return shape.size
+    if isinstance(shape, Sphere):
+        return (2 * shape.radius,)
+    return (2 * shape.radius, shape.height + (2 * shape.radius if isinstance(shape, Capsule) else 0.0))
 
 
 def _check_goals(task: Task, refuse: _Refuse) -> None:

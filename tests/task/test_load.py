@@ -52,6 +52,9 @@ REFUSED = {
     "objects:\n - {name: a, shape: {box: [1, 1, 1]}}": "objects[0].pose: is missing",
     "objects:\n - {name: a/b, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0]}}": "letters, digits",
     "objects:\n - {name: 7, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0]}}": "7 is not valid; it must be text",
+    "objects:\n - {name: a, shape: {box: [1, 1, 1.0e-320]}, pose: {xyz: [0, 0, 0]}}": "[0].shape: measures",
+    "objects:\n - {name: a, shape: {sphere: {radius: 1.5}}, pose: {xyz: [0, 0, 0]}}": "sides are 0.0001 to 2 m long",
+    f"objects: [{BLOCK}]\ntable: {{size: [1, 1], thickness: 1.0e-9}}\n": ":2: table: sides and thickness",
     f"objects: [{BLOCK}]\ncolour: red\n": ":2: colour: unknown field; valid here are name, robot",
     f"objects: [{BLOCK}]\nlimits: {{planing_s: 3}}\n": "did you mean planning_s?",
     f"objects: [{BLOCK}]\nrobot: hal\n": "unknown robot 'hal'; installed are",
@@ -162,7 +165,7 @@ numbers = st.floats(-10, 10)
 
 
 @settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(xyz=st.tuples(numbers, numbers, numbers), rpy=st.tuples(numbers, numbers, numbers), edge=st.floats(1e-6, 10))
+@given(xyz=st.tuples(numbers, numbers, numbers), rpy=st.tuples(numbers, numbers, numbers), edge=st.floats(1e-4, 2))
 def test_numbers_survive_a_file_to_the_last_bit(tmp_path: Path, xyz: tuple, rpy: tuple, edge: float) -> None:  # type: ignore[type-arg]
     task = Task("t", (Object("a", Box((edge, edge, edge)), Pose.from_rpy(xyz, rpy)),))
     save_task(task, tmp_path / "t.yaml")
