@@ -1,0 +1,73 @@
+"""Samples that are drawn once and kept: whoever asks for the same again, in another search, begins with those."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from tamp.streams.workspace import Context
+
+T = TypeVar("T")
+
+
+@dataclass
+class _First:
+    """The context of whoever asks first, without what only holds for that one search."""
+
+    scene: Any
+    rng: np.random.Generator
+    deadline: float = math.inf
+    fluents: tuple[Any, ...] = ()
+    bound: tuple[Any, ...] = ()
+    reasons: list[str] = field(default_factory=list)
+
+    def fail(self, reason: str, because: Any = ()) -> None:
+        self.reasons.append(reason)
+
+
+@dataclass
+class _Drawn:
+    """What a sampler has given so far, and where more comes from."""
+
+    context: _First
+    source: Iterator[Any]
+    items: list[Any] = field(default_factory=list)
+
+
+def recalled(context: Context, key: Hashable, draw: Callable[[Context], Iterator[T]]) -> Iterator[T]:
+    """Yield what `draw` yields; what was drawn before for the same key is not drawn again.
+
+    Args:
+        context: of this search; its scene's memory keeps the samples. Its deadline ends only this reading of them.
+        key: names the sampler and everything that its samples depend on.
+        draw: begins the sampler; called once for each key, with a context that knows no state and no deadline.
+    """
+    memory = context.scene.memory
+    if key not in memory:
+        first = _First(context.scene, context.rng)
+        memory[key] = _Drawn(first, draw(first))
+    drawn: _Drawn = memory[key]
+    told = index = 0
+    while time.monotonic() <= context.deadline:
+        ended = index == len(drawn.items) and not _draw(drawn)
+        for reason in drawn.context.reasons[told:]:
+            context.fail(reason)
+        told = len(drawn.context.reasons)
+        if ended:
+            return
+        yield drawn.items[index]
+        index += 1
+
+
+def _draw(drawn: _Drawn) -> bool:
+    """Take one more sample from the source; whether there was one."""
+    for item in drawn.source:
+        drawn.items.append(item)
+        return True
+    return False
