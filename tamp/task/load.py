@@ -111,12 +111,14 @@ class _Reader:
 
     def _mesh_path(self, text: str, field: FieldPath) -> Path:
         where, folder = self._document.where(field), self._path.parent
-        if "\0" in text:
-            raise TaskError(f"{where}: a path has no zero bytes")
-        path = (folder / text).resolve()
+        try:
+            path = (folder / text).resolve()
+            is_file = path.is_file()
+        except (OSError, RuntimeError, ValueError) as error:  # too long, a loop of links, a zero byte
+            raise TaskError(f"{where}: {text[:40]!r} is no path: {str(error)[:60]}") from None
         if not self._allow_outside and not path.is_relative_to(folder):
             raise TaskError(f"{where}: {text} lies outside the task's folder; move it there or pass --allow-outside")
-        if not path.is_file():
+        if not is_file:
             raise TaskError(f"{where}: there is no file {text} in {self._document.name.rpartition('/')[0] or '.'}")
         return path
 

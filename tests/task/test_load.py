@@ -66,6 +66,8 @@ REFUSED = {
     "objects:\n - {name: a, shape: {mesh: no.obj}, pose: {xyz: [0, 0, 0]}}": "there is no file no.obj",
     "objects:\n - {name: a, shape: {mesh: /etc/hostname}, pose: {xyz: [0, 0, 0]}}": "outside the task's folder",
     "objects:\n - {name: a, shape: {mesh: ../x.obj}, pose: {xyz: [0, 0, 0]}}": "outside the task's folder",
+    f"objects:\n - {{name: a, shape: {{mesh: {'x' * 5000}.obj}}, pose: {{xyz: [0, 0, 0]}}}}": "is no path",
+    'objects:\n - {name: a, shape: {mesh: "a\\0.obj"}, pose: {xyz: [0, 0, 0]}}': "is no path",
     "objects:\n - {name: a, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0], quat: [0, 0, 0, 0]}}": "length zero",
     '!!python/object/apply:os.system ["x"]': "is not allowed",
     "name: a\nname: b\n": ":2: name stands twice",
