@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from tamp.streams.clearance import opening_for
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
+from tamp.streams.recall import recalled
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import Context, Workspace, standing
 from tamp.task import Pose
@@ -52,37 +52,48 @@ def handlings(
     pose = fall[0] if fall else placement.pose
     T_world_tool = pose.matrix @ grasp.T_object_tool.matrix
     opening = opening_for(world.robot.spec.gripper, grasp)
-    alone = Scene(poses={obj: pose.matrix}, opening=opening)
-    blocked = world.hand_contact(T_world_tool, opening, alone, margin=ARM_MARGIN, ignore=(obj,))
-    if blocked is not None:
-        context.fail(f"the hand would hit {blocked}")
-        return
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     neighbours = Scene(poses={name: place.pose.matrix for name, place in around.items()})
     # Where the hand itself meets others, no other arm configuration will help: one handling stands for all.
     hand_blocked = world.hand_contact(T_world_tool, opening, neighbours, margin=ARM_MARGIN) is not None
     blocked_by_others = []
+    key = ("handlings", obj, placement, grasp, fall)
+    for handling in recalled(context, key, lambda first: _alone(first, obj, placement, grasp, fall)):
+        before = Configuration(tuple(handling.approach[0].tolist()), opening)
+        after = Configuration(tuple(handling.lift[-1].tolist()), grasp.width)
+        if hand_blocked:
+            yield before, after, handling
+            return
+        if not handling_hits(workspace, handling, around):
+            yield before, after, handling
+        else:
+            blocked_by_others.append((before, after, handling))
+    yield from blocked_by_others
+
+
+def _alone(
+    context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]
+) -> Iterator[Handling]:
+    """Handlings as if nothing else stood on the table."""
+    workspace: Workspace = context.scene
+    world = workspace.world
+    pose = fall[0] if fall else placement.pose
+    T_world_tool = pose.matrix @ grasp.T_object_tool.matrix
+    opening = opening_for(world.robot.spec.gripper, grasp)
+    alone = Scene(poses={obj: pose.matrix}, opening=opening)
+    blocked = world.hand_contact(T_world_tool, opening, alone, margin=ARM_MARGIN, ignore=(obj,))
+    if blocked is not None:
+        context.fail(f"the hand would hit {blocked}")
+        return
     found = False
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
-        if time.monotonic() > context.deadline:
-            return
         found = True
         approach = _approach(context, workspace, obj, pose, opening, q)
         lift = None if approach is None else _lift(context, workspace, obj, grasp, q)
         if approach is not None and lift is not None:
-            before = Configuration(tuple(approach[0].tolist()), opening)
-            after = Configuration(tuple(lift[-1].tolist()), grasp.width)
-            handling = Handling(obj, placement, grasp, opening, approach, lift, fall)
-            if hand_blocked:
-                yield before, after, handling
-                return
-            if not handling_hits(workspace, handling, around):
-                yield before, after, handling
-            else:
-                blocked_by_others.append((before, after, handling))
+            yield Handling(obj, placement, grasp, opening, approach, lift, fall)
     if not found:
         context.fail("no inverse kinematics")
-    yield from blocked_by_others
 
 
 def _approach(
