@@ -10,13 +10,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tamp.arguments import comparing, formats, installed, scoring, solving
+from tamp.arguments import comparing, formats, installed, scoring, showing, solving
 from tamp.arguments.kinds import add_verbosity
 from tamp.errors import TampError
 
 SOLVED, UNSOLVED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-FAMILIES = (solving.add, scoring.add, comparing.add, formats.add, installed.add_samplers, installed.add)
+FAMILIES = (solving.add, scoring.add, comparing.add, showing.add, formats.add, installed.add_samplers, installed.add)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

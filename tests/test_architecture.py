@@ -29,7 +29,7 @@ ALLOWED = {
     "execution": {"world", "task", "errors"},
     "streams": {"world", "task", "errors"},
     "domains": {"streams", "world", "planning", "language", "task", "errors"},
-    "report": {"execution", "world", "scoring", "results", "task", "errors"},
+    "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
         "domains", "streams", "planning", "world", "checking", "execution", "scoring", "results", "versions", "task",
         "errors",

@@ -51,7 +51,6 @@ def folder_name(number: int, name: str) -> str:
 def _page(comparisons: Sequence[Comparison], results: Mapping[str, Sequence[Result]]) -> str:
     from tamp.report.page import render
     from tamp.report.plots import differences, survival
-    from tamp.versions import versions
 
     times = {name: [r.planning_s for r in theirs if r.solved] for name, theirs in results.items()}
     return render(
@@ -60,7 +59,6 @@ def _page(comparisons: Sequence[Comparison], results: Mapping[str, Sequence[Resu
         comparisons=comparisons,
         picture=differences(comparisons),
         survival=survival(times, {name: len(theirs) for name, theirs in results.items()}),
-        versions=versions(),
     )
 
 

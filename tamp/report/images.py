@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,3 +36,12 @@ def save_animation(images: Sequence[Image], path: Path, *, frame_s: float = 0.1)
     path.parent.mkdir(parents=True, exist_ok=True)
     first, *rest = (Pillow.fromarray(image).quantize(128) for image in images)
     first.save(path, save_all=True, append_images=rest, duration=round(frame_s * 1000), loop=0)
+
+
+def data_uri(image: Image) -> str:
+    """A picture, shape (height, width, 3), as a JPEG that stands in a page."""
+    from PIL import Image as Pillow
+
+    file = io.BytesIO()
+    Pillow.fromarray(image).save(file, format="JPEG", quality=82)
+    return f"data:image/jpeg;base64,{base64.b64encode(file.getvalue()).decode()}"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
+from tamp.versions import versions
+
 
 def render(template: str, **data: Any) -> str:
     """Fill a template of `templates/`; everything is escaped but what `svg` marks as safe."""
@@ -22,4 +24,4 @@ def render(template: str, **data: Any) -> str:
         lstrip_blocks=True,
     )
     environment.filters["svg"] = Markup
-    return environment.get_template(template).render(data)
+    return environment.get_template(template).render(data, versions=versions())

@@ -1,0 +1,85 @@
+"""Results folders as a report needs them: each result with its plans, its task and where its pictures come from."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from tamp.errors import TampError
+from tamp.results import Result, read_results
+from tamp.task import Plan, Pose, Task
+from tamp.task.load import load_task
+from tamp.task.plan_file import load_plan
+from tamp.task.poses_file import load_poses
+
+RESULTS = "results.jsonl"
+
+log = logging.getLogger("tamp")
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """One run as its folder has it.
+
+    Attributes:
+        result: the record.
+        folder: of the run; it may be gone.
+    """
+
+    result: Result
+    folder: Path
+
+    @cached_property
+    def plans(self) -> tuple[Plan, ...]:
+        """All plans that the run made, in order."""
+        paths = sorted(self.folder.glob("plan-*.json"), key=lambda path: int(path.stem.partition("-")[2]))
+        return tuple(load_plan(path) for path in paths)
+
+    @cached_property
+    def task(self) -> Task | None:
+        """The task; None where its file is gone or no longer reads."""
+        try:
+            return load_task(self.result.task_path, allow_outside=True) if self.result.task_path else None
+        except TampError as error:
+            log.warning("%s: no pictures and no level: %s", self.folder, error)
+            return None
+
+    @cached_property
+    def final_poses(self) -> Mapping[str, Pose]:
+        """Object -> pose at the end; what is lost is absent."""
+        path = self.folder / "poses.json"
+        poses = load_poses(path) if path.is_file() else {}
+        return {name: pose for name, pose in poses.items() if pose is not None}
+
+    @property
+    def stream_seconds(self) -> dict[str, float]:
+        """Stream -> time spent in its sampler, over all plans that tell [s]."""
+        return self._summed("streams", lambda report: {s["name"]: s["seconds"] for s in report})
+
+    @property
+    def phase_seconds(self) -> dict[str, float]:
+        """Phase of planning -> time spent in it, over all plans that tell [s]."""
+        return self._summed("seconds", dict)
+
+    def _summed(self, key: str, read: Any) -> dict[str, float]:
+        total: dict[str, float] = {}
+        for plan in self.plans:
+            for name, seconds in read(plan.report.get(key, ())).items():
+                total[name] = total.get(name, 0.0) + seconds
+        return total
+
+
+def read_runs(folder: Path) -> tuple[Recorded, ...]:
+    """All runs of a results folder, in the order of its results.jsonl.
+
+    Raises:
+        TampError: where the folder has no results.
+    """
+    results = read_results(folder / RESULTS)
+    if not results:
+        raise TampError(f"{folder}: there are no results in it; `tamp solve ... --output {folder}` writes some")
+    return tuple(Recorded(result, folder / f"{result.task}-{result.seed}") for result in results)

@@ -1,0 +1,97 @@
+"""The report: one file that says everything, with no network, and that a browser shows without a complaint."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tamp.cli import main
+from tamp.pipeline.records import save_run
+from tamp.report.tables import csv_text, summary_line
+from tamp.report.words import reasons, sentences
+from tamp.results import Result, to_json
+from tests.browser import look, needs_chromium
+
+FAILED = Result(
+    "hard", 1, "failed", message="goals not reached: mug; mug left: hand would hit jar at 0.31 m", ede_m=0.3,
+    do_nothing_ede_m=0.3, mean_ueb_m=0.6, improvement=0.0,
+    objects=({"name": "mug", "ede_m": 0.3, "ueb_m": 0.6, "error_m": 0.3},), goals_met={"mug": False, "jar": True},
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, run, one_object):
+    """One solved run with all its files, and one failed run of which only the result is left."""
+    folder = tmp_path_factory.mktemp("results")
+    save_run(run, one_object, {"seed": 0}, folder / "one_object-0")
+    lines = [to_json(run.result), to_json(FAILED)]
+    (folder / "results.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(folder) -> str:
+    assert main(["report", str(folder)]) == 0
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_stands_alone(page: str) -> None:
+    assert set(re.findall(r"https?://[^/\"]+", page)) <= {"http://www.w3.org"}, "names of formats only"
+    assert not re.search(r"<(script|link rel=\"stylesheet\")", page)
+    assert page.count("data:image/jpeg;base64,") == 3
+
+
+@pytest.mark.parametrize(
+    "said",
+    ["Leaderboard", "Solved over planning time", "Error by level", "Error by object", "Time in each stream", "Why runs",
+     "pick red from table", "place red on table, at (5.0, -20.0, ", "an object left: hand would hit an object at # m"],
+)  # fmt: skip
+def test_the_page_says_everything(page: str, said: str) -> None:
+    assert said in page
+
+
+@needs_chromium
+def test_a_browser_shows_it(folder: Path, page: str, tmp_path: Path) -> None:
+    assert look((folder / "report.html").as_uri(), tmp_path / "page.png", size=(1200, 3000)) == []
+    shown = np.asarray(Image.open(tmp_path / "page.png").convert("RGB"), int) @ (65536, 256, 1)
+    assert len(np.unique(shown)) > 1500, "plots and pictures are there"
+
+
+def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(tmp_path)]) == 2
+    assert "there are no results in it" in capsys.readouterr().err
+
+
+def test_names_are_escaped(tmp_path: Path) -> None:
+    result = Result("<script>alert(1)</script>", 0, "failed", message="<b>")
+    (tmp_path / "results.jsonl").write_text(to_json(result) + "\n", encoding="utf-8")
+    assert main(["report", str(tmp_path)]) == 0
+    assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_plan_reads_as_a_list(run) -> None:
+    pick, place = sentences(run.plans[0])
+    assert re.fullmatch(r"pick red from table \(\d+\.\d s\)", pick)
+    assert re.fullmatch(r"place red on table, at \(5\.0, -20\.0, 4\.\d\) cm \(\d+\.\d s\)", place)
+
+
+def test_reasons_are_counted_without_names_and_numbers() -> None:
+    again = Result("other", 0, "timeout")
+    assert reasons([FAILED, FAILED, again])[:2] == [
+        ("an object left: hand would hit an object at # m", 2),
+        ("goals not reached", 2),
+    ]
+    assert ("timeout", 1) in reasons([again])
+
+
+def test_results_as_a_table_and_as_a_line() -> None:
+    head, row = csv_text([FAILED]).splitlines()
+    assert head.startswith("task,seed,status")
+    assert row.startswith("hard,1,failed")
+    line = summary_line([FAILED, Result("a", 0, "solved")])
+    assert line.startswith("summary: total=2 solved=1 planned=0 failed=1 ")
+    assert dict(pair.split("=") for pair in line.split()[1:])["mean_ede_m"] == "0.3"
