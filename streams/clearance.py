@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,18 +74,28 @@ def support_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placem
 
 
 def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
-    """How many neighbours each hand would meet at a placement, shape (n,)."""
+    """How many neighbours each hand would meet at a placement, shape (n,); none of those that stand on the object."""
     T, openings = place.pose.matrix @ pinches.T_object_tool, _openings(workspace, pinches)
     lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
     cost = np.zeros(len(pinches))
-    for name, other in standing_around(workspace, obj, place).items():
+    around = standing_around(workspace, obj, place)
+    spared = {*place.on, *_standing_on(obj, around)}
+    for name, other in around.items():
         low, high = workspace.bounds(name, other.pose)
         near = np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
-        if name not in place.on and near.any():
+        if name not in spared and near.any():
             points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
             local = in_tool_frames(points, T[near])
             cost[near] += points_hit(_boxes(workspace), openings[near], local, HAND_MARGIN)
     return cost
+
+
+def _standing_on(obj: str, around: Mapping[str, Placement]) -> set[str]:
+    """Those that stand on an object or on others that do: gone before it is taken, put down after it."""
+    found: set[str] = set()
+    while more := {name for name, place in around.items() if not {obj, *found}.isdisjoint(place.on)} - found:
+        found |= more
+    return found
 
 
 def standing_around(workspace: Workspace, obj: str, place: Placement) -> dict[str, Placement]:

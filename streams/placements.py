@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.footing import stands
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, at_pose
 from tamp.task import Pose
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 
 RELEASE_HEIGHT = 0.001  # objects are let go this far above what they will stand on [m]
 ROOM_FOR_FINGERS = 0.035  # wanted between an object and its neighbours [m]
-DRAWS = 32  # positions compared at a time
+COMPARED = 64  # positions on a region compared at a time
+DRAWS = 32  # tries before giving up
 EDGE = 0.01  # footprints stay this far inside the table's edge [m]
 REACH = (0.32, 0.68)  # distances from the base, along the table, where an arm of this size works best [m]
 
@@ -29,7 +31,6 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
     plan has settled so far is advice, not truth.
     """
     workspace: Workspace = context.scene
-    taken = [_rectangle(workspace, f[1], f[2]) for f in at_pose(context.bound) if f[1] != obj]
     wanted = _wanted(workspace, obj) if region == TABLE else []
     rect = workspace.region(region)
     center, half = np.array(rect.center), np.array(rect.size) / 2
@@ -46,8 +47,9 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
                 return
             continue
         blind = draw % 3 == 2
+        taken = [_rectangle(workspace, f[1], f[2]) for f in at_pose(context.bound) if f[1] != obj]
         others = [] if blind else taken + wanted
-        xy = context.rng.uniform(low, high, size=(DRAWS, 2))
+        xy = context.rng.uniform(low, high, size=(COMPARED, 2))
         best = xy[_ranking(workspace, xy, lower, upper, others)[0]]
         T = np.eye(4)
         T[:3, :3] = R
@@ -81,9 +83,13 @@ def sample_insertion(context: Context, obj: str, container: str, around: Placeme
 
 
 def _orientation(workspace: Workspace, obj: str, rng: np.random.Generator, draw: int) -> NDArray[np.float64]:
-    """A stable orientation (3, 3): as it stands now, as its goal has it, then its other stable faces, turned."""
-    known = [p.pose.matrix[:3, :3] for p in workspace.placements_of(obj)]
-    if draw < len(known) or draw % 2 == 0:
+    """A stable orientation (3, 3): as it stands now, as its goal has it, then its other stable faces, turned.
+
+    What only leans or is held up by others as it stands now would fall over elsewhere: that is left out.
+    """
+    turned = [placement.pose.matrix[:3, :3] for placement in workspace.placements_of(obj)]
+    known = [R for R in turned if stands(workspace.world.geometries[obj], R)]
+    if known and (draw < len(known) or draw % 2 == 0):
         R = known[draw % len(known)]
     else:
         faces = _stable_rotations(workspace, obj)
