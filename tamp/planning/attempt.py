@@ -88,11 +88,16 @@ class Attempt:
 
 @dataclass
 class Frame:
-    """The choice of one item: which instance, which of its results, and what made earlier values fail."""
+    """The choice of one item: which instance, which of its results, and what made earlier values fail.
+
+    Attributes:
+        visits: how often it was begun anew, with other choices before it.
+    """
 
     instance: Instance | None = None
     cursor: int = 0
     tried: int = 0
+    visits: int = 0
     conflict: set[int] = field(default_factory=set)
     outputs: tuple[int, ...] = ()
     moves: tuple[BoundStep, ...] = ()

@@ -188,6 +188,7 @@ class _Run:
             parents |= {owner for f in fluents for h in f[1:] for owner in self.owners.get(h, ())}
             frame.instance, frame.cursor, frame.tried, frame.conflict = instance, 0, 0, parents
             frame.culprits = {}
+            frame.visits += 1
         for fact in instance.domain:
             if not self.binder.evaluator.given(fact):
                 self._note(position, item.step, f"{self.binder.knowledge.objects.text(fact)} does not hold")
@@ -209,8 +210,11 @@ class _Run:
         return None
 
     def _next(self, frame: Frame, instance: Instance, item: Choose, state: State) -> tuple[int, ...] | None:
-        """The next value of a choice: one that was sampled before, or a new one."""
-        if frame.tried >= self.budget.values:
+        """The next value of a choice: one that was sampled before, or a new one.
+
+        What was sampled before suited other circumstances: each visit may try one more value than the last.
+        """
+        if frame.tried >= min(self.budget.values + frame.visits - 1, 4 * self.budget.values):
             return None
         misses = 0
         while frame.cursor >= len(instance.results):
