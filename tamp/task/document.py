@@ -17,10 +17,10 @@ from tamp.errors import TaskError
 
 FieldPath = tuple[str | int, ...]
 
-MAX_BYTES = 1 << 20
+MAX_BYTES = 1 << 18
 MAX_DEPTH = 20
 MAX_ALIASES = 100
-MAX_VALUES = 200_000
+MAX_VALUES = 50_000
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,300}")

@@ -29,7 +29,8 @@ def sentence(error: ValidationError, document: Document) -> str:
     """The first error of a file, in the file's order, as one sentence."""
     errors = error.errors(include_url=False)
     # An error inside a list makes pydantic count its entries anew: what is said about the list itself is then noise.
-    inner = [e for e in errors if not any(_is_ancestor(_field(e), _field(other)) for other in errors)]
+    ancestors = {_field(e)[:depth] for e in errors for depth in range(len(_field(e)))}
+    inner = [e for e in errors if _field(e) not in ancestors]
     first = min(inner, key=lambda e: document.line(_field(e)))
     field = _field(first)
     where = document.where(field)
@@ -39,10 +40,6 @@ def sentence(error: ValidationError, document: Document) -> str:
         hint = f"did you mean {close[0]}? " if close else ""
         return f"{where}: unknown field; {hint}valid here are {', '.join(valid)}"
     return f"{where}: {_complaint(first, field)}"
-
-
-def _is_ancestor(field: FieldPath, other: FieldPath) -> bool:
-    return len(field) < len(other) and other[: len(field)] == field
 
 
 def _field(error: ErrorDetails) -> FieldPath:

@@ -74,6 +74,7 @@ REFUSED = {
     "a: [1,\n": "not YAML",
     "a: 1\n---\nb: 2\n": "a second YAML document",
     "[" * 5000: "nested deeper",
+    "objects:\n" + " - {a: 1}\n" * 4_000: ":2: objects[0]",
     "\x00": "not YAML",
     "objects: &a [*a]\n": "aliases expand",
     LAUGHS: "aliases expand",
