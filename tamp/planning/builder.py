@@ -108,7 +108,7 @@ class TaskBuilder:
     def _holds(self, static: tuple[Fact, ...], absent: tuple[Fact, ...]) -> bool:
         knowledge = self._knowledge
         marked = ("~", "+")
-        return all(f[0][0] in marked or f[0] in ("object", "=") or knowledge.usable(f) for f in static) and not any(
+        return all(f[0][0] in marked or f[0] == "=" or knowledge.usable(f) for f in static) and not any(
             f in knowledge.real for f in absent
         )
 

@@ -142,6 +142,9 @@ class Knowledge:
 
     def usable(self, fact: Fact) -> bool:
         """Whether the search may rely on a fact that is no fluent."""
+        if fact[0] == "object":
+            origin = self.objects.origin(fact[1])
+            return origin is None or bool(origin.alive)
         return fact in self.real or any(p.alive for p in self.producers.get(fact, ()))
 
     def hoped_state(self) -> list[Fact]:
