@@ -8,6 +8,7 @@ approach, and whether the hand is clear of table and neighbours both where the o
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,15 +18,19 @@ from tamp.streams.clearance import (
     above_table,
     clear_of_object,
     closing_width,
+    hand_hits,
     neighbour_cost,
     support_cost,
     tilt_cost,
 )
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
+from tamp.streams.recall import recalled
+from tamp.streams.tilting import tilts, too_wide
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.task import Pose
 from tamp.world.kinematics import inverse
+from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,10 +40,20 @@ ENOUGH = 40  # clear grasps after which no further round is needed
 SIEVED = 600  # pinches looked at closely in one round
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
+LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
+SIEVING_TILTS = (20, 30, 45, 60)  # at which pinches are asked whether they can lay the object down [degrees]
 
 
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
-    """Yield grasps of obj, best first: those that serve start and goal, then those that serve one of them."""
+    """Yield grasps of obj, best first: those that serve start and goal, then those that serve one of them.
+
+    They are ranked among the neighbours as they stood when they were first asked for.
+    """
+    key = ("grasps", obj, *context.scene.placements_of(obj), str(context.rng.bit_generator.state))
+    yield from recalled(context, key, lambda first: _grasps(first, obj))
+
+
+def _grasps(context: Context, obj: str) -> Iterator[Grasp]:
     workspace: Workspace = context.scene
     places = list(workspace.placements_of(obj))
     found, costs = _candidates(context, workspace, obj, places)
@@ -69,15 +84,16 @@ def _round(
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
         return pinches, np.empty(0)
-    pinches, serves = _over_table(workspace, pinches, places, context.rng)
+    pinches, serves, lays = _over_table(workspace, obj, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
-    pinches, serves = pinches.at(clear), serves[:, clear]
+    pinches, serves, lays = pinches.at(clear), serves[:, clear], lays[:, clear]
     if not len(pinches):
         context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
         return pinches, np.empty(0)
     cost = intrinsic_cost(workspace, obj, pinches)
-    for place, usable in zip(places, serves, strict=True):
-        cost += np.where(usable, tilt_cost(pinches, place) + support_cost(workspace, pinches, obj, place), HINDERED)
+    for place, usable, laid in zip(places, serves, lays, strict=True):
+        upright = tilt_cost(pinches, place) + support_cost(workspace, pinches, obj, place)
+        cost += np.minimum(np.where(usable, upright, HINDERED), np.where(laid, LAID, HINDERED))
     promising = np.array(_spread(pinches, cost)[:PROMISING])
     pinches, cost = pinches.at(promising), cost[promising]
     for place in places:
@@ -86,18 +102,36 @@ def _round(
 
 
 def _over_table(
-    workspace: Workspace, pinches: Pinches, places: list[Placement], rng: np.random.Generator
-) -> tuple[Pinches, NDArray[np.bool_]]:
-    """Pinches whose hand stays above the table at one placement at least, and which placements each serves.
+    workspace: Workspace, obj: str, pinches: Pinches, places: list[Placement], rng: np.random.Generator
+) -> tuple[Pinches, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Pinches whose hand stays above the table at one placement at least.
 
     Those that serve most placements are kept first: a uniform choice of a pool would lose them, since nine in ten
     of all hands reach into the table.
+
+    Returns:
+        The pinches; which placements each serves and which it serves by laying, both of shape (places, n).
     """
     serves = np.array([above_table(workspace, pinches, place) for place in places])
+    lays = np.array([_lays(workspace, obj, pinches, place, ~serves[i]) for i, place in enumerate(places)])
+    ways = (serves | lays).sum(axis=0) + 0.5 * serves.sum(axis=0)
     order = rng.permutation(len(pinches.widths))
-    order = order[np.argsort(-serves[:, order].sum(axis=0), kind="stable")]
-    order = order[serves[:, order].any(axis=0)][:SIEVED]
-    return pinches.at(order), serves[:, order]
+    order = order[np.argsort(-ways[order], kind="stable")]
+    order = order[ways[order] > 0][:SIEVED]
+    return pinches.at(order), serves[:, order], lays[:, order]
+
+
+def _lays(
+    workspace: Workspace, obj: str, pinches: Pinches, place: Placement, asked: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether each of the pinches asked about can lay the object down at its goal, shape (n,)."""
+    able = np.zeros(len(pinches), bool)
+    if place is workspace.goals.get(obj) and too_wide(workspace, obj, place):
+        for tilt in tilts(workspace, obj, place):
+            if round(np.degrees(tilt.angle)) in SIEVING_TILTS:
+                rest = np.flatnonzero(asked & ~able)
+                able[rest] = above_table(workspace, pinches.at(rest), Placement(tilt.fall[0], place.on))
+    return able
 
 
 def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
@@ -118,7 +152,7 @@ def _reachable_first(
     context: Context, workspace: Workspace, pinches: Pinches, costs: NDArray[np.float64], obj: str
 ) -> Iterator[Grasp]:
     """Yield grasps that the arm can reach at every known placement as they come; afterwards those of one only."""
-    robot, places = workspace.world.robot, list(workspace.placements_of(obj))
+    places = list(workspace.placements_of(obj))
     partly: list[Grasp] = []
     for index in _spread(pinches, costs)[:LIMIT]:
         T_tool = pinches.T_object_tool[index]
@@ -126,11 +160,22 @@ def _reachable_first(
         if width is None:
             continue
         grasp = Grasp(Pose.from_matrix(T_tool), width)
-        tools = (place.pose.matrix @ T_tool for place in places)
         if costs[index] >= HINDERED:
             partly.append(grasp)
-        elif all(next(iter(inverse(robot, T, context.rng, count=1)), None) is not None for T in tools):
+        elif all(_reached(context, workspace, obj, place, T_tool) for place in places):
             yield grasp
         else:
             partly.append(grasp)
     yield from partly
+
+
+def _reached(
+    context: Context, workspace: Workspace, obj: str, place: Placement, T_object_tool: NDArray[np.float64]
+) -> bool:
+    """Whether the arm can reach an object by a grasp as it stands at a placement, or tilted above it."""
+    poses = [place.pose]
+    if place is workspace.goals.get(obj) and too_wide(workspace, obj, place):
+        poses += [tilt.fall[0] for tilt in tilts(workspace, obj, place)]
+    tools = (pose.matrix @ T_object_tool for pose in poses)
+    over = (T for T in tools if not hand_hits(workspace, T, 0.0, Scene()))
+    return any(next(inverse(workspace.world.robot, T, context.rng, count=1), None) is not None for T in islice(over, 3))

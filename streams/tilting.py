@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.footing import base, outline
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 ROLL = np.radians(2.5)  # between two poses of a fall
 LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
 STEP = np.radians(5.0)  # between two tilts
-TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
 LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
 APART = np.radians(20.0)  # directions nearer to each other than this are one
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
@@ -66,9 +66,7 @@ def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
 def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
     """The tilts of a body with these hull vertices (n, 3) and centre of mass (3,), both in its own frame."""
     world = vertices @ T_goal[:3, :3].T + T_goal[:3, 3]
-    ground = float(world[:, 2].min())
-    base = world[world[:, 2] < ground + TOUCHING, :2]
-    for outward in _base_normals(base):
+    for outward in _base_normals(base(world)):
         rolled = [T_goal]
         for T in _rolling(vertices, center, T_goal, outward):
             rolled.append(T)
@@ -96,12 +94,12 @@ def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterat
         yield T
 
 
-def _base_normals(base: Array) -> list[Array]:
+def _base_normals(points: Array) -> list[Array]:
     """Outward normals (2,) of the edges of a base's outline, the longest edges first, similar ones left out."""
-    outline = _outline(base)
-    if outline is None:
+    corners = outline(points)
+    if len(corners) < 3 or np.ptp(corners, axis=0).min() < FLAT:
         return []
-    edges = np.roll(outline, -1, axis=0) - outline
+    edges = np.roll(corners, -1, axis=0) - corners
     lengths = np.linalg.norm(edges, axis=1)
     kept: list[Array] = []
     for index in np.argsort(-lengths, kind="stable"):
@@ -110,26 +108,6 @@ def _base_normals(base: Array) -> list[Array]:
             if all(normal @ other < np.cos(APART) for other in kept):
                 kept.append(normal)
     return kept
-
-
-def _outline(points: Array) -> Array | None:
-    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise; None where they span no area.
-
-    Andrew's monotone chain (Information Processing Letters 1979).
-    """
-    chains = []
-    for ordered in (sorted(map(tuple, points)), sorted(map(tuple, points), reverse=True)):
-        chain: list[tuple[float, ...]] = []
-        for x, y in ordered:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 1e-12:
-                    break
-                chain.pop()
-            chain.append((x, y))
-        chains += chain[:-1]
-    outline = np.array(chains)
-    return outline if len(outline) > 2 and np.ptp(outline, axis=0).min() > FLAT else None
 
 
 def _rotation(axis: Array, angle: float) -> Array:

@@ -1,0 +1,53 @@
+"""What an object stands on: the outline of its base, and whether its centre of mass is over it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.geometry import Geometry
+
+    Array = NDArray[np.float64]
+
+TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
+BALANCE = 0.002  # the centre of mass lies at least this far inside the base [m]
+
+
+def base(vertices: Array) -> Array:
+    """Those of a standing body's vertices (n, 3) that are lowest, seen from above, shape (m, 2)."""
+    low: Array = vertices[vertices[:, 2] < vertices[:, 2].min() + TOUCHING, :2]
+    return low
+
+
+def outline(points: Array) -> Array:
+    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise; fewer than three where they are in line.
+
+    Andrew's monotone chain (Information Processing Letters 1979).
+    """
+    corners: list[tuple[float, ...]] = []
+    for ordered in (sorted(map(tuple, points)), sorted(map(tuple, points), reverse=True)):
+        chain: list[tuple[float, ...]] = []
+        for x, y in ordered:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 1e-12:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        corners += chain[:-1]
+    return np.array(corners).reshape(-1, 2)
+
+
+def stands(geometry: Geometry, R: Array) -> bool:
+    """Whether a body turned by R, shape (3, 3), stays as it is on a plane."""
+    corners = outline(base(geometry.hull.vertices @ R.T))
+    if len(corners) < 3:
+        return False
+    edges = np.roll(corners, -1, axis=0) - corners
+    inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+    inside = np.einsum("ij,ij->i", inward, (R @ geometry.center_of_mass)[:2] - corners)
+    return bool(inside.min() > BALANCE)
