@@ -9,13 +9,16 @@ from tamp.arguments.kinds import Commands, add_json, add_outside, command, repla
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """`robots`, `domains`, `samplers`, `doctor`."""
+    """`robots`, `domains`, `doctor`, `completion`."""
     for name, run, text in (
         ("robots", "listing:robots", "list the installed robots"),
         ("domains", "listing:domains", "list the installed domains with their actions and streams"),
         ("doctor", "doctor:doctor", "show versions, binaries and extras, and test the installation"),
     ):
         add_json(command(commands, name, run, text))
+    completion = command(commands, "completion", "completion:completion", "print completion for a shell")
+    completion.add_argument("shell", choices=("bash", "zsh", "tcsh"))
+    completion.epilog = "bash: tamp completion bash > ~/.local/share/bash-completion/completions/tamp"
 
 
 def add_samplers(commands: Commands[argparse.ArgumentParser]) -> None:

@@ -5,7 +5,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from tamp.arguments.kinds import Commands, add_outside, add_planning_options, command, natural, positive_int, seconds
+from tamp.arguments.kinds import (
+    Commands,
+    add_json,
+    add_outside,
+    add_planning_options,
+    command,
+    natural,
+    positive_int,
+    seconds,
+)
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -15,12 +24,15 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     plan.add_argument("-o", "--output", type=Path, metavar="PLAN.json", help="where the plan goes")
     plan.add_argument("--seed", type=natural, default=0, metavar="N")
     add_planning_options(plan.add_argument)
+    add_json(plan)
     check = command(commands, "check", "steps:check", "judge a plan independently of the planner", "task", "plan")
     add_outside(check.add_argument)
+    add_json(check)
     execute = command(commands, "execute", "steps:execute", "carry a plan out in the simulator", "task", "plan")
     execute.add_argument("-o", "--output", type=Path, metavar="POSES.json", help="where the final poses go")
     execute.add_argument("--seed", type=natural, default=0, metavar="N")
     add_outside(execute.add_argument)
+    add_json(execute)
 
 
 def _add_solve(commands: Commands[argparse.ArgumentParser]) -> None:
