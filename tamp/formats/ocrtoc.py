@@ -1,7 +1,7 @@
 """OCRTOC's own task files -> task.yaml files with their meshes beside them.
 
-2021: `scenes/ID.yaml` and `targets/ID.yaml`, `model: list of [x, y, z, roll, pitch, yaw]`, meshes in `models/NAME/`.
-2020: `tasks/L-N/input.world` and `target.world` in SDF 1.4, meshes in `models_*/NAME/`, sizes in `objects.csv`.
+2021 and 2022: `scenes/ID.yaml` and `targets/ID.yaml`, meshes and models.yaml in `models/`.
+2020: `tasks/L-N/input.world` and `target.world` in SDF 1.4, meshes and objects.csv in `models*/`.
 """
 
 from __future__ import annotations
@@ -9,17 +9,13 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from tamp.errors import TaskError
-from tamp.formats.sdf import read_worlds
-from tamp.task.document import Document, FieldPath, read_document
-from tamp.task.model import At, Mesh, Object, Task
-from tamp.task.pose import Pose
+from tamp.formats.models import model_name
+from tamp.formats.pairs import read_pairs
+from tamp.formats.worlds import read_worlds
+from tamp.task.model import Mesh, Shape, Task
 from tamp.task.save import save_task
-
-MASS_2021 = 0.1
-FRICTION_2021 = 0.5
 
 
 @dataclass(frozen=True)
@@ -41,15 +37,7 @@ def import_ocrtoc(folder: Path, out: Path) -> Imported:
     Raises:
         TaskError: where the folder holds no tasks of OCRTOC, or one of them cannot be read.
     """
-    warnings: tuple[str, ...]
-    if (folder / "scenes").is_dir() and (folder / "targets").is_dir():
-        tasks, warnings = _read_pairs(folder), ()
-    elif any(folder.glob("tasks/*/input.world")):
-        tasks, warnings = read_worlds(folder, out / "models")
-    else:
-        raise TaskError(
-            f"{folder}: holds no tasks of OCRTOC; expected scenes/ and targets/ (2021) or tasks/*/input.world (2020)"
-        )
+    tasks, warnings = _read(folder, out / "models")
     out.mkdir(parents=True, exist_ok=True)
     paths = []
     for task in tasks:
@@ -58,65 +46,14 @@ def import_ocrtoc(folder: Path, out: Path) -> Imported:
     return Imported(tuple(paths), warnings)
 
 
-def _read_pairs(folder: Path) -> tuple[Task, ...]:
-    scenes = sorted((folder / "scenes").glob("*.yaml"))
-    if not scenes:
-        raise TaskError(f"{folder / 'scenes'}: holds no *.yaml")
-    return tuple(read_pair(scene, folder / "targets" / scene.name, folder / "models") for scene in scenes)
-
-
-def read_pair(scene: Path, target: Path, models: Path) -> Task:
-    """One task of 2021. Instances of a model are called `model`, `model_2`, ... and matched with goals in order.
-
-    Args:
-        scene: start poses.
-        target: goal poses.
-        models: folder of NAME/collision.obj.
-
-    Raises:
-        TaskError: where a file is not of the form, a mesh is missing, or the two files list different objects.
-    """
-    starts, goals = _instances(read_document(scene)), _instances(read_document(target))
-    unmatched = sorted(starts.keys() ^ goals.keys())
-    if unmatched:
-        raise TaskError(f"{target}: lists other objects than {scene}: {', '.join(unmatched)} stand in one of them only")
-    objects = []
-    for name, (model, pose) in starts.items():
-        mesh = models / model / "collision.obj"
-        if not mesh.is_file():
-            raise TaskError(f"{scene}: {model}: there is no mesh {mesh}")
-        objects.append(Object(name, Mesh(mesh), pose, At(goals[name][1]), MASS_2021, FRICTION_2021))
-    return Task(name=scene.stem, objects=tuple(objects))
-
-
-def _instances(document: Document) -> dict[str, tuple[str, Pose]]:
-    """Instance name -> (model, pose), in the file's order."""
-    if not isinstance(document.value, dict):
-        raise TaskError(f"{document.name}: expected a mapping of model names to lists of poses")
-    taken = set(document.value)
-    found: dict[str, tuple[str, Pose]] = {}
-    for model, rows in document.value.items():
-        if not isinstance(rows, tuple):
-            raise TaskError(f"{document.where((model,))}: expected a list of [x, y, z, roll, pitch, yaw]")
-        for index, row in enumerate(rows):
-            name = model if index == 0 else _instance_name(model, index + 1, taken)
-            found[name] = (model, _pose(row, document, (model, index)))
-    return found
-
-
-def _instance_name(model: str, number: int, taken: set[str]) -> str:
-    """`model_2` for the second instance, unless a model is called so: then `model_2_instance`."""
-    name = f"{model}_{number}"
-    return f"{name}_instance" if name in taken else name
-
-
-def _pose(row: Any, document: Document, field: FieldPath) -> Pose:
-    if not isinstance(row, tuple) or len(row) != 6 or not all(type(v) in (int, float) for v in row):
-        raise TaskError(f"{document.where(field)}: expected [x, y, z, roll, pitch, yaw]")
-    try:
-        return Pose.from_rpy(row[:3], row[3:])
-    except ValueError as error:
-        raise TaskError(f"{document.where(field)}: {error}") from None
+def _read(folder: Path, stand_ins: Path) -> tuple[tuple[Task, ...], tuple[str, ...]]:
+    if (folder / "scenes").is_dir() and (folder / "targets").is_dir():
+        return read_pairs(folder), ()
+    if any(folder.glob("tasks/*/input.world")):
+        return read_worlds(folder, stand_ins)
+    raise TaskError(
+        f"{folder}: holds no tasks of OCRTOC; expected scenes/ and targets/ (2021) or tasks/*/input.world (2020)"
+    )
 
 
 def _with_meshes_in(task: Task, folder: Path) -> Task:
@@ -124,10 +61,10 @@ def _with_meshes_in(task: Task, folder: Path) -> Task:
     return replace(task, objects=tuple(replace(o, shape=_copied(o.shape, folder)) for o in task.objects))
 
 
-def _copied(shape: Any, folder: Path) -> Any:
+def _copied(shape: Shape, folder: Path) -> Shape:
     if not isinstance(shape, Mesh):
         return shape
-    copy = folder / shape.path.parent.name / shape.path.name
+    copy = folder / model_name(shape) / shape.path.name
     if copy.resolve() != shape.path.resolve():
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(shape.path, copy)

@@ -15,11 +15,14 @@ from tamp.task.pose import Pose
 if TYPE_CHECKING:
     from _typeshed import StrPath
 
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
 
 def save_task(task: Task, path: StrPath) -> None:
     """Write a task.yaml that `load_task` reads back as the same task; meshes are referred to relative to its folder."""
     path = Path(path)
-    text = yaml.safe_dump(as_mapping(task, path.resolve().parent), sort_keys=False, default_flow_style=None, width=120)
+    data = as_mapping(task, path.resolve().parent)
+    text = yaml.dump(data, Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=120)
     path.write_text(text, encoding="utf-8")
 
 

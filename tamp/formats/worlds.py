@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Mapping
+import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from tamp.errors import TaskError
-from tamp.task.model import At, Mesh, Object, Table, Task
+from tamp.formats.models import Library
+from tamp.task.model import At, Inertia, Mesh, Object, Symmetry, Table, Task
 from tamp.task.pose import Pose
+
+if TYPE_CHECKING:
+    from tamp.task.pose import Vector3
 
 TABLE_2020 = Table(center=(0.0, 0.0), size=(0.8, 1.0))
 
-Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
+_LEVEL = re.compile(r"(\d+)-\d+")
 
 
 @dataclass(frozen=True)
@@ -25,25 +29,32 @@ class _Body:
     scale: float
     mass: float
     friction: float
+    inertia: Inertia | None
     pose: Pose
 
 
 def read_worlds(folder: Path, stand_ins: Path) -> tuple[tuple[Task, ...], tuple[str, ...]]:
-    """All tasks below `folder`/tasks, and what could not be taken over.
+    """All tasks of `folder`/tasks, and what could not be taken over.
 
-    Meshes are looked for in `folder`/models_*/NAME and in `folder`/../2021/models/NAME. Where there is none, a box of
+    Meshes are looked for in `folder`/models*/NAME and in `folder`/../2021/models/NAME. Where there is none, a box of
     the size in objects.csv is written below `stand_ins` and a warning says so.
 
     Raises:
         TaskError: where a world cannot be read, or neither mesh nor size of an object is known.
     """
-    library = _Library(folder, stand_ins)
+    library = Library(folder, stand_ins)
     worlds = sorted(folder.glob("tasks/*/input.world"))
     tasks = tuple(_task(path.parent.name, path, path.with_name("target.world"), library) for path in worlds)
     return tasks, tuple(library.warnings)
 
 
-def _task(name: str, start: Path, target: Path, library: _Library) -> Task:
+def level_of(name: str) -> int | None:
+    """The level in a task's name, which OCRTOC 2020 gives as LEVEL-NUMBER; None in a name of another form."""
+    match = _LEVEL.fullmatch(name)
+    return int(match[1]) if match else None
+
+
+def _task(name: str, start: Path, target: Path, library: Library) -> Task:
     starts, goals = _bodies(start), _bodies(target)
     unknown = sorted(goals.keys() - starts.keys())
     if unknown:
@@ -52,8 +63,12 @@ def _task(name: str, start: Path, target: Path, library: _Library) -> Task:
     for alias, body in starts.items():
         goal = At(goals[alias].pose) if alias in goals else None
         shape = Mesh(library.mesh(body.model, start), body.scale)
-        objects.append(Object(alias, shape, body.pose, goal, body.mass, body.friction))
-    return Task(name=name, objects=tuple(objects), table=TABLE_2020)
+        model = library.model(body.model)
+        symmetry, category = (Symmetry(), None) if model is None else (model.symmetry, model.category or None)
+        objects.append(
+            Object(alias, shape, body.pose, goal, body.mass, body.friction, symmetry, category, body.inertia)
+        )
+    return Task(name=name, objects=tuple(objects), table=TABLE_2020, level=level_of(name))
 
 
 def _bodies(path: Path) -> dict[str, _Body]:
@@ -80,14 +95,43 @@ def _body(model: ElementTree.Element) -> _Body:
         raise ValueError(f"its mesh address is {address!r}; expected model://NAME/...")
     if len(scales) != 1:
         raise ValueError("its scale differs between axes")
-    x, y, z, roll, pitch, yaw = _numbers(model, "pose", 6)
     return _Body(
         model=address.removeprefix("model://").partition("/")[0],
         scale=scales.pop(),
         mass=_numbers(model, "link/inertial/mass", 1)[0],
         friction=_numbers(model, "link/collision/surface/friction/ode/mu", 1)[0],
-        pose=Pose.from_rpy((x, y, z), (roll, pitch, yaw)),
+        inertia=_inertia(model),
+        pose=_pose(model, "pose"),
     )
+
+
+def _inertia(model: ElementTree.Element) -> Inertia | None:
+    """How its mass is spread, told about principal axes; None where the world does not say."""
+    if model.find("link/inertial/inertia") is None:
+        return None
+    xx, yy, zz, xy, xz, yz = (_numbers(model, f"link/inertial/inertia/i{i}", 1)[0] for i in _PRODUCTS)
+    frame = _pose(model, "link/inertial/pose")
+    return Inertia(frame, (xx, yy, zz)) if xy == xz == yz == 0 else _principal(frame, (xx, yy, zz), (xy, xz, yz))
+
+
+_PRODUCTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+
+def _principal(frame: Pose, moments: Vector3, products: Vector3) -> Inertia:
+    """The same spread of mass about axes that have no products of inertia."""
+    import numpy as np
+
+    xy, xz, yz = products
+    matrix = np.array([[moments[0], xy, xz], [xy, moments[1], yz], [xz, yz, moments[2]]])
+    values, axes = np.linalg.eigh(matrix)
+    T = np.eye(4)
+    T[:3, :3] = axes * [1.0, 1.0, np.linalg.det(axes)]
+    return Inertia(frame @ Pose.from_matrix(T), (float(values[0]), float(values[1]), float(values[2])))
+
+
+def _pose(model: ElementTree.Element, tag: str) -> Pose:
+    x, y, z, roll, pitch, yaw = _numbers(model, tag, 6)
+    return Pose.from_rpy((x, y, z), (roll, pitch, yaw))
 
 
 def _text(model: ElementTree.Element, tag: str) -> str:
@@ -102,49 +146,3 @@ def _numbers(model: ElementTree.Element, tag: str, count: int) -> tuple[float, .
     if len(values) != count:
         raise ValueError(f"<{tag}> has {len(values)} numbers; expected {count}")
     return values
-
-
-class _Library:
-    """Finds a model's mesh, or makes a box stand in for it."""
-
-    def __init__(self, folder: Path, stand_ins: Path) -> None:
-        self._folders = [*sorted(folder.glob("models_*")), folder.parent / "2021" / "models"]
-        self._sizes = _sizes(f / "objects.csv" for f in self._folders)
-        self._stand_ins = stand_ins
-        self.warnings: list[str] = []
-
-    def mesh(self, model: str, needed_by: Path) -> Path:
-        for folder in self._folders:
-            path = folder / model / "collision.obj"
-            if path.is_file():
-                return path
-        if model not in self._sizes:
-            raise TaskError(f"{needed_by}: neither a mesh nor a size is known of the model {model!r}")
-        path = self._stand_ins / model / "stand_in.obj"
-        warning = f"{model}: no mesh; a box of its size stands in for it"
-        if warning not in self.warnings:
-            self.warnings.append(warning)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(_box_obj(model, self._sizes[model]), encoding="utf-8")
-        return path
-
-
-def _sizes(files: Iterable[Path]) -> Mapping[str, Corners]:
-    """Model -> lower and upper corner [m]."""
-    sizes: dict[str, Corners] = {}
-    for path in files:
-        if not path.is_file():
-            continue
-        with path.open(encoding="utf-8", newline="") as file:
-            for row in csv.DictReader(file):
-                x, y, z = ((float(row[f"min_{a}"]), float(row[f"max_{a}"])) for a in "xyz")
-                sizes.setdefault(row["object"], ((x[0], y[0], z[0]), (x[1], y[1], z[1])))
-    return sizes
-
-
-def _box_obj(name: str, corners: Corners) -> str:
-    (x0, y0, z0), (x1, y1, z1) = corners
-    vertices = [(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
-    faces = ((1, 4, 3, 2), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8))
-    lines = [f"o {name}", *(f"v {x!r} {y!r} {z!r}" for x, y, z in vertices)]
-    return "\n".join([*lines, *(f"f {a} {b} {c}\nf {a} {c} {d}" for a, b, c, d in faces)]) + "\n"
