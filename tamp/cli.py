@@ -10,13 +10,22 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tamp.arguments import comparing, formats, installed, scoring, showing, solving
+from tamp.arguments import comparing, formats, generating, installed, scoring, showing, solving
 from tamp.arguments.kinds import add_verbosity
 from tamp.errors import TampError
 
 SOLVED, UNSOLVED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-FAMILIES = (solving.add, scoring.add, comparing.add, showing.add, formats.add, installed.add_samplers, installed.add)
+FAMILIES = (
+    solving.add,
+    scoring.add,
+    comparing.add,
+    showing.add,
+    formats.add,
+    generating.add,
+    installed.add_samplers,
+    installed.add,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The whole command line."""
-    whole = argparse.ArgumentParser(prog="tamp", description="Task and motion planning at a cluttered table.")
+    statuses = "exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted"
+    about = "Task and motion planning at a cluttered table."
+    whole = argparse.ArgumentParser(prog="tamp", description=about, epilog=statuses)
     commands = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for family in FAMILIES:
         family(commands)

@@ -29,6 +29,7 @@ ALLOWED = {
     "execution": {"world", "task", "errors"},
     "streams": {"world", "task", "errors"},
     "domains": {"streams", "world", "planning", "language", "task", "errors"},
+    "generate": {"execution", "scenarios", "scoring", "world", "task", "errors"},
     "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
         "domains", "streams", "planning", "world", "checking", "execution", "scoring", "results", "versions", "task",
@@ -39,8 +40,8 @@ ALLOWED = {
     "arguments": {"errors"},
     "cli": {"arguments", "errors"},
     "commands": {
-        "cli", "batch", "report", "conformance", "pipeline", "formats", "domains", "planning", "language", "world", "checking",
-        "execution", "scoring", "results", "versions", "task", "errors",
+        "cli", "batch", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains", "planning", "language",
+        "world", "checking", "execution", "scoring", "results", "versions", "task", "errors",
     },
 }  # fmt: skip
 
@@ -60,6 +61,7 @@ HOMES = {
     "pybullet": {"execution.bullet"},
     "pydantic": {"task.explain", "task.load", "task.schema"},
     "rich": {"commands.batches", "commands.compare", "results"},
+    "shtab": {"commands.completion"},
     "scipy": {"checking.solids", "scoring.assignment", "task.mesh", "world.seeds"},
     "toppra": {"world.timing"},
     "trimesh": {"task.meshfile", "scenarios.make_objects"},

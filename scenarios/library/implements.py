@@ -30,7 +30,7 @@ def spoon(length: float, width: float, height: float) -> Body:
     """A spoon: a handle and a round shallow bowl."""
     radius = 0.95 * width
     handle = _bar((0.0, length - 2 * radius + 0.002), width, height)
-    wall = [(0.8 * radius, 0.0), (radius, height), (radius - 0.003, height), (0.8 * radius, 0.004)]
+    wall = [(0.8 * radius, 0.002), (radius, height), (radius - 0.003, height), (0.8 * radius, 0.004)]
     hollow = [disc(0.8 * radius, (0.0, 0.004), 12), *ring(wall, 12)]
     return Body([handle, *moved(hollow, (length - radius, 0.0, 0.0))])
 

@@ -8,12 +8,14 @@ from tamp.scenarios.parts import Part, block, crate, disc, loft, ring, strip, ta
 SIDES = 16
 SQUARE_IN_CIRCLE = 1.4
 """Side of the largest square in a circle, in radii, rounded down."""
+FOOT = 0.002
+"""How far walls end above the foot: on the table a thing rests on its foot alone, which physics is quicker with [m]."""
 
 
 def plate(radius: float, height: float) -> Body:
     """A plate with a flat foot and a rising rim 4 mm thick."""
     foot = 0.68 * radius
-    rim = [(foot, 0.0), (radius, height - 0.0035), (radius - 0.002, height), (foot, 0.005)]
+    rim = [(foot, FOOT), (radius, height - 0.0035), (radius - 0.002, height), (foot, 0.005)]
     return Body([disc(foot, (0.0, 0.005), SIDES), *ring(rim, SIDES)], top=_square(foot))
 
 
@@ -37,14 +39,14 @@ def _band(sign: float, inner: float) -> tuple[float, float]:
 def cup(radius: float, height: float) -> Body:
     """A conical cup without a handle, wall 3.5 mm."""
     foot, wall = 0.78 * radius, 0.0035
-    profile = [(foot, 0.0), (radius, height), (radius - wall, height), (foot - wall, 0.0)]
+    profile = [(foot, FOOT), (radius, height), (radius - wall, height), (foot - wall, FOOT)]
     return Body([disc(foot - wall, (0.0, 0.005), SIDES), *ring(profile, SIDES)], hollow=_square(foot - wall))
 
 
 def mug(radius: float, height: float) -> Body:
     """A mug, wall 4 mm, with a handle towards +x."""
     inner = radius - 0.004
-    wall = [(radius, 0.0), (radius, height), (inner, height), (inner, 0.0)]
+    wall = [(radius, FOOT), (radius, height), (inner, height), (inner, FOOT)]
     handle = _ear(radius - 0.001, 0.18 * height, 0.85 * height)
     return Body([disc(inner, (0.0, 0.006), SIDES), *ring(wall, SIDES), *handle], hollow=_square(inner))
 
@@ -66,7 +68,7 @@ def _ear(x: float, low: float, high: float) -> list[Part]:
 def bowl(radius: float, height: float) -> Body:
     """A round bowl with a wall of about 4 mm."""
     foot = 0.56 * radius
-    wall = [(foot, 0.0), (radius, height), (radius - 0.0045, height), (foot, 0.006)]
+    wall = [(foot, FOOT), (radius, height), (radius - 0.0045, height), (foot, 0.006)]
     return Body([disc(foot, (0.0, 0.006), SIDES), *ring(wall, SIDES)], hollow=_square(1.15 * foot))
 
 
@@ -111,7 +113,7 @@ def _mirrored(part: Part) -> Part:
 def saucepan(radius: float, height: float) -> Body:
     """A small pot, wall 4 mm, with a straight handle towards +x."""
     inner = radius - 0.004
-    wall = [(radius, 0.0), (radius, height), (inner, height), (inner, 0.0)]
+    wall = [(radius, FOOT), (radius, height), (inner, height), (inner, FOOT)]
     handle = block((radius - 0.001, radius + 0.07), (-0.008, 0.008), (height - 0.012, height))
     return Body([disc(inner, (0.0, 0.006), SIDES), *ring(wall, SIDES), handle], hollow=_square(inner))
 

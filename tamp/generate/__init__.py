@@ -1,0 +1,1 @@
+"""New tasks from scene graphs: objects of a library in relations that hold, settled, within reach, graded by level."""

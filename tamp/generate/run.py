@@ -1,0 +1,94 @@
+"""A set of tasks in a folder: which ones, the files they are written to, and a line about each."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tamp.errors import TampError
+from tamp.generate.graph import read_patterns
+from tamp.generate.levels import LEVELS
+from tamp.generate.task import Made, Recipe, make_task
+from tamp.scenarios.library.model import FILE, SETS, read_library
+from tamp.task.save import save_task
+
+TRIAL_SHARE = 1100 / 1400
+"""Of all tasks, as the paper has it."""
+OBJECTS = "objects"
+"""The folder of the meshes, beside the tasks."""
+
+
+def recipes(n: int, seed: int, level: int | None = None, family: str | None = None) -> list[Recipe]:
+    """What tasks there shall be: trial and contest in the paper's proportion, levels and families in turn.
+
+    Args:
+        n: how many in all.
+        seed: of the run.
+        level: only this level.
+        family: only this family.
+
+    Raises:
+        TampError: for a level or family that does not exist.
+    """
+    families, numbers = list(read_patterns()), [of.number for of in LEVELS]
+    if level is not None and level not in numbers:
+        raise TampError(f"there is no level {level}; valid are {', '.join(map(str, numbers))}")
+    if family is not None and family not in families:
+        raise TampError(f"there is no family {family!r}; valid are {', '.join(families)}")
+    numbers, families = [level] if level else numbers, [family] if family else families
+    trial = round(n * TRIAL_SHARE)
+    return [
+        Recipe(seed, name, i + 1, numbers[i % len(numbers)], families[i // len(numbers) % len(families)])
+        for name, count in zip(SETS, (trial, n - trial), strict=True)
+        for i in range(count)
+    ]
+
+
+def copy_library(source: Path, output: Path) -> None:
+    """Copy a library beside the tasks that refer to it, once for all.
+
+    Raises:
+        TaskError: where the library is not valid.
+        TampError: where it cannot be written.
+    """
+    models = read_library(source)
+    folder = output / OBJECTS
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in [source / FILE, *(model.shape.path for model in models)]:
+            target = folder / path.resolve().relative_to(source.resolve())
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+    except OSError as error:
+        raise TampError(f"{output}: cannot be written: {error.strerror}") from error
+
+
+def make_tasks(output: str, asked: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Make tasks and write their files: the work of one worker, with JSON-like values in and out.
+
+    Args:
+        output: the folder, which has the library already.
+        asked: the recipes.
+
+    Returns:
+        {"rows": [...]}: recipe, features and rejections of each task.
+    """
+    folder = Path(output).resolve()
+    library = read_library(folder / OBJECTS)
+    rows = []
+    for fields in asked:
+        made = make_task(Recipe(**fields), library)
+        write_task(made, folder)
+        rows.append({"name": made.task.name, **fields, **asdict(made.features), "rejected": dict(made.rejected)})
+    return {"rows": rows}
+
+
+def write_task(made: Made, folder: Path) -> Path:
+    """Write a task's file, which says in its first lines how it was made."""
+    path = folder / f"{made.task.name}.yaml"
+    save_task(made.task, path)
+    path.write_text(made.comment + path.read_text(encoding="utf-8"), encoding="utf-8")
+    return path
