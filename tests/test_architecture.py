@@ -40,8 +40,8 @@ ALLOWED = {
     "arguments": {"errors"},
     "cli": {"arguments", "errors"},
     "commands": {
-        "cli", "batch", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains", "planning", "language",
-        "world", "checking", "execution", "scoring", "results", "versions", "task", "errors",
+        "cli", "batch", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains", "planning",
+        "language", "world", "checking", "execution", "scoring", "results", "versions", "task", "errors",
     },
 }  # fmt: skip
 
