@@ -1,14 +1,15 @@
-"""Do three libraries see the same collisions? Coal as tamp.world asks it, python-fcl as the checker does, and PyBullet.
+"""Do three libraries see the same collisions? Coal as tamp.world asks it, python-fcl, and PyBullet.
 
 Random scenes, most of them within a centimetre of touching: two bodies, or the whole robot among objects. Where two
-libraries differ by more than a millimetre, the exact distance of the convex parts says which of them is off, and by how
-much: it is the distance of the origin from their Minkowski difference. `coal_off`, `fcl_off` and `bullet_off` count
-that; `coal_misses` those of coal's that hide over a millimetre of penetration. `unexplained` must be 0.
+libraries differ by more than a millimetre, the exact distance of the convex parts says which of them is off: it is the
+distance of the origin from their Minkowski difference. `off` counts that for each library, `misses` those of them that
+take bodies for farther apart, or less deep in each other, than they are. `unexplained` must be 0, and so should be the
+misses of coal, which plans rest on, and of fcl, whose depths the checker believes where they are small.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -22,6 +23,7 @@ from tamp.task.mesh import Part
 
 Array = NDArray[np.float64]
 
+LIBRARIES = ("coal", "fcl", "bullet")
 APART = 0.001
 """Differences up to this are agreement [m]."""
 RANGE = (-0.006, 0.014)
@@ -54,46 +56,47 @@ def placed(
 
 def pairs(name: str, library: Library, scenes: Iterator[tuple[Body, Body, Array]]) -> Row:
     """Ask all three about each pair."""
-    row: Row = {"scenes": name, "asked": 0, "differ": 0, "coal_off": 0, "fcl_off": 0, "bullet_off": 0}
-    row |= {"coal_misses": 0, "unexplained": 0, "spread_mm": 0.0, "coal_mm": 0.0, "fcl_mm": 0.0, "bullet_mm": 0.0}
+    row = _empty(name)
     for a, b, T in scenes:
         said = {"coal": a.coal(b, T), "fcl": a.fcl(b, T), "bullet": library.bullet(a, b, T)}
         row["asked"] += 1
-        spread = max(said.values()) - min(said.values())
-        row["spread_mm"] = max(row["spread_mm"], 1000 * spread)
-        if spread <= APART:
-            continue
-        row["differ"] += 1
-        truth = exact(a.parts, b.parts, T)
-        off = {who: value - truth for who, value in said.items()}
-        for who, error in off.items():
-            row[f"{who}_off"] += abs(error) > APART / 2
-            row[f"{who}_mm"] = max(row[f"{who}_mm"], 1000 * abs(error))
-        row["coal_misses"] += said["coal"] > 0 and truth < -APART
-        row["unexplained"] += all(abs(error) <= APART / 2 for error in off.values())
+        if max(said.values()) - min(said.values()) > APART:
+            truth = exact(a.parts, b.parts, T)
+            _explain(row, {who: value - truth for who, value in said.items()})
     return row
 
 
 def whole_scenes(scenes: Scenes, rng: np.random.Generator, count: int) -> Row:
-    """Is the robot free at a random configuration among random objects, with a margin? The three say yes or no."""
-    row: Row = {"scenes": "robot among objects", "asked": 0, "differ": 0, "coal_off": 0, "fcl_off": 0, "bullet_off": 0}
-    row |= {"coal_misses": 0, "unexplained": 0}
+    """Is the robot free by a margin at a random configuration among random objects?
+
+    Coal says yes or no; that differs from a distance which lies clearly on the other side of the margin.
+    """
+    row = _empty("robot among objects")
     for _ in range(count):
         free, nearest = scenes.ask(rng)
-        row["asked"] += 1
-        # An answer of coal's is a yes or no at its margin; it differs where a distance lies clearly on the other side.
         said = {who: distance - MARGIN for who, (distance, _) in nearest.items()}
-        if not any(d < -APART if free else d > APART for d in said.values()):
-            continue
-        row["differ"] += 1
-        truth = min(exact(a.parts, b.parts, T) for _, (a, b, T) in nearest.values()) - MARGIN
-        wrong = {who: abs(d - truth) > APART / 2 for who, d in said.items()}
-        wrong["coal"] = truth < -APART / 2 if free else truth > APART / 2
-        for who, is_off in wrong.items():
-            row[f"{who}_off"] += is_off
-        row["coal_misses"] += free and truth < -APART
-        row["unexplained"] += not any(wrong.values())
+        row["asked"] += 1
+        if any(d < -APART if free else d > APART for d in said.values()):
+            truth = min(exact(a.parts, b.parts, T) for _, (a, b, T) in nearest.values()) - MARGIN
+            coal = max(-truth, 0.0) if free else min(-truth, 0.0)
+            _explain(row, {"coal": coal, **{who: d - truth for who, d in said.items()}})
     return row
+
+
+def _empty(name: str) -> Row:
+    columns = [f"{who}_{what}" for what in ("off", "misses") for who in LIBRARIES]
+    worst = [f"{who}_mm" for who in LIBRARIES]
+    return {"scenes": name, **dict.fromkeys(("asked", "differ", "unexplained", *columns, *worst), 0)}
+
+
+def _explain(row: Row, errors: Mapping[str, float]) -> None:
+    """Count a disagreement by who is how far from the truth [m]."""
+    row["differ"] += 1
+    row["unexplained"] += all(abs(error) <= APART / 2 for error in errors.values())
+    for who, error in errors.items():
+        row[f"{who}_off"] += abs(error) > APART / 2
+        row[f"{who}_misses"] += error > APART / 2
+        row[f"{who}_mm"] = max(row[f"{who}_mm"], 1000 * abs(error))
 
 
 def exact(a: Sequence[Part], b: Sequence[Part], T_a_b: Array) -> float:

@@ -55,7 +55,7 @@ class Body:
         return separation(self.for_coal, other.for_coal, T)
 
     def fcl(self, other: Body, T: Array) -> float:
-        """Signed distance [m] as the checker has it, part by part."""
+        """Signed distance [m] part by part: certain distances as the checker computes them, and fcl's own depths."""
         centers = np.array([two.center for two in other.for_fcl]) @ T[:3, :3].T + T[:3, 3]
         apart = np.array([one.center for one in self.for_fcl])[:, None] - centers[None]
         radii = np.array([one.radius for one in self.for_fcl])[:, None] + [two.radius for two in other.for_fcl]
@@ -64,7 +64,7 @@ class Body:
             i, j = divmod(int(flat), len(other.for_fcl))
             if gaps[i, j] >= max(least, 0.0):
                 break
-            least = min(least, clearance(self.for_fcl[i], other.for_fcl[j], T, 0.0))
+            least = min(least, clearance(self.for_fcl[i], other.for_fcl[j], T, np.inf))
         return least if np.isfinite(least) else float(gaps.min())
 
 
