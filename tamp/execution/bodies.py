@@ -15,7 +15,7 @@ import numpy as np
 
 from tamp.execution.bullet import pybullet
 from tamp.task.mesh import Part, parts
-from tamp.task.model import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from tamp.task.model import Box, Capsule, Cylinder, Inertia, Mesh, Shape, Sphere
 from tamp.task.pose import Pose
 from tamp.world.geometry import load_geometry
 
@@ -43,11 +43,13 @@ class Material:
         mass: [kg]; 0 for what cannot move.
         friction: coefficient of lateral friction; a contact has the product of its two bodies'.
         color: red, green, blue, opacity in 0..1, or None for a body that is never drawn.
+        inertia: how the mass is spread; None is evenly.
     """
 
     mass: float
     friction: float
     color: Color | None = None
+    inertia: Inertia | None = None
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,9 @@ def create_body(client: int, folder: Path, shape: Shape, material: Material, T_w
         TaskError: where the shape's mesh cannot be used.
     """
     T_object_inertial, principal = _mass_properties(shape)
+    moments = [material.mass * value for value in principal]
+    if material.inertia is not None:
+        T_object_inertial, moments = material.inertia.frame, list(material.inertia.moments)
     geometry = _geometry(folder, shape, MARGIN)
     visual = -1
     if material.color is not None:
@@ -103,7 +108,7 @@ def create_body(client: int, folder: Path, shape: Shape, material: Material, T_w
         baseInertialFrameOrientation=T_object_inertial.quat,
         physicsClientId=client,
     )
-    dynamics = {"localInertiaDiagonal": [material.mass * value for value in principal]} if material.mass > 0 else {}
+    dynamics = {"localInertiaDiagonal": moments} if material.mass > 0 else {}
     pybullet.changeDynamics(
         body,
         -1,

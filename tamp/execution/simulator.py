@@ -127,9 +127,7 @@ class Simulator:
             self.robot = load_robot_body(client, folder, robot, tuple(robot.home if q is None else q))
         self.bodies: Mapping[str, Body] = MappingProxyType(
             {
-                item.name: create_body(
-                    client, folder, item.shape, Material(item.mass, item.friction), poses.get(item.name, item.pose)
-                )
+                item.name: create_body(client, folder, item.shape, _material(item), poses.get(item.name, item.pose))
                 for item in objects
             }
         )
@@ -207,3 +205,7 @@ class Simulator:
             for p in pybullet.getContactPoints(physicsClientId=self._client)
             if p[1] in self._names and p[2] in self._names and p[1] != p[2]
         )
+
+
+def _material(item: Object) -> Material:
+    return Material(item.mass, item.friction, inertia=item.inertia)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.execution.bodies import Material, create_body
-from tamp.task import Box, Capsule, Cylinder, Mesh, Pose, Sphere
+from tamp.task import Box, Capsule, Cylinder, Inertia, Mesh, Pose, Sphere
 from tamp.task.mesh import parts
 
 BOWL = Mesh(Path(__file__).parents[2] / "scenarios" / "objects" / "bowl" / "collision.obj")
@@ -54,6 +54,18 @@ def test_the_body_fills_the_space_of_its_parts(client, shape):
         ((hit, _, _, where, _),) = pybullet.rayTest(start, end, physicsClientId=client)
         assert hit == body.id
         assert where[axis] == pytest.approx(points[:, axis].max(), abs=0.003)
+    pybullet.removeBody(body.id, physicsClientId=client)
+
+
+def test_mass_lies_where_the_inertia_says(client):
+    inertia = Inertia(Pose.from_rpy((0.01, -0.02, 0.03), (0.1, 0.2, 0.3)), (1e-4, 2e-4, 2.5e-4))
+    pose = Pose.from_rpy((0.1, -0.2, 0.3), (0.4, 0.5, 0.6))
+    with tempfile.TemporaryDirectory() as folder:
+        body = create_body(client, Path(folder), SHAPES[0], Material(0.1, 0.5, inertia=inertia), pose)
+    assert np.allclose(body.pose(client).matrix, pose.matrix, atol=1e-9)
+    center, _ = pybullet.getBasePositionAndOrientation(body.id, physicsClientId=client)
+    assert np.allclose(center, (pose @ inertia.frame).xyz, atol=1e-9)
+    assert pybullet.getDynamicsInfo(body.id, -1, physicsClientId=client)[2] == pytest.approx(inertia.moments)
     pybullet.removeBody(body.id, physicsClientId=client)
 
 
