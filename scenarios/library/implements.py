@@ -59,8 +59,8 @@ def shears(length: float, height: float) -> Body:
 
 
 def pen(radius: float, length: float) -> Body:
-    """A six-sided pen with a point, so that it does not roll."""
-    return Body(laid([disc(radius, (0.0, 0.88 * length), 6), disc((radius, 0.002), (0.88 * length, length), 6)]))
+    """A pen with a point; eight-sided, so that it does not roll and fingers find two upright sides."""
+    return Body(laid([disc(radius, (0.0, 0.88 * length), 8), disc((radius, 0.002), (0.88 * length, length), 8)]))
 
 
 def marker(radius: float, length: float) -> Body:
@@ -135,7 +135,7 @@ KINDS = (
     ),
     Kind("scissors", "scissor", scissors, {"length": (0.13, 0.16), "height": (0.011, 0.015)}, 1500.0, FLIP),
     Kind("shears", "scissor", shears, {"length": (0.15, 0.18), "height": (0.012, 0.016)}, 1500.0, FLIP),
-    Kind("pen", "pen", pen, {"radius": (0.005, 0.0065), "length": (0.125, 0.145)}, 1200.0, Symmetry(x=6)),
+    Kind("pen", "pen", pen, {"radius": (0.0058, 0.0072), "length": (0.125, 0.145)}, 1200.0, Symmetry(x=8)),
     Kind("marker", "pen", marker, {"radius": (0.009, 0.0125), "length": (0.11, 0.14)}, 800.0, Symmetry(x=8)),
     Kind(
         "screwdriver", "tool", screwdriver, {"radius": (0.0115, 0.014), "length": (0.15, 0.19)}, 1200.0, Symmetry(x=6)

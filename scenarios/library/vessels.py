@@ -14,7 +14,7 @@ FOOT = 0.002
 
 def plate(radius: float, height: float) -> Body:
     """A plate with a flat foot and a rising rim 4 mm thick."""
-    foot = 0.68 * radius
+    foot = 0.76 * radius
     rim = [(foot, FOOT), (radius, height - 0.0035), (radius - 0.002, height), (foot, 0.005)]
     return Body([disc(foot, (0.0, 0.005), SIDES), *ring(rim, SIDES)], top=_square(foot))
 
@@ -123,8 +123,8 @@ def _square(radius: float) -> tuple[float, float]:
 
 
 KINDS = (
-    Kind("plate", "plate", plate, {"radius": (0.078, 0.1), "height": (0.02, 0.026)}, 900.0, ROUND),
-    Kind("saucer", "plate", plate, {"radius": (0.06, 0.07), "height": (0.018, 0.022)}, 900.0, ROUND),
+    Kind("plate", "plate", plate, {"radius": (0.078, 0.095), "height": (0.026, 0.032)}, 900.0, ROUND),
+    Kind("saucer", "plate", plate, {"radius": (0.06, 0.07), "height": (0.024, 0.028)}, 900.0, ROUND),
     Kind("square_plate", "plate", square_plate, {"side": (0.14, 0.18), "height": (0.02, 0.026)}, 700.0, CROSS),
     Kind("cup", "cup", cup, {"radius": (0.032, 0.038), "height": (0.075, 0.1)}, 1400.0, ROUND),
     Kind("mug", "cup", mug, {"radius": (0.033, 0.038), "height": (0.075, 0.095)}, 1400.0, PLAIN),
