@@ -65,7 +65,12 @@ def plan_from(
         deadline: on the clock of time.monotonic [s].
         samplers: as for `plan`.
         algorithm: as for `plan`.
+
+    Raises:
+        PlanningFailure: where no plan was found that the checker accepts.
     """
+    if time.monotonic() >= deadline:
+        raise PlanningFailure("timeout", "no time was left to plan")
     attempt = Attempt.of(setup, poses, q, samplers)
     rejected: list[str] = []
     for number in range(CHECKED_ATTEMPTS):
@@ -106,6 +111,8 @@ def plan_partly(
     Raises:
         PlanningFailure: where no plan that the checker calls executable brings anything to its goal.
     """
+    if time.monotonic() >= deadline:
+        raise PlanningFailure("timeout", "no time was left to plan")
     attempt = Attempt.of(setup, poses, q, samplers)
     end = time.monotonic() + SEARCH_SHARE * (deadline - time.monotonic())
     options: Any = {"seed": seed, "deadline": end, "algorithm": algorithm}
