@@ -11,6 +11,9 @@ SQUARE_IN_CIRCLE = 1.4
 FOOT = 0.002
 """How far walls end above the foot: on the table a thing rests on its foot alone, which physics is quicker with [m]."""
 
+RIM = 0.004
+"""Thickness of the rim of a square plate [m]."""
+
 
 def plate(radius: float, height: float) -> Body:
     """A plate with a flat foot and a rising rim 4 mm thick."""
@@ -21,18 +24,19 @@ def plate(radius: float, height: float) -> Body:
 
 def square_plate(side: float, height: float) -> Body:
     """A square plate, its rim leaning outwards."""
-    foot, half, wall = 0.36 * side, side / 2, 0.004
+    foot, half = 0.36 * side, side / 2
+    narrow, wide = (-foot - RIM, foot + RIM), (-half, half)
     rim = []
     for sign in (-1.0, 1.0):
-        low, high = _band(sign, foot), _band(sign, half - wall)
-        rim.append(tapered((-half, half), low, (-half, half), high, (0.0, height)))
-        rim.append(tapered(low, (-foot, foot), high, (-foot, foot), (0.0, height)))
+        low, high = _band(sign, foot), _band(sign, half - RIM)
+        rim.append(tapered(narrow, low, wide, high, (FOOT, height)))
+        rim.append(tapered(low, narrow, high, wide, (FOOT, height)))
     floor = block((-foot, foot), (-foot, foot), (0.0, 0.005))
     return Body([floor, *rim], top=(1.9 * foot, 1.9 * foot))
 
 
 def _band(sign: float, inner: float) -> tuple[float, float]:
-    low, high = sorted((sign * inner, sign * (inner + 0.004)))
+    low, high = sorted((sign * inner, sign * (inner + RIM)))
     return low, high
 
 
