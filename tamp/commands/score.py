@@ -59,6 +59,9 @@ def _lines(whole: Score, evaluation: Evaluation) -> list[str]:
         told = f"mean {factor * evaluation.error:.2f}{unit}; doing nothing {factor * evaluation.do_nothing:.2f}{unit}"
         better = "" if evaluation.improvement is None else f" (improvement {evaluation.improvement:.1%})"
         lines.append(f"{told}{better}; mean bound {factor * evaluation.bound:.2f}{unit}")
+    if evaluation.unit != "m" and evaluation.objects:
+        shares = (f"{share:.0%} over {threshold}" for threshold, share in evaluation.in_place().items())
+        lines.append(f"objects by overlap: {', '.join(shares)}")
     return [*lines, "solved" if whole.solved else "not solved"]
 
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ ROW = ("object", "class", "source", "location", "metric", "min_x", "max_x", "min
 
 _TURNS = {"": ANY_TURN, "90": 4, "180": 2}
 """What may stand behind an axis in `symmetric_z180`, and the fold that it means."""
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
 _FOLDS = (*range(1, 13), ANY_TURN)
 
@@ -93,6 +96,17 @@ def model_name(mesh: Mesh) -> str:
     return folder.parent.name if folder.name == INNER else folder.name
 
 
+def check_name(name: str) -> str:
+    """The name of a model or an object, if it can be one in a task and in a path.
+
+    Raises:
+        ValueError: where it cannot.
+    """
+    if _NAME.fullmatch(name) is None:
+        raise ValueError(f"the name {name!r} is not of letters, digits, _, . and -, at most 64")
+    return name
+
+
 def read_symmetries(path: Path) -> dict[str, Symmetry]:
     """Model -> symmetry from a models.yaml; empty where there is none.
 
@@ -130,11 +144,17 @@ def _read_objects(files: Iterable[Path]) -> Mapping[str, Model]:
     for path in files:
         if not path.is_file():
             continue
-        with path.open(encoding="utf-8", newline="") as file:
-            for number, row in enumerate(csv.DictReader(file), start=2):
-                model = _model(row, f"{path}:{number}")
-                models.setdefault(row["object"], model)
+        for number, row in enumerate(_rows(path), start=2):
+            model = _model(row, f"{path}:{number}")
+            models.setdefault(row["object"], model)
     return models
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    try:
+        return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise TaskError(f"{path}: not a table of comma-separated values: {error}") from error
 
 
 def _model(row: Mapping[str, str], where: str) -> Model:

@@ -13,7 +13,7 @@ import yaml
 
 from tamp.errors import TaskError
 from tamp.formats.angles import roll_pitch_yaw
-from tamp.formats.models import COLLISION, model_name, read_symmetries
+from tamp.formats.models import COLLISION, check_name, model_name, read_symmetries
 from tamp.task.document import Document, FieldPath, read_document
 from tamp.task.model import At, Mesh, Object, Symmetry, Task
 from tamp.task.pose import Pose
@@ -116,6 +116,10 @@ def _instances(document: Document) -> dict[str, tuple[str, Pose]]:
         raise TaskError(f"{document.name}: expected a mapping of model names to lists of poses")
     found: list[tuple[str, Pose]] = []
     for model, rows in document.value.items():
+        try:
+            check_name(model)
+        except ValueError as error:
+            raise TaskError(f"{document.where((model,))}: {error}") from None
         if not isinstance(rows, tuple):
             raise TaskError(f"{document.where((model,))}: expected a list of [x, y, z, roll, pitch, yaw]")
         found += [(model, _pose(row, document, (model, index))) for index, row in enumerate(rows)]

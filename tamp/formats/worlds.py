@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from tamp.errors import TaskError
-from tamp.formats.models import Library
+from tamp.formats.models import Library, check_name
 from tamp.task.model import At, Inertia, Mesh, Object, Symmetry, Table, Task
 from tamp.task.pose import Pose
 
@@ -82,7 +82,9 @@ def _bodies(path: Path) -> dict[str, _Body]:
     for model in root.iterfind("./world/model"):
         alias = model.get("name", "")
         try:
-            bodies[alias] = _body(model)
+            if alias in bodies:
+                raise ValueError("stands twice; names must differ")
+            bodies[check_name(alias)] = _body(model)
         except ValueError as error:
             raise TaskError(f"{path}: model {alias!r}: {error}") from None
     return bodies
@@ -96,10 +98,10 @@ def _body(model: ElementTree.Element) -> _Body:
     if len(scales) != 1:
         raise ValueError("its scale differs between axes")
     return _Body(
-        model=address.removeprefix("model://").partition("/")[0],
-        scale=scales.pop(),
-        mass=_numbers(model, "link/inertial/mass", 1)[0],
-        friction=_numbers(model, "link/collision/surface/friction/ode/mu", 1)[0],
+        model=check_name(address.removeprefix("model://").partition("/")[0]),
+        scale=_positive("scale", scales.pop()),
+        mass=_positive("mass", *_numbers(model, "link/inertial/mass", 1)),
+        friction=_positive("friction", *_numbers(model, "link/collision/surface/friction/ode/mu", 1)),
         inertia=_inertia(model),
         pose=_pose(model, "pose"),
     )
@@ -111,7 +113,11 @@ def _inertia(model: ElementTree.Element) -> Inertia | None:
         return None
     xx, yy, zz, xy, xz, yz = (_numbers(model, f"link/inertial/inertia/i{i}", 1)[0] for i in _PRODUCTS)
     frame = _pose(model, "link/inertial/pose")
-    return Inertia(frame, (xx, yy, zz)) if xy == xz == yz == 0 else _principal(frame, (xx, yy, zz), (xy, xz, yz))
+    plain = xy == xz == yz == 0
+    inertia = Inertia(frame, (xx, yy, zz)) if plain else _principal(frame, (xx, yy, zz), (xy, xz, yz))
+    for moment in inertia.moments:
+        _positive("moment of inertia", moment)
+    return inertia
 
 
 _PRODUCTS = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -123,6 +129,8 @@ def _principal(frame: Pose, moments: Vector3, products: Vector3) -> Inertia:
 
     xy, xz, yz = products
     matrix = np.array([[moments[0], xy, xz], [xy, moments[1], yz], [xz, yz, moments[2]]])
+    if not np.isfinite(matrix).all():
+        raise ValueError("its inertia is not finite")
     values, axes = np.linalg.eigh(matrix)
     T = np.eye(4)
     T[:3, :3] = axes * [1.0, 1.0, np.linalg.det(axes)]
@@ -132,6 +140,12 @@ def _principal(frame: Pose, moments: Vector3, products: Vector3) -> Inertia:
 def _pose(model: ElementTree.Element, tag: str) -> Pose:
     x, y, z, roll, pitch, yaw = _numbers(model, tag, 6)
     return Pose.from_rpy((x, y, z), (roll, pitch, yaw))
+
+
+def _positive(what: str, value: float) -> float:
+    if not 0.0 < value <= 1e6:
+        raise ValueError(f"its {what} is {value:g}; expected a positive number")
+    return value
 
 
 def _text(model: ElementTree.Element, tag: str) -> str:

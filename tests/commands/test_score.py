@@ -36,6 +36,8 @@ def test_a_metric_is_told_beside_the_score(task: Path, poses: Path, capsys: pyte
     said = capsys.readouterr().out
     assert "mean 5.00 cm; doing nothing 0.00 cm; mean bound 67.08 cm" in said
     assert "at the goal of b" in said
+    assert main(["score", str(task), str(poses), "--metric", "ocrtoc2024"]) == 1
+    assert "objects by overlap: 50% over 0.5, 50% over 0.6" in capsys.readouterr().out
     assert main(["score", str(task), str(poses), "--metric", "ocrtoc2024", "--json", "-"]) == 1
     data = json.loads(capsys.readouterr().out)
     assert data["ede_m"] == pytest.approx((0.3 + 0.3) / 2)
