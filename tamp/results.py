@@ -36,6 +36,7 @@ class Result:
         grasps_attempted: how often the fingers closed on an object.
         grasps_succeeded: how often it was still held after the lift.
         plan_checked: whether the checker accepted every plan.
+        plans_rejected: plans that the checker sent back to the planner: each is a bug of the planner's.
         ede_m, do_nothing_ede_m, mean_ueb_m: see `tamp.scoring.Score`; None where no object has a goal pose [m].
         improvement, improvement_ueb: share of either baseline that was made good.
         objects: one mapping an object with a goal pose: name, ede_m, ueb_m, error_m, lost.
@@ -58,6 +59,7 @@ class Result:
     grasps_attempted: int = 0
     grasps_succeeded: int = 0
     plan_checked: bool = False
+    plans_rejected: int = 0
     ede_m: float | None = None
     do_nothing_ede_m: float | None = None
     mean_ueb_m: float | None = None

@@ -45,6 +45,8 @@ def _show(results: Sequence[Result], *, quiet: bool) -> None:
     for result in results:
         if result.status == "invalid":
             print(f"tamp: {result.message}", file=sys.stderr)
+        if result.plans_rejected:
+            log.warning("%s: the checker sent %d plans back: a bug of ours", result.task, result.plans_rejected)
     if not quiet and any(r.status != "invalid" for r in results):
         print_table(results, sys.stdout)
         print(summary_line(results))

@@ -42,7 +42,8 @@ def plan(
     deadline = time.monotonic() + timeout
     setup = prepare(task)
     home = load_robot(task.robot).home
-    return plan_from(setup, setup.start, home, seed=seed, deadline=deadline, samplers=samplers, algorithm=algorithm)
+    options: Any = {"seed": seed, "samplers": samplers, "algorithm": algorithm}
+    return plan_from(setup, setup.start, home, deadline=deadline, rejections=[], **options)
 
 
 def plan_from(
@@ -54,6 +55,7 @@ def plan_from(
     deadline: float,
     samplers: Samplers | None,
     algorithm: str,
+    rejections: list[str],
 ) -> Plan:
     """Plan from a state in the middle of an execution; see `plan`.
 
@@ -65,6 +67,7 @@ def plan_from(
         deadline: on the clock of time.monotonic [s].
         samplers: as for `plan`.
         algorithm: as for `plan`.
+        rejections: takes up the verdict on each plan that the checker sends back; each is a bug of the planner's.
 
     Raises:
         PlanningFailure: where no plan was found that the checker accepts.
@@ -72,7 +75,7 @@ def plan_from(
     if time.monotonic() >= deadline:
         raise PlanningFailure("timeout", "no time was left to plan")
     attempt = Attempt.of(setup, poses, q, samplers)
-    rejected: list[str] = []
+    before, blocked = len(rejections), list[str]()
     for number in range(CHECKED_ATTEMPTS):
         # Attempts differ in their seed by more than any two seeds of a user's.
         solution = solve_problem(
@@ -84,16 +87,15 @@ def plan_from(
         if solution.plan is None:
             raise PlanningFailure(solution.status, solution.report)
         try:
-            found, verdict = attempt.finish(
-                solution.plan, seed, {**solution.report.as_dict(), "rejected": list(rejected)}
-            )
+            report = {**solution.report.as_dict(), "rejected": rejections[before:], "blocked": list(blocked)}
+            found, verdict = attempt.finish(solution.plan, seed, report)
         except NotFree as reason:
-            rejected.append(str(reason))
+            blocked.append(str(reason))
             continue
         if verdict.accepted:
             return found
-        rejected.append(str(verdict))
-    raise PlanningFailure("rejected", "\n".join(rejected))
+        rejections.append(str(verdict))
+    raise PlanningFailure("rejected", "\n".join((*rejections[before:], *blocked)))
 
 
 def plan_partly(
@@ -105,6 +107,7 @@ def plan_partly(
     deadline: float,
     samplers: Samplers | None,
     algorithm: str,
+    rejections: list[str],
 ) -> Plan:
     """Plan for as many goals as possible; the plan's report says in "left" which it leaves and why. See `plan_from`.
 
@@ -125,5 +128,6 @@ def plan_partly(
     except NotFree as reason:
         raise PlanningFailure("rejected", reason) from reason
     if not verdict.executable:
+        rejections.append(str(verdict))
         raise PlanningFailure("rejected", verdict)
     return found

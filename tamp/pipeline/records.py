@@ -64,6 +64,8 @@ def _report(run: Run) -> str:
     for number, execution in enumerate(run.executions):
         lines += ["", f"execution {number}: {execution.status} after {execution.sim_s:.1f} s"]
         lines += [f"  {entry.name}: {entry.sim_s:.1f} s" for entry in execution.log]
+    for verdict in run.rejections:
+        lines += ["", "A plan that the checker sent back, which is a bug of the planner's:", verdict]
     if run.failure is not None:
         lines += ["", str(run.failure)]
     return "\n".join(lines) + "\n"

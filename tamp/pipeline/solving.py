@@ -34,6 +34,7 @@ class Run:
         executions: one for each plan that was carried out.
         final_poses: object -> pose (world frame) at the end.
         failure: why planning gave up the last time, or None.
+        rejections: the verdict on each plan that the checker sent back.
     """
 
     result: Result
@@ -41,6 +42,7 @@ class Run:
     executions: tuple[Execution, ...]
     final_poses: Mapping[str, Pose]
     failure: PlanningFailure | None = None
+    rejections: tuple[str, ...] = ()
 
 
 def solve(
@@ -122,6 +124,7 @@ class _Job:
     final_poses: dict[str, Pose] = field(default_factory=dict)
     failure: PlanningFailure | None = None
     obstacles: list[str] = field(default_factory=list)
+    rejections: list[str] = field(default_factory=list)
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -138,6 +141,7 @@ class _Job:
             # A new plan from a state that chance has brought about draws other samples than the first.
             seed = self.seed + 7919 * len(self.plans)
             options: Any = {"seed": seed, "samplers": self.samplers, "algorithm": self.algorithm}
+            options["rejections"] = self.rejections
             end = time.monotonic() + self.limit - self.planning_s
             try:
                 share = WHOLE_SHARE * (end - time.monotonic())
@@ -169,6 +173,7 @@ class _Job:
             grasps_succeeded=sum(e.grasps_succeeded for e in self.executions),
             # Planning hands out nothing that the checker has not accepted, but for goals that are left.
             plan_checked=bool(self.plans) and not any(plan.report.get("left") for plan in self.plans),
+            plans_rejected=len(self.rejections),
             do_nothing_ede_m=reached.do_nothing_ede_m,
             mean_ueb_m=reached.mean_ueb_m,
             **(_outcome(reached) if execute else {}),  # what was not executed has no score
@@ -178,7 +183,8 @@ class _Job:
             task_path="" if self.task.path is None else str(self.task.path),
             level=self.task.level,
         )
-        return Run(result, tuple(self.plans), tuple(self.executions), self.final_poses, self.failure)
+        executions, rejections = tuple(self.executions), tuple(self.rejections)
+        return Run(result, tuple(self.plans), executions, self.final_poses, self.failure, rejections)
 
     def _status(self, execute: bool, reached: Score) -> Status:
         if self.plans and not execute:

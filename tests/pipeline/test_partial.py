@@ -19,7 +19,8 @@ TOP = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((
 def partly(task, seconds, samplers=None, seed=0):
     setup = prepare(task)
     deadline = time.monotonic() + seconds
-    return plan_partly(setup, setup.start, HOME, seed=seed, deadline=deadline, samplers=samplers, algorithm="adaptive")
+    options = {"seed": seed, "samplers": samplers, "algorithm": "adaptive", "rejections": []}
+    return plan_partly(setup, setup.start, HOME, deadline=deadline, **options)
 
 
 def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():

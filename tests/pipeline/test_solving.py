@@ -1,6 +1,8 @@
 from pathlib import Path
 
 import tamp
+from tamp.checking import Problem, Verdict
+from tamp.pipeline import attempt
 from tamp.pipeline.planning import plan
 from tamp.pipeline.solving import carry_out
 from tamp.scoring import score
@@ -44,6 +46,20 @@ def test_without_execution_a_task_is_planned_and_has_no_score(run, one_object):
 
 def test_solve_and_plan_find_the_same_plan(run, one_object):
     assert plan_sha256(plan(one_object, seed=0)) == run.result.plan_sha256
+
+
+def test_a_rejected_plan_sends_the_planner_back_and_is_counted(run, one_object, monkeypatch):
+    """The checker is made to find something in the first plan: another is made, and the record says so."""
+    refusal = Verdict((Problem(0, "move()", 0.5, "collision", ("red", "hand"), 0.002, "red and hand touch"),))
+    verdicts = iter([refusal])
+    monkeypatch.setattr(attempt, "check", lambda *args, **options: next(verdicts, Verdict()))
+    second = carry_out(one_object, seed=0, execute=False)
+    assert second.result.status == "planned"
+    assert second.result.plans_rejected == 1
+    assert second.result.plan_sha256 != run.result.plan_sha256
+    assert second.plans[0].report["rejected"] == [str(refusal)]
+    assert second.rejections == (str(refusal),)
+    assert run.result.plans_rejected == 0
 
 
 def test_two_things_change_places():
