@@ -46,9 +46,10 @@ def _count(task: Task) -> list[str]:
         print(f"{task.name}: {failure}")
         return ["no_plan"]
     counts = ["planned"]
-    for reason in plan.report["rejected"]:
-        print(f"{task.name}: sent back: {reason}")
-        counts.append("rejected" if reason.startswith("rejected") else "not_free")
+    for count, key in (("rejected", "rejected"), ("not_free", "blocked")):
+        for reason in plan.report[key]:
+            print(f"{task.name}: {count}: {reason}")
+            counts.append(count)
     if (seen := wrong(task, plan)) is not None:
         print(f"{task.name}: the oracle says: {seen}")
         counts.append("oracle_wrong")
