@@ -56,7 +56,11 @@ def tabletop_problem(
         init=[*_robot_facts(configuration, held), *_object_facts(workspace), *_goal_facts(workspace)],
         goal=_goal(workspace),
         scene=workspace,
-        info={"test-cfree-placements": StreamInfo(eager=True), "plan-laying": StreamInfo(cost=LAYING_EFFORT)},
+        info={
+            "sample-placement": StreamInfo(fresh=True),
+            "test-cfree-placements": StreamInfo(eager=True),
+            "plan-laying": StreamInfo(cost=LAYING_EFFORT),
+        },
     )
 
 

@@ -97,6 +97,7 @@ def _replace_hopes(session: Session) -> None:
 
 
 def _expand(session: Session) -> None:
+    session.check_prospects()
     if not session.expand() and not session.grounder.deepen():
         if session.best is not None:
             raise Ended("solved", "No better plan exists.")

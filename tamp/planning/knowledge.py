@@ -47,6 +47,10 @@ class Knowledge:
             found.domain = tuple(ground(p, found.binding()) for p in external.domain)
         return found
 
+    def find(self, external: External, inputs: tuple[int, ...]) -> Instance | None:
+        """The instance of a stream without fluents for these inputs, where there is one yet."""
+        return self._instances.get((external.name, inputs, ()))
+
     def instances(self) -> list[Instance]:
         """All instances, in the order in which they appeared."""
         return list(self._instances.values())

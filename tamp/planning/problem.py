@@ -25,6 +25,8 @@ class StreamInfo:
         p_success: how likely one call yields something, in (0, 1]; rarer streams are used more reluctantly.
         cost: how expensive a call is, in units of a cheap one; expensive streams are used more reluctantly.
         defer: bind its outputs after everything else in a plan; None defers exactly the streams with `:fluents`.
+        fresh: whether its outputs are never equal to an object known before, as draws from a continuum are not; some
+            problems can only then be proven infeasible while it goes on.
         bound: what a function is assumed to return before it was called, a lower bound.
     """
 
@@ -32,6 +34,7 @@ class StreamInfo:
     p_success: float = 1.0
     cost: float = 1.0
     defer: bool | None = None
+    fresh: bool = False
     bound: float = 0.0
 
     def __post_init__(self) -> None:
@@ -115,8 +118,9 @@ class Solution:
     Attributes:
         plan: the actions in order; None where no plan was found.
         cost: the plan's cost; infinite without a plan.
-        status: "solved"; "infeasible" where that is proven: all streams are exhausted; "timeout"; "failed" where
-            a limit other than time ended the search; "interrupted".
+        status: "solved"; "infeasible" where that is proven: all streams are exhausted, or those that are not cannot
+            bring the goal within reach by what they promise; "timeout"; "failed" where a limit other than time ended
+            the search; "interrupted".
         certified: all facts that streams certified for the plan, as tuples with values.
         report: where the time went, what was tried and what failed.
         picture: graphviz text of the plan and the streams that feed it.

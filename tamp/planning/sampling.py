@@ -51,6 +51,7 @@ class Sampling:
         self._counts = {name: _Count() for name in names}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
+        self.wild = False  # whether any sampler certified more than its stream promises
 
     def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
         """Ask a stream for its next output, or a test for its answer; whether there is a new result.
@@ -143,6 +144,7 @@ class Sampling:
         facts: tuple[tuple[Any, ...], ...] = ()
         if isinstance(output, Certified):
             output, facts = output.outputs, output.facts
+            self.wild |= bool(facts)
         for raw in facts:
             self._knowledge.certify(self._extra(instance, raw), active=True)
         if output is None:

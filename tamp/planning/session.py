@@ -24,6 +24,7 @@ from tamp.planning.objects import Fact, Objects
 from tamp.planning.operators import GroundOperator
 from tamp.planning.options import Ended, Options, Restart
 from tamp.planning.problem import Problem
+from tamp.planning.prospects import out_of_reach
 from tamp.planning.report import SkeletonReport
 from tamp.planning.sampling import Sampling
 from tamp.planning.schema import Schema
@@ -85,6 +86,7 @@ class Session:
         self.proofs = True  # whether everything that bars a plan is certain
         self.unexplained = 0  # moves between actions that failed for no named reason
         self.operators = 0
+        self._next_prospects = 0
         self._search = search
         self._timeouts = 0
         self._eager = eager
@@ -111,6 +113,7 @@ class Session:
         """
         with self._timed("grounding"):
             for fact in initial_facts(self.schema, self.objects, self.options.reuse):
+                self.check_limits()
                 self.knowledge.give(fact)
             for atom in self.schema.problem.initial_state.negated:
                 self.knowledge.refute(given_fact(atom, self.objects))
@@ -307,6 +310,20 @@ class Session:
             with self._timed("grounding"):
                 self.knowledge.activate(instance, len(instance.results))
         return any_left
+
+    def check_prospects(self) -> None:
+        """End the run where the goal is out of reach; looked into again whenever twice as much was sampled.
+
+        Raises:
+            Ended: "infeasible".
+        """
+        if self.sampling.wild or self.best is not None or self.sampling.draws < self._next_prospects:
+            return
+        self._next_prospects = 2 * self.sampling.draws
+        with self._timed("grounding"):
+            lost = out_of_reach(self.schema, self.knowledge)
+        if lost is not None:
+            raise Ended("infeasible", f"{self.objects.text(lost)} is out of reach: the streams it needs are exhausted.")
 
     def skeleton_reports(self) -> tuple[SkeletonReport, ...]:
         """What was tried, in order."""

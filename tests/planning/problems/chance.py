@@ -104,12 +104,21 @@ def make(context: Any, thing: str) -> Iterator[str]:
         yield f"{thing}-{i}"
 
 
+def make_without_end(context: Any, thing: str) -> Iterator[str | None]:
+    """The same products, after which it never says that there are no more."""
+    yield from make(context, thing)
+    if context.scene % 4 == 0:
+        yield thing
+    while True:
+        yield None
+
+
 def ok(context: Any, thing: str, product: str) -> bool:
     return product.startswith(thing) or (ord(thing[-1]) + len(product)) % 2 == 0
 
 
-def problem(seed: int, streams: bool = False) -> Problem:
-    """A problem that may or may not have a solution; with finite streams that do not depend on chance."""
+def problem(seed: int, streams: bool = False, endless: bool = False) -> Problem:
+    """A problem that may or may not have a solution; with streams that do not depend on chance and may be endless."""
     draw = Draw(seed)
     text = domain(draw, streams)
     things = ["ta", "tb", "tc"]
@@ -126,6 +135,9 @@ def problem(seed: int, streams: bool = False) -> Problem:
         goal.append((draw.pick("exists", "forall"), ("?x",), (draw.pick("p", "q", "e"), "?x")))
     extra: dict[str, Any] = {}
     if streams:
-        samplers = {"make": make, "test-ok": lambda context, thing, product: ok(context, thing, product)}
+        samplers = {
+            "make": make_without_end if endless else make,
+            "test-ok": lambda context, thing, product: ok(context, thing, product),
+        }
         extra = {"streams": STREAMS, "samplers": samplers, "scene": seed}
     return Problem(domain=text, init=init, goal=tuple(goal), **extra)
