@@ -48,6 +48,7 @@ ALLOWED = {
 # Heavy library -> the modules that may import it.
 HOMES = {
     "coacd": {"task.surface"},
+    "imageio_ffmpeg": {"report.images"},
     "jinja2": {"report.page"},
     "matplotlib": {"report.plots"},
     "coal": {"world.solid"},
@@ -64,6 +65,7 @@ HOMES = {
     "shtab": {"commands.completion"},
     "scipy": {"checking.solids", "scoring.assignment", "task.mesh", "world.seeds"},
     "toppra": {"world.timing"},
+    "viser": {"report.viewer"},
     "trimesh": {"task.meshfile", "scenarios.make_objects"},
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""An execution as a moving picture."""
+"""A run as a moving picture."""
 
 from __future__ import annotations
 
@@ -12,25 +12,33 @@ from tamp.report.render import Stage
 from tamp.task import Task
 
 SMALL = Camera(width=640, height=360)
+SPEED = 4.0
+"""So many times faster than the robot moved."""
 
 
 def render_execution(task: Task, frames: Sequence[Frame], path: Path, *, camera: Camera = SMALL) -> None:
-    """Write recorded frames as a GIF that plays four times as fast as the robot moved.
+    """Write recorded frames as a GIF or MP4 that plays four times as fast as the robot moved.
 
     Args:
         task: objects, regions, table and robot.
         frames: at least two, at equal times apart; see `frame_s` of `open_execution`.
-        path: the file.
+        path: the file; its ending says the format.
         camera: where it is filmed from.
 
     Raises:
         ValueError: for fewer than two frames.
+        TampError: for an MP4 without the extra that writes it.
     """
+    with Stage(task) as stage:
+        film(stage, frames, path, camera=camera)
+
+
+def film(stage: Stage, frames: Sequence[Frame], path: Path, *, camera: Camera = SMALL) -> None:
+    """The same on a stage that stands already."""
     if len(frames) < 2:
         raise ValueError(f"an animation needs at least two frames, not {len(frames)}; execute with frame_s=0.2, say")
-    with Stage(task) as stage:
-        images = [
-            stage.picture(frame.poses, configuration=frame.configuration, opening=frame.opening, camera=camera)
-            for frame in frames
-        ]
-    save_animation(images, path, frame_s=max(0.02, (frames[1].time - frames[0].time) / 4))
+    images = [
+        stage.picture(frame.poses, configuration=frame.configuration, opening=frame.opening, camera=camera)
+        for frame in frames
+    ]
+    save_animation(images, path, frame_s=max(0.02, (frames[1].time - frames[0].time) / SPEED))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.errors import TampError
-from tamp.results import Result, read_results
+from tamp.results import Result, from_json, read_results
 from tamp.task import Plan, Pose, Task
 from tamp.task.load import load_task
 from tamp.task.plan_file import load_plan
@@ -71,6 +71,18 @@ class Recorded:
             for name, seconds in read(plan.report.get(key, ())).items():
                 total[name] = total.get(name, 0.0) + seconds
         return total
+
+
+def read_run(folder: Path) -> Recorded:
+    """One run from its own folder.
+
+    Raises:
+        TampError: where it is no run's folder.
+    """
+    path = folder / "result.json"
+    if not path.is_file():
+        raise TampError(f"{folder}: not a run: there is no result.json in it; `tamp solve ... --output DIR` makes runs")
+    return Recorded(from_json(path.read_text(encoding="utf-8"), str(path)), folder)
 
 
 def read_runs(folder: Path) -> tuple[Recorded, ...]:

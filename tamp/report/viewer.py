@@ -1,0 +1,174 @@
+"""A run in the browser: table, robot, objects, goals as ghosts, a time slider, and the action at each time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tamp.errors import TampError
+from tamp.report.playback import Moment
+from tamp.report.render import REGION_COLOR, TABLE_COLOR, palette
+from tamp.task import Pose, Task, load_robot
+from tamp.task.mesh import parts
+from tamp.world.robot_model import RobotModel, robot_model
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+GHOST = 0.35
+"""Opacity of a goal."""
+
+ROBOT_COLOR = (225, 228, 232)
+
+
+class Viewer:
+    """A scene that a browser shows, served from this process.
+
+    Args:
+        task: objects, regions, table and robot.
+        goals: object -> goal pose (world frame), shown as ghosts.
+        moments: what is played.
+        port: of the web server.
+
+    Raises:
+        TampError: where the extra that serves it is not installed.
+    """
+
+    def __init__(self, task: Task, goals: Mapping[str, Pose], moments: Sequence[Moment], *, port: int = 8080) -> None:
+        self._moments = tuple(moments)
+        self._robot = robot_model(load_robot(task.robot))
+        self.server: Any = _viser().ViserServer(host="localhost", port=port, label=task.name, verbose=False)
+        scene = self.server.scene
+        scene.set_up_direction("+z")
+        self.server.initial_camera.position = (1.3, 0.9, 1.1)
+        self.server.initial_camera.look_at = (-0.1, 0.0, 0.1)
+        _add_table(scene, task)
+        self._links = _add_robot(scene, self._robot)
+        self._objects = _add_objects(scene, task, "objects", 1.0)
+        for name, ghost in _add_objects(scene, task, "goals", GHOST).items():
+            ghost.visible = name in goals
+            if name in goals:
+                _place(ghost, goals[name].matrix)
+        self.show(0)
+
+    def show(self, index: int) -> None:
+        """Put everything where it is at one moment."""
+        frame = self._moments[index].frame
+        states = np.array([frame.configuration])
+        joints = self._robot.joint_poses(states, frame.opening)[0]
+        with self.server.atomic():
+            for handle, body in zip(self._links, self._robot.bodies, strict=True):
+                _place(handle, joints[body.joint])
+            for name, handle in self._objects.items():
+                handle.visible = name in frame.poses
+                if name in frame.poses:
+                    _place(handle, frame.poses[name].matrix)
+
+    def serve(self) -> None:
+        """Play for whoever looks, until the process is interrupted."""
+        gui, last = self.server.gui, len(self._moments) - 1
+        said = gui.add_markdown(self._caption(0))
+        slider = gui.add_slider("moment", min=0, max=last, step=1, initial_value=0)
+        playing = gui.add_checkbox("play", initial_value=True)
+        speed = gui.add_slider("speed", min=0.25, max=8.0, step=0.25, initial_value=2.0)
+        lock = threading.Lock()
+
+        @slider.on_update  # type: ignore[untyped-decorator]
+        def _(_: object) -> None:
+            with lock:
+                self.show(slider.value)
+                said.content = self._caption(slider.value)
+
+        while True:
+            now = slider.value
+            following = (now + 1) % len(self._moments)
+            pause = self._moments[following].frame.time - self._moments[now].frame.time
+            time.sleep(max(0.02, pause / speed.value))
+            if playing.value:
+                slider.value = following
+
+    def record(self, path: Path) -> None:
+        """Write everything as a page of its own (.html) that plays without a server, or as viser's own file (.viser).
+
+        Raises:
+            TampError: for another ending.
+        """
+        if path.suffix not in (".html", ".viser"):
+            raise TampError(f"{path}: a recording ends in .html, a page of its own, or .viser")
+        serializer = self.server.get_scene_serializer()
+        for index, moment in enumerate(self._moments):
+            self.show(index)
+            if index + 1 < len(self._moments):
+                serializer.insert_sleep(max(0.0, self._moments[index + 1].frame.time - moment.frame.time))
+        serializer.insert_sleep(1.0)
+        if path.suffix == ".html":
+            path.write_text(serializer.as_html(), encoding="utf-8")
+        else:
+            path.write_bytes(serializer.serialize())
+
+    def close(self) -> None:
+        """Stop serving."""
+        self.server.stop()
+
+    def _caption(self, index: int) -> str:
+        moment = self._moments[index]
+        return f"**{moment.action}**  \n{moment.frame.time:.1f} s"
+
+
+def _viser() -> ModuleType:
+    try:
+        import viser
+    except ModuleNotFoundError:
+        raise TampError("the viewer is an extra: pip install 'tabletop-tamp[viewer]'") from None
+    module: ModuleType = viser
+    return module
+
+
+def _add_table(scene: Any, task: Task) -> None:
+    x, y = task.table.center
+    size, z = (*task.table.size, task.table.thickness), -task.table.thickness / 2
+    scene.add_box("/table", color=_rgb(TABLE_COLOR), dimensions=size, position=(x, y, z))
+    for region in task.regions:
+        sheet = {"dimensions": (*region.size, 0.002), "position": (*region.center, 0.0)}
+        scene.add_box(f"/regions/{region.name}", color=_rgb(REGION_COLOR), **sheet)
+
+
+def _add_robot(scene: Any, robot: RobotModel) -> list[Any]:
+    """The hull of each link, as the planner sees the robot."""
+    return [
+        scene.add_mesh_simple(f"/robot/{i}", body.hull.vertices, body.hull.faces, color=ROBOT_COLOR)
+        for i, body in enumerate(robot.bodies)
+    ]
+
+
+def _add_objects(scene: Any, task: Task, folder: str, opacity: float) -> dict[str, Any]:
+    handles = {}
+    for item, color in zip(task.objects, palette(len(task.objects)), strict=True):
+        vertices, faces = _joined(item.shape)
+        options = {"color": _rgb(color), "opacity": None if opacity == 1.0 else opacity, "flat_shading": True}
+        handles[item.name] = scene.add_mesh_simple(f"/{folder}/{item.name}", vertices, faces, **options)
+    return handles
+
+
+def _joined(shape: Any) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """One mesh of all convex parts."""
+    pieces = parts(shape)
+    starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    faces = [np.asarray(piece.faces) + start for piece, start in zip(pieces, starts, strict=False)]
+    return np.concatenate([piece.vertices for piece in pieces]), np.concatenate(faces)
+
+
+def _place(handle: Any, T: NDArray[np.float64]) -> None:
+    x, y, z, w = Pose.from_matrix(T).quat
+    handle.position, handle.wxyz = T[:3, 3], (w, x, y, z)
+
+
+def _rgb(color: Sequence[float]) -> tuple[int, int, int]:
+    red, green, blue = (round(255 * value) for value in color[:3])
+    return red, green, blue
