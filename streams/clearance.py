@@ -10,7 +10,7 @@ import numpy as np
 from tamp.streams.hand import HandBoxes, boxes_in_world, hand_boxes, lowest_point, points_hit
 from tamp.streams.pinches import Pinches, in_tool_frames
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import TABLE, Workspace
+from tamp.streams.workspace import Workspace
 from tamp.task import Gripper
 from tamp.world.scene import Scene
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CLEARANCE = 0.008  # beside the object on each side before closing [m]
-STOP_EARLY = 0.003  # how far the fingers may stop from the contacts' own distance [m]
-WIDTH_RESOLUTION = 0.0004  # [m]
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 HAND_MARGIN = 0.002  # between the hand and what stands around [m]
@@ -107,23 +105,3 @@ def standing_around(workspace: Workspace, obj: str, place: Placement) -> dict[st
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
     """Whether the open hand, without an arm, comes too close to the table or to anything in the scene."""
     return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
-
-
-def closing_width(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:
-    """Where the closing fingers really stop [m]; None where the open hand does not fit or stops somewhere else.
-
-    The pads are wider than a point: a rim or a lid beside the contacts may stop the fingers before they get there.
-    """
-    alone = Scene(poses={obj: np.eye(4)})
-    world = workspace.world
-
-    def free(opening: float) -> bool:
-        return world.hand_contact(T_object_tool, opening, alone, margin=0.0, ignore=(TABLE,)) is None
-
-    low, high = width - STOP_EARLY, min(world.robot.spec.gripper.stroke, width + 2 * CLEARANCE)
-    if not free(high):
-        return None
-    while high - low > WIDTH_RESOLUTION:
-        middle = (low + high) / 2
-        low, high = (low, middle) if free(middle) else (middle, high)
-    return high if high - width <= STOP_EARLY else None

@@ -17,18 +17,17 @@ from tamp.streams.clearance import (
     HINDERED,
     above_table,
     clear_of_object,
-    closing_width,
     hand_hits,
     neighbour_cost,
     support_cost,
     tilt_cost,
 )
+from tamp.streams.closing import closed
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
 from tamp.streams.tilting import tilts, too_wide
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
-from tamp.task import Pose
 from tamp.world.kinematics import inverse
 from tamp.world.scene import Scene
 
@@ -155,27 +154,23 @@ def _reachable_first(
     places = list(workspace.placements_of(obj))
     partly: list[Grasp] = []
     for index in _spread(pinches, costs)[:LIMIT]:
-        T_tool = pinches.T_object_tool[index]
-        width = closing_width(workspace, obj, T_tool, float(pinches.widths[index]))
-        if width is None:
+        grasp = closed(workspace, obj, pinches.T_object_tool[index], float(pinches.widths[index]))
+        if grasp is None:
             continue
-        grasp = Grasp(Pose.from_matrix(T_tool), width)
         if costs[index] >= HINDERED:
             partly.append(grasp)
-        elif all(_reached(context, workspace, obj, place, T_tool) for place in places):
+        elif all(_reached(context, workspace, obj, place, grasp) for place in places):
             yield grasp
         else:
             partly.append(grasp)
     yield from partly
 
 
-def _reached(
-    context: Context, workspace: Workspace, obj: str, place: Placement, T_object_tool: NDArray[np.float64]
-) -> bool:
+def _reached(context: Context, workspace: Workspace, obj: str, place: Placement, grasp: Grasp) -> bool:
     """Whether the arm can reach an object by a grasp as it stands at a placement, or tilted above it."""
     poses = [place.pose]
     if place is workspace.goals.get(obj) and too_wide(workspace, obj, place):
         poses += [tilt.fall[0] for tilt in tilts(workspace, obj, place)]
-    tools = (pose.matrix @ T_object_tool for pose in poses)
+    tools = (pose.matrix @ grasp.T_object_tool.matrix for pose in poses)
     over = (T for T in tools if not hand_hits(workspace, T, 0.0, Scene()))
     return any(next(inverse(workspace.world.robot, T, context.rng, count=1), None) is not None for T in islice(over, 3))

@@ -6,10 +6,8 @@ from hypothesis import strategies as st
 from tamp.streams.clearance import (
     CLEARANCE,
     HINDERED,
-    STOP_EARLY,
     above_table,
     clear_of_object,
-    closing_width,
     hand_hits,
     neighbour_cost,
     opening_for,
@@ -59,18 +57,6 @@ def test_a_palm_inside_the_object_is_not_clear_of_it(table):
     sunk = DOWN.copy()
     sunk[2, 3] = -0.06
     assert clear_of_object(table, "red", pinches_at(DOWN, sunk)).tolist() == [True, False]
-
-
-@given(side=st.floats(0.01, 0.07))
-def test_fingers_stop_where_the_box_begins(side):
-    workspace = workspace_of(Object("box", Box((0.05, side, 0.08)), Pose((0.0, 0.0, 0.04))))
-    width = closing_width(workspace, "box", DOWN, side)
-    assert width == pytest.approx(side, abs=0.001)
-
-
-def test_fingers_that_something_else_stops_first_close_on_nothing(table):
-    # The box is 5 cm wide: contacts said to be 3 cm apart are inside it.
-    assert closing_width(table, "red", DOWN, 0.05 - 3 * STOP_EARLY) is None
 
 
 def test_a_neighbour_in_the_way_is_hit_and_costs():
