@@ -37,7 +37,7 @@ def penholder(side: float, height: float) -> Body:
 
 def can(radius: float, height: float) -> Body:
     """A can."""
-    return Body([disc(radius, (0.0, height))], top=(1.4 * radius, 1.4 * radius))
+    return Body([disc(radius, (0.0, height))], top=(2 * radius, 2 * radius))
 
 
 def bottle(radius: float, height: float) -> Body:
@@ -64,7 +64,7 @@ def flask(width: float, depth: float, height: float) -> Body:
 def jar(radius: float, height: float) -> Body:
     """A jar with a lid wider than itself."""
     glass, lid = disc(radius, (0.0, 0.8 * height), 20), disc(radius + 0.002, (0.8 * height, height), 20)
-    return Body([glass, lid], top=(1.4 * radius, 1.4 * radius))
+    return Body([glass, lid], top=(2 * radius, 2 * radius))
 
 
 def _block(length: float, width: float, height: float) -> Part:

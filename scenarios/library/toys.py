@@ -83,7 +83,7 @@ def doughnut(radius: float, height: float) -> Body:
     hole, edge = 0.42 * radius, 0.25 * height
     profile = [(hole, edge), (hole + edge, 0.0), (radius - edge, 0.0), (radius, edge)]
     profile += [(radius, height - edge), (radius - edge, height), (hole + edge, height), (hole, height - edge)]
-    return Body(ring(profile, 12), top=(1.3 * radius, 1.3 * radius))
+    return Body(ring(profile, 12), top=(1.8 * radius, 1.8 * radius))
 
 
 KINDS = (

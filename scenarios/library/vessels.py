@@ -7,7 +7,7 @@ from tamp.scenarios.parts import Part, block, crate, disc, loft, ring, strip, ta
 
 SIDES = 16
 SQUARE_IN_CIRCLE = 1.4
-"""Side of the largest square in a circle, in radii, rounded down."""
+"""Side of the largest square in a circle, in radii, rounded down: what goes into a round hollow for certain."""
 FOOT = 0.002
 """How far walls end above the foot: on the table a thing rests on its foot alone, which physics is quicker with [m]."""
 
@@ -19,7 +19,7 @@ def plate(radius: float, height: float) -> Body:
     """A plate with a flat foot and a rising rim 4 mm thick."""
     foot = 0.76 * radius
     rim = [(foot, FOOT), (radius, height - 0.0035), (radius - 0.002, height), (foot, 0.005)]
-    return Body([disc(foot, (0.0, 0.005), SIDES), *ring(rim, SIDES)], top=_square(foot))
+    return Body([disc(foot, (0.0, 0.005), SIDES), *ring(rim, SIDES)], top=(2 * foot, 2 * foot))
 
 
 def square_plate(side: float, height: float) -> Body:

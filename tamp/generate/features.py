@@ -13,6 +13,7 @@ from tamp.generate.relations import hits
 from tamp.generate.scene import Scene
 from tamp.generate.thing import Thing
 from tamp.scoring.ede import ede, mean_edge, upper_error_bound
+from tamp.task import Pose
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 TURNED_OVER = math.radians(60)
 """An object that is tilted further than this on its way counts as reoriented [rad]."""
+TOUCH = 0.001
+"""Poses that overlap by less than this do not exclude each other [m]."""
 WAY = 0.03
 """An object moves where its goal is farther than this from its start (EDE) [m]."""
 
@@ -72,7 +75,7 @@ def measure(things: Mapping[str, Thing], start: Scene, goal: Scene) -> Features:
     edges = {name: mean_edge(item.model.shape) for name, item in things.items()}
     bounds = [upper_error_bound(item.model.shape) for item in things.values()]
     ways = [ede(edges[name], start.poses[name], goal.poses[name]) for name in things]
-    waits = waiting(things, start, goal)
+    waits = waiting(things, matrices(start.poses), matrices(goal.poses))
     return Features(
         objects=len(things),
         moving=sum(way > WAY for way in ways),
@@ -87,17 +90,27 @@ def measure(things: Mapping[str, Thing], start: Scene, goal: Scene) -> Features:
     )
 
 
-def waiting(things: Mapping[str, Thing], start: Scene, goal: Scene) -> dict[str, set[str]]:
-    """Object -> those whose start poses overlap its goal pose."""
-    now = {name: pose.matrix for name, pose in start.poses.items()}
+def in_each_others_way(things: Mapping[str, Thing], start: Scene, layout: Mapping[str, Matrix], level: Level) -> bool:
+    """Whether a goal layout, not yet settled, has as many occupied goals and cycles as a level wants."""
+    waits = waiting(things, matrices(start.poses), layout)
+    counts = ((level.occupied, sum(map(bool, waits.values()))), (level.cycles, _cycles(waits)))
+    return all(low <= count <= high for (low, high), count in counts)
+
+
+def waiting(
+    things: Mapping[str, Thing], start: Mapping[str, Matrix], goal: Mapping[str, Matrix]
+) -> dict[str, set[str]]:
+    """Object -> those whose start poses overlap its goal pose; poses of shape (4, 4)."""
+    now = {name: (item, start[name]) for name, item in things.items()}
     return {
-        name: {
-            other
-            for other in things
-            if other != name and hits(item, goal.poses[name].matrix, [(things[other], now[other])], -0.001)
-        }
+        name: {other for other in things if other != name and hits(item, goal[name], [now[other]], -TOUCH)}
         for name, item in things.items()
     }
+
+
+def matrices(poses: Mapping[str, Pose]) -> dict[str, Matrix]:
+    """Poses as transforms, shape (4, 4)."""
+    return {name: pose.matrix for name, pose in poses.items()}
 
 
 def _carried(scene: Scene) -> int:

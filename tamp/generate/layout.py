@@ -53,7 +53,7 @@ def lay_out(
         things: object -> its geometry.
         rng: source of everything that is drawn.
         wanted: object -> where on the table it is to stand, for some roots of groups [m].
-        clear_of: object -> pose, shape (4, 4), of things that every group stays clear of.
+        clear_of: object -> pose, shape (4, 4), of things that groups stay clear of where nothing else is wanted.
 
     Returns:
         Object -> pose, shape (4, 4); None where no place was found for some group.
@@ -67,8 +67,9 @@ def lay_out(
         inner = _inner_layout(group, things, rng)
         if inner is None:
             return None
-        others = [*blocked, *((things[name], T) for name, T in standing.items())]
-        placed = _put(inner, things, others, wanted.get(group[0].name), rng)
+        place = wanted.get(group[0].name)
+        others = [(things[name], T) for name, T in standing.items()]
+        placed = _put(inner, things, others if place else [*blocked, *others], place, rng)
         if placed is None:
             return None
         standing.update(placed)

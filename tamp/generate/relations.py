@@ -32,7 +32,7 @@ SKEW = 0.12
 """How far it may be turned against its neighbour [rad]."""
 LEAN = (0.2, 0.35)
 """How far what leans is tilted [rad]."""
-OVERHANG = 1.15
+OVERHANG = 1.05
 """How much wider than a place a thing's foot may be."""
 LIFT = 0.0005
 """Things are drawn this far above what they rest on [m]."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from tamp.errors import TaskError
 from tamp.generate.draw import draw_goal, draw_start, draw_wanted
-from tamp.generate.features import Features, measure
+from tamp.generate.features import Features, in_each_others_way, matrices, measure
 from tamp.generate.graph import SceneGraph, read_patterns
 from tamp.generate.layout import lay_out
 from tamp.generate.levels import Level, level
@@ -23,7 +23,7 @@ VERSION = 1
 """Of the generator: the same version, seed and library give the same tasks."""
 ATTEMPTS = 400
 """Choices of objects before a task is given up."""
-STARTS, GOALS = 3, 4
+STARTS, GOALS = 3, 6
 """Layouts tried for one choice of objects."""
 
 
@@ -119,12 +119,7 @@ def _scenes(
         if start is None:
             continue
         for _ in range(GOALS):
-            clear_of = {name: pose.matrix for name, pose in start.poses.items()} if not of.occupied[1] else {}
-            layout = lay_out(graph, things, rng, wanted=draw_wanted(start, graph, of, rng), clear_of=clear_of)
-            if layout is None:
-                rejected["no room"] += 1
-                continue
-            goal, reason = settled_scene(graph, things, layout)
+            goal, reason = _goal(things, graph, start, of, rng)
             if goal is None:
                 rejected[reason] += 1
                 continue
@@ -144,6 +139,19 @@ def _start(
     if scene is None:
         rejected[reason] += 1
     return scene
+
+
+def _goal(
+    things: dict[str, Thing], graph: SceneGraph, start: Scene, of: Level, rng: np.random.Generator
+) -> tuple[Scene | None, str]:
+    """A goal scene, or None and why not."""
+    clear_of = matrices(start.poses) if of.cycles[1] == 0 else {}
+    layout = lay_out(graph, things, rng, wanted=draw_wanted(start, graph, of, rng), clear_of=clear_of)
+    if layout is None:
+        return None, "no room"
+    if not in_each_others_way(things, start, layout, of):
+        return None, "level"
+    return settled_scene(graph, things, layout)
 
 
 def _task(recipe: Recipe, things: dict[str, Thing], start: Scene, goal: Scene) -> Task:

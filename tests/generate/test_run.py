@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+import pytest
+
+from tamp.cli import main
+from tamp.generate.run import copy_library, make_tasks, recipes
+from tamp.scenarios.library.model import FOLDER
+
+
+def test_trial_and_contest_in_the_papers_proportion():
+    wanted = recipes(1400, 0)
+    assert [sum(recipe.set == name for recipe in wanted) for name in ("trial", "contest")] == [1100, 300]
+    for name in ("trial", "contest"):
+        pairs = [(recipe.level, recipe.family) for recipe in wanted if recipe.set == name]
+        assert len(set(pairs)) == 20
+        assert {pairs.count(pair) for pair in set(pairs)} <= {len(pairs) // 20}
+    assert len({recipe.name for recipe in wanted}) == 1400
+
+
+def test_files_do_not_depend_on_who_makes_them(tmp_path, capsys):
+    """Two workers with a job each, and this process."""
+    wanted = recipes(11, 4, level=1, family="mixed")
+    options = ["-n", "11", "--seed", "4", "--level", "1", "--family", "mixed", "--workers", "2"]
+    assert main(["generate", *options, "-o", str(tmp_path / "set")]) == 0
+    assert "trial, level 1" in capsys.readouterr().out
+    names = [path.stem for path in sorted((tmp_path / "set").glob("*.yaml"))]
+    assert names == sorted(recipe.name for recipe in wanted)
+    rows = json.loads((tmp_path / "set" / "tasks.json").read_text())
+    assert [row["name"] for row in rows] == [recipe.name for recipe in wanted]
+    copy_library(FOLDER, tmp_path)
+    make_tasks(str(tmp_path), [asdict(wanted[-1]), asdict(wanted[1])])
+    for name in (wanted[-1].name, wanted[1].name):
+        assert (tmp_path / f"{name}.yaml").read_bytes() == (tmp_path / "set" / f"{name}.yaml").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--level", "6"], "there is no level 6; valid are 1, 2, 3, 4, 5"),
+        (["--family", "garden"], "there is no family 'garden'; valid are food, tableware, stationery, mixed"),
+        (["--library", "/nowhere"], "objects.yaml"),
+    ],
+)
+def test_what_cannot_be_made_is_said_in_one_sentence(tmp_path, capsys, arguments, said):
+    assert main(["generate", "-n", "1", "-o", str(tmp_path), *arguments]) == 2
+    assert said in capsys.readouterr().err
