@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,7 @@ def tabletop_problem(
     samplers: Mapping[str, Callable[..., Any]],
     configuration: Configuration,
     held: tuple[str, Grasp] | None = None,
+    movable: Container[str] | None = None,
 ) -> Problem:
     """The planning problem of a workspace as it is now.
 
@@ -48,12 +49,13 @@ def tabletop_problem(
         samplers: one function for each stream of stream.pddl.
         configuration: where the arm is.
         held: the object in the hand and its grasp, or None.
+        movable: objects that may be moved; None for all.
     """
     return Problem(
         domain=DOMAIN,
         streams=STREAMS,
         samplers=dict(samplers),
-        init=[*_robot_facts(configuration, held), *_object_facts(workspace), *_goal_facts(workspace)],
+        init=[*_robot_facts(configuration, held), *_object_facts(workspace, movable), *_goal_facts(workspace)],
         goal=_goal(workspace),
         scene=workspace,
         info={
@@ -74,10 +76,11 @@ def _robot_facts(configuration: Configuration, held: tuple[str, Grasp] | None) -
         yield ("AtGrasp", *held)
 
 
-def _object_facts(workspace: Workspace) -> Iterator[Fact]:
+def _object_facts(workspace: Workspace, movable: Container[str] | None) -> Iterator[Fact]:
     for name, placement in workspace.start.items():
-        yield ("Movable", name)
-        yield ("Placeable", name, TABLE)
+        if movable is None or name in movable:
+            yield ("Movable", name)
+            yield ("Placeable", name, TABLE)
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)
         for region in workspace.task.regions:

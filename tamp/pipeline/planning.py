@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
 
-from tamp.domains.tabletop import NotFree, tabletop_problem
+from tamp.checking import check
 from tamp.errors import PlanningFailure
 from tamp.pipeline.attempt import Attempt, Samplers
-from tamp.pipeline.partial import solve_partly
+from tamp.pipeline.ordering import Ordering
 from tamp.pipeline.setup import Setup, prepare
-from tamp.planning import solve as solve_problem
+from tamp.planning import Report
 from tamp.task import Plan, Pose, Task, load_robot
 
-SEARCH_SHARE = 0.9  # of the time goes to the search; timing and checking what it finds needs the rest
-CHECKED_ATTEMPTS = 3  # plans offered to the checker before planning is given up
+SEARCH_SHARE = 0.9  # of the time goes to the search; checking all that it found once more needs the rest
 
 
 def plan(
@@ -37,27 +36,20 @@ def plan(
 
     Raises:
         TaskError, RobotError, SamplerError: where the input cannot be used.
-        PlanningFailure: where no plan was found; carries the planner's report.
+        PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """
     deadline = time.monotonic() + timeout
     setup = prepare(task)
     home = load_robot(task.robot).home
-    options: Any = {"seed": seed, "samplers": samplers, "algorithm": algorithm}
-    return plan_from(setup, setup.start, home, deadline=deadline, rejections=[], **options)
+    search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, samplers=samplers, algorithm=algorithm)
+    found = search.run(persistent=True)
+    if found is None or found.report.get("left"):
+        raise PlanningFailure(search.report.status, search.report)
+    return found
 
 
-def plan_from(
-    setup: Setup,
-    poses: Mapping[str, Pose],
-    q: tuple[float, ...],
-    *,
-    seed: int,
-    deadline: float,
-    samplers: Samplers | None,
-    algorithm: str,
-    rejections: list[str],
-) -> Plan:
-    """Plan from a state in the middle of an execution; see `plan`.
+class Planning:
+    """One search for a plan from a state, which may be in the middle of an execution.
 
     Args:
         setup: the prepared task.
@@ -67,67 +59,59 @@ def plan_from(
         deadline: on the clock of time.monotonic [s].
         samplers: as for `plan`.
         algorithm: as for `plan`.
-        rejections: takes up the verdict on each plan that the checker sends back; each is a bug of the planner's.
-
-    Raises:
-        PlanningFailure: where no plan was found that the checker accepts.
     """
-    if time.monotonic() >= deadline:
-        raise PlanningFailure("timeout", "no time was left to plan")
-    attempt = Attempt.of(setup, poses, q, samplers)
-    before, blocked = len(rejections), list[str]()
-    for number in range(CHECKED_ATTEMPTS):
-        # Attempts differ in their seed by more than any two seeds of a user's.
-        solution = solve_problem(
-            tabletop_problem(attempt.workspace, attempt.samplers, attempt.configuration),
-            algorithm=algorithm,
-            timeout=max(0.0, SEARCH_SHARE * (deadline - time.monotonic())),
-            seed=seed + number * 1_000_003,
-        )
-        if solution.plan is None:
-            raise PlanningFailure(solution.status, solution.report)
-        try:
-            report = {**solution.report.as_dict(), "rejected": rejections[before:], "blocked": list(blocked)}
-            found, verdict = attempt.finish(solution.plan, seed, report)
-        except NotFree as reason:
-            blocked.append(str(reason))
-            continue
-        if verdict.accepted:
-            return found
-        rejections.append(str(verdict))
-    raise PlanningFailure("rejected", "\n".join((*rejections[before:], *blocked)))
 
+    def __init__(
+        self,
+        setup: Setup,
+        poses: Mapping[str, Pose],
+        q: tuple[float, ...],
+        *,
+        seed: int,
+        deadline: float,
+        samplers: Samplers | None,
+        algorithm: str,
+    ) -> None:
+        self._begin, self._seed = Attempt.of(setup, poses, q, samplers), seed
+        end = time.monotonic() + SEARCH_SHARE * (deadline - time.monotonic())
+        self._ordering = Ordering(self._begin, seed, end, algorithm)
 
-def plan_partly(
-    setup: Setup,
-    poses: Mapping[str, Pose],
-    q: tuple[float, ...],
-    *,
-    seed: int,
-    deadline: float,
-    samplers: Samplers | None,
-    algorithm: str,
-    rejections: list[str],
-) -> Plan:
-    """Plan for as many goals as possible; the plan's report says in "left" which it leaves and why. See `plan_from`.
+    @property
+    def report(self) -> Report:
+        """Of the search for all goals at once."""
+        return self._ordering.report
 
-    Raises:
-        PlanningFailure: where no plan that the checker calls executable brings anything to its goal.
-    """
-    if time.monotonic() >= deadline:
-        raise PlanningFailure("timeout", "no time was left to plan")
-    attempt = Attempt.of(setup, poses, q, samplers)
-    end = time.monotonic() + SEARCH_SHARE * (deadline - time.monotonic())
-    options: Any = {"seed": seed, "deadline": end, "algorithm": algorithm}
-    partial = solve_partly(attempt.workspace, attempt.samplers, attempt.configuration, **options)
-    left = "\n".join(f"{name}: {why}" for name, why in partial.left.items())
-    if not partial.actions:
-        raise PlanningFailure("failed", left)
-    try:
-        found, verdict = attempt.finish(partial.actions, seed, {"left": dict(partial.left), "rejected": []})
-    except NotFree as reason:
-        raise PlanningFailure("rejected", reason) from reason
-    if not verdict.executable:
-        rejections.append(str(verdict))
-        raise PlanningFailure("rejected", verdict)
-    return found
+    @property
+    def left(self) -> Mapping[str, str]:
+        """Objects whose goals the plan does not reach -> why."""
+        return self._ordering.left
+
+    @property
+    def rejections(self) -> tuple[str, ...]:
+        """The verdict on each piece of a plan that the checker sent back; each is a bug of the planner's."""
+        return tuple(self._ordering.progress.rejections)
+
+    def run(self, *, persistent: bool = False) -> Plan | None:
+        """Plan for as many goals as possible; the plan's report says in "left" which it leaves and why.
+
+        Args:
+            persistent: whether a plan for all goals is sought until time is up.
+
+        Returns:
+            None where nothing can be brought further.
+        """
+        ordering, begin = self._ordering, self._begin
+        ordering.run(persistent=persistent)
+        if ordering.left and not ordering.progress.actions:
+            return None
+        start = {name: place.pose for name, place in begin.workspace.start.items()}
+        goals = {name: place.pose for name, place in begin.workspace.goals.items()}
+        actions, q = tuple(ordering.progress.actions), begin.configuration.q
+        task = begin.setup.task
+        found = Plan(task.name, task.robot, self._seed, start, q, goals, actions, ordering.report.as_dict())
+        verdict = check(task, found, start=start, goals=goals)
+        if not verdict.executable:
+            raise PlanningFailure("rejected", verdict)
+        missed = {problem.bodies[0]: problem.sentence for problem in verdict.problems}
+        left = {**missed, **ordering.left}
+        return replace(found, report={**found.report, "rejected": list(self.rejections), "left": left})

@@ -12,16 +12,20 @@ from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.execution.record import Execution
 from tamp.pipeline.attempt import Samplers
-from tamp.pipeline.planning import plan_from, plan_partly
+from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import Setup, prepare
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
-from tamp.task import Plan, Pose, Task, load_robot
+from tamp.scoring.ede import ede, mean_edge
+from tamp.task import Grip, Plan, Pose, Task, load_robot
 from tamp.task.plan_file import plan_sha256
 from tamp.versions import versions
 
 MAX_REPLANS = 8
-WHOLE_SHARE = 0.5  # of the time left for planning goes to reaching all goals at once, the rest to as many as possible
+FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
+NEXT_SHARE = 0.5  # of the time that is left goes to each further one
+MAX_CORRECTIONS = 2
+ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Run:
         executions: one for each plan that was carried out.
         final_poses: object -> pose (world frame) at the end.
         failure: why planning gave up the last time, or None.
-        rejections: the verdict on each plan that the checker sent back.
+        rejections: the verdict on each piece of a plan that the checker sent back.
     """
 
     result: Result
@@ -93,19 +97,31 @@ def carry_out(
 
 
 def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
-    """Carry out plan after plan until the goals are reached, time is up, or a new plan would change nothing."""
+    """Carry out plan after plan: new ones where reality deviates, and in the end a few that only correct."""
+    corrections = 0
     while True:
         execution = executor.carry_out(job.plans[-1])
         job.executions.append(execution)
         job.final_poses = dict(execution.final_poses)
-        reached = execution.status == "done" and score(job.task, job.final_poses).solved
-        as_far_as_possible = execution.status == "done" and bool(job.plans[-1].report.get("left"))
-        if reached or as_far_as_possible or execution.status == "timeout":
+        if execution.status == "timeout" or len(job.plans) > MAX_REPLANS:
             return
-        if len(job.plans) > MAX_REPLANS or not job.plan(setup, job.final_poses, execution.configuration):
+        astray = job.astray(setup)
+        if execution.status == "done":
+            if not astray or corrections == MAX_CORRECTIONS:
+                return
+            corrections += 1
+        if not job.plan(setup, job.final_poses, execution.configuration):
+            return
+        if execution.status == "done" and not _moved(job.plans[-1]) <= astray:
+            job.plans.pop()  # what stands well is not risked for what stands a little off
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be
             return
+
+
+def _moved(plan: Plan) -> set[str]:
+    """Objects that a plan takes into the hand."""
+    return {step.attachment.object for step in plan.steps if isinstance(step, Grip)}
 
 
 @dataclass
@@ -138,23 +154,34 @@ class _Job:
     def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
         """Plan from a state at rest; False where there is no plan."""
         with self.planning():
-            # A new plan from a state that chance has brought about draws other samples than the first.
-            seed = self.seed + 7919 * len(self.plans)
-            options: Any = {"seed": seed, "samplers": self.samplers, "algorithm": self.algorithm}
-            options["rejections"] = self.rejections
-            end = time.monotonic() + self.limit - self.planning_s
-            try:
-                share = WHOLE_SHARE * (end - time.monotonic())
-                self.plans.append(plan_from(setup, poses, q, deadline=time.monotonic() + share, **options))
-                self.failure = None
-            except PlanningFailure as failure:
-                self.failure = failure
-                try:
-                    self.plans.append(plan_partly(setup, poses, q, deadline=end, **options))
-                except PlanningFailure as nothing:
-                    self.obstacles = str(nothing.report).splitlines()
-                    return False
+            share = NEXT_SHARE if self.plans else FIRST_SHARE
+            search = Planning(
+                setup,
+                poses,
+                q,
+                # A new plan from a state that chance has brought about draws other samples than the first.
+                seed=self.seed + 7919 * len(self.plans),
+                deadline=time.monotonic() + share * (self.limit - self.planning_s),
+                samplers=self.samplers,
+                algorithm=self.algorithm,
+            )
+            found = search.run()
+        self.rejections += search.rejections
+        if found is None:
+            self.failure = PlanningFailure(search.report.status, search.report)
+            self.obstacles = [f"{name}: {why}" for name, why in search.left.items()]
+            return False
+        self.plans.append(found)
         return True
+
+    def astray(self, setup: Setup) -> set[str]:
+        """Objects that the last plan was to bring to their goals and that are not there, or only nearly."""
+        goals_met = score(self.task, self.final_poses).goals_met
+        missed = {name for name, met in goals_met.items() if not met}
+        for name, goal in setup.goals.items():
+            if ede(mean_edge(self.task.object(name).shape), self.final_poses[name], goal.pose) > ASTRAY:
+                missed.add(name)
+        return missed - self._left.keys()
 
     def run(self, execute: bool) -> Run:
         """Close the books."""

@@ -1,0 +1,66 @@
+"""Which goals of a task are asked for, on what they rest, and what else must stand for one of them alone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import In, On
+
+
+def goal_names(workspace: Workspace) -> list[str]:
+    """Objects that have a goal, in the task's order."""
+    return [obj.name for obj in workspace.task.objects if obj.goal is not None]
+
+
+def goal_supports(workspace: Workspace, name: str) -> list[str]:
+    """Objects with goal poses that the goal pose of an object rests on."""
+    return [lower for lower in workspace.goals[name].on if lower in workspace.goals] if name in workspace.goals else []
+
+
+def supports_first(workspace: Workspace, names: Sequence[str]) -> list[str]:
+    """The names in an order in which what others rest on at their goals comes before them."""
+    below: dict[str, tuple[str, ...]] = {name: place.on for name, place in workspace.goals.items()}
+    for obj in workspace.task.objects:
+        if isinstance(obj.goal, On | In):
+            below[obj.name] = (obj.goal.target,)
+
+    def height(name: str, seen: tuple[str, ...] = ()) -> int:
+        lower = [other for other in below.get(name, ()) if other in below and other not in seen]
+        return 1 + max((height(other, (*seen, name)) for other in lower), default=0)
+
+    return sorted(names, key=height)
+
+
+def asking_for(workspace: Workspace, names: Collection[str]) -> Workspace:
+    """The workspace in which only the goals of some objects are asked for.
+
+    The goal poses of the others stay known: that is where they may be put aside to, and where buffers are not wanted.
+    """
+    objects = tuple(obj if obj.name in names else replace(obj, goal=None) for obj in workspace.task.objects)
+    return replace(workspace, task=replace(workspace.task, objects=objects))
+
+
+def alone(workspace: Workspace, name: str) -> Workspace:
+    """The workspace with one object and what it rests on at its start and its goal; all else is taken away."""
+    start = workspace.start
+    standing = {other: start[other] for other in (name, *_all_below(start, name))}
+    for other in _all_below(workspace.goals, name):
+        standing[other] = workspace.goals.get(other, start[other])
+    goals = {other: place for other, place in workspace.goals.items() if other in standing}
+    return replace(asking_for(workspace, {name}), start=standing, goals=goals)
+
+
+def _all_below(places: Mapping[str, Placement], name: str) -> list[str]:
+    """Everything that an object rests on, directly or through others, as `places` have it."""
+    found: list[str] = []
+    waiting = [name]
+    while waiting:
+        placement = places.get(waiting.pop())
+        for lower in placement.on if placement is not None else ():
+            if lower != TABLE and lower != name and lower not in found:
+                found.append(lower)
+                waiting.append(lower)
+    return found

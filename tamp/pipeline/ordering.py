@@ -1,0 +1,172 @@
+"""The order in which goals are reached, and who has to step aside for them.
+
+Goals are committed one after the other: each is planned from the state that the plan so far leaves, with all goals
+reached before. First only the object itself may move, which costs little to try and finds the order in which nobody
+has to step aside; where nothing goes that way any more, others may be put aside too, with growing effort. Whatever
+brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others
+out of the way is left for last: a task is never abandoned because of one object.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from tamp.domains.tabletop import tabletop_problem
+from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, supports_first
+from tamp.pipeline.progress import Progress
+from tamp.planning import GroundAction, Report, Solution
+from tamp.planning import solve as solve_problem
+from tamp.streams.workspace import Workspace
+
+ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard a goal is tried.
+
+    Attributes:
+        iterations: of the stream planner; counts, so that a busy machine finds the same plan.
+        others_move: whether other objects may be put aside.
+        hopeless_too: whether goals that not even the object alone could reach are tried.
+    """
+
+    iterations: int
+    others_move: bool
+    hopeless_too: bool = False
+
+
+FIRST = Effort(3, others_move=False)
+EFFORTS = (FIRST, Effort(5, True), Effort(12, True), Effort(30, True), Effort(60, True, hopeless_too=True))
+ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
+UNLIMITED = 1_000_000
+ALL_AT_ONCE = 4  # iterations of the first try; where all goals can be planned together, the plan is short
+
+
+class Ordering:
+    """A search for the order of goals.
+
+    Args:
+        attempt: the state it starts from.
+        seed: decides every random choice.
+        deadline: on the clock of time.monotonic [s].
+        algorithm: of the stream planner.
+
+    Attributes:
+        progress: the plan so far.
+        left: objects whose goals it does not reach -> why.
+    """
+
+    def __init__(self, attempt: Attempt, seed: int, deadline: float, algorithm: str) -> None:
+        self._seed, self._deadline, self._algorithm = seed, deadline, algorithm
+        self._hopeless: dict[str, bool] = {}
+        self._reached: set[str] = set()
+        self._refusals = 0
+        self._reports: list[Report] = []
+        self.progress = Progress(attempt)
+        self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
+
+    @property
+    def report(self) -> Report:
+        """Of the longest search for all goals at once; only after `run`."""
+        return max(self._reports, key=lambda report: report.total_s)
+
+    def run(self, *, persistent: bool = False) -> None:
+        """Reach as many goals as the time allows.
+
+        Args:
+            persistent: whether all goals at once are sought until time is up where some are left.
+        """
+        begin = self.progress.now
+        if self._all_at_once(ALL_AT_ONCE):
+            return
+        level = 0
+        while self.left and level < len(EFFORTS) and time.monotonic() < self._deadline:
+            level = 0 if self._sweep(EFFORTS[level]) else level + 1
+        if self.left and persistent:
+            self.progress = Progress(begin, rejections=self.progress.rejections)
+            while time.monotonic() < self._deadline and self.report.status != "infeasible":
+                if self._all_at_once(UNLIMITED):
+                    break
+
+    def _all_at_once(self, iterations: int) -> bool:
+        """Plan for all goals together; whether that succeeded."""
+        solution = self._solve(self.progress.now.workspace, iterations, None)
+        self._reports.append(solution.report)
+        if solution.plan is None or self._refused(solution.plan) is not None:
+            return False
+        self.left.clear()
+        return True
+
+    def _sweep(self, effort: Effort) -> bool:
+        """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
+        progress = False
+        for name in supports_first(self.progress.now.workspace, list(self.left)):
+            if time.monotonic() >= self._deadline:
+                break
+            if self._try(name, effort):
+                progress = True
+                if effort.others_move:
+                    break
+        return progress
+
+    def _try(self, name: str, effort: Effort) -> bool:
+        """Plan for one more goal; whether it was reached."""
+        workspace = self.progress.now.workspace
+        start, goals = workspace.start, workspace.goals
+        missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
+        if missing:
+            self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
+            return False
+        if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
+            return False
+        asked = asking_for(workspace, self._reached | {name})
+        solution = self._solve(asked, effort.iterations, None if effort.others_move else {name})
+        refused = reason(solution) if solution.plan is None else self._refused(solution.plan)
+        if refused is not None:
+            self.left[name] = refused
+            return False
+        del self.left[name]
+        self._reached.add(name)
+        return True
+
+    def _refused(self, actions: tuple[GroundAction, ...]) -> str | None:
+        """Add actions to the plan; what is wrong with them where the checker refuses them."""
+        refused = self.progress.take(actions, self._seed)
+        self._refusals += refused is not None
+        return refused
+
+    def _is_hopeless(self, name: str) -> bool:
+        """Whether an object does not reach its goal even with all others out of the way, as far as a short try says."""
+        if name not in self._hopeless:
+            workspace = self.progress.now.workspace
+            solution = self._solve(alone(workspace, name), ALONE, {name})
+            self._hopeless[name] = solution.plan is None
+            if solution.plan is None:
+                self.left[name] = f"even alone: {reason(solution)}"
+        return self._hopeless[name]
+
+    def _solve(self, workspace: Workspace, iterations: int, movable: set[str] | None) -> Solution:
+        now = self.progress.now
+        return solve_problem(
+            tabletop_problem(workspace, now.samplers, now.configuration, movable=movable),
+            algorithm=self._algorithm,
+            timeout=max(0.0, self._deadline - time.monotonic()),
+            seed=self._seed + self._refusals * ANOTHER_SEED,
+            max_iterations=iterations,
+        )
+
+
+def reason(solution: Solution) -> str:
+    """Where the skeleton that was tried most broke; without one, the commonest failure of any stream; in words."""
+    broken = [skeleton for skeleton in solution.report.skeletons if skeleton.reason]
+    if broken:
+        most = max(broken, key=lambda skeleton: skeleton.attempts)
+        return f"{solution.status}; {most.broke_at}: {most.reason}"
+    streams = [s for s in solution.report.streams if s.failures]
+    if not streams:
+        return solution.status
+    worst = max(streams, key=lambda s: s.failures[0][1])
+    return f"{solution.status}; {worst.name}: {worst.failures[0][0]}"

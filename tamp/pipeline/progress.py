@@ -1,0 +1,62 @@
+"""A plan in the making: what it does so far, checked piece by piece, and where everything stands after that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from tamp.domains.tabletop import NotFree
+from tamp.pipeline.attempt import Attempt
+from tamp.planning import GroundAction
+from tamp.streams.values import Configuration, Handling, Placement
+from tamp.task import Action
+
+
+@dataclass
+class Progress:
+    """What a plan does so far.
+
+    Attributes:
+        now: the state it leaves, as something to plan from; its workspace asks for all goals.
+        actions: timed, in order; the checker has accepted each piece of them.
+        rejections: the verdict on each piece that the checker sent back; each is a bug of the planner's.
+    """
+
+    now: Attempt
+    actions: list[Action] = field(default_factory=list)
+    rejections: list[str] = field(default_factory=list)
+
+    @property
+    def start(self) -> Mapping[str, Placement]:
+        """Object -> where it stands by now."""
+        return self.now.workspace.start
+
+    def take(self, solution: Sequence[GroundAction], seed: int) -> str | None:
+        """Time a further piece, have it checked and add it; what is wrong with it where it is refused."""
+        try:
+            piece, verdict = self.now.finish(solution, seed, {})
+        except NotFree as reason:
+            return str(reason)
+        if not verdict.executable:
+            self.rejections.append(str(verdict))
+            return str(verdict)
+        self.actions += piece.actions
+        start, configuration = _after(self.start, self.now.configuration, solution)
+        workspace = replace(self.now.workspace, start=start)
+        self.now = replace(self.now, workspace=workspace, configuration=configuration)
+        return None
+
+
+def _after(
+    start: Mapping[str, Placement], configuration: Configuration, solution: Sequence[GroundAction]
+) -> tuple[dict[str, Placement], Configuration]:
+    """Where objects and arm are when a solution that ends with an empty hand has been carried out."""
+    placements = dict(start)
+    for action in solution:
+        handling = action.args[-1]
+        if action.name == "move-free":
+            configuration = action.args[1]
+        elif isinstance(handling, Handling) and action.name not in ("pick", "unstack"):
+            placements[handling.object] = handling.placement
+            configuration = action.args[-3]
+    return placements, configuration
