@@ -92,7 +92,7 @@ class CollisionChecker:
             return False
         for q0, q1 in itertools.pairwise(path):
             steps = max(1, math.ceil(float(np.linalg.norm(q1 - q0)) / resolution))
-            if not self._states_free(q0, q1, _bisection(steps)[1:]):
+            if not self._states_free(q0, q1, _bisection(steps)[:-1]):
                 return False
         return True
 
@@ -139,8 +139,8 @@ class CollisionChecker:
 
 @cache
 def _bisection(steps: int) -> Vector:
-    """The fractions 0, 1/steps, ..., 1 ordered by bisection: the ends first, then the middle, the quarters, ..."""
-    order, ranges = [0, steps], [(0, steps)]
+    """The fractions 0, 1/steps, ..., 1 by bisection: 1, the middle, the quarters, ...; 0, where one has been, last."""
+    order, ranges = [steps], [(0, steps)]
     while ranges:
         halves = []
         for low, high in ranges:
@@ -149,6 +149,6 @@ def _bisection(steps: int) -> Vector:
                 order.append(middle)
                 halves += [(low, middle), (middle, high)]
         ranges = halves
-    fractions = np.array(order, dtype=np.float64) / steps
+    fractions = np.array([*order, 0], dtype=np.float64) / steps
     fractions.setflags(write=False)
     return fractions
