@@ -1,0 +1,89 @@
+"""What the manual shows is run: its Python, its commands, and the tour from end to end."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tamp.cli import main, parser
+
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+
+
+def blocks(page: Path, language: str) -> list[tuple[str, str]]:
+    """(title, text) of each fenced block of a language; the title is empty where it has none."""
+    text = page.read_text(encoding="utf-8")
+    return re.findall(rf'^```{language}(?: title="(.*?)")?\n(.*?)^```', text, re.MULTILINE | re.DOTALL)
+
+
+def commands(page: Path) -> list[list[str]]:
+    """The arguments of each `tamp` command in a page's sh blocks."""
+    lines = [line for _, text in blocks(page, "sh") for line in text.splitlines()]
+    return [shlex.split(line)[1:] for line in lines if line.startswith("tamp ")]
+
+
+def test_pages_are_found() -> None:
+    assert len(PAGES) > 10
+    assert sum(len(commands(page)) for page in PAGES) > 10
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda page: page.stem)
+def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All blocks of a page in one go, in a folder from which the scenarios can be seen."""
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    namespace: dict[str, object] = {"__name__": page.stem}
+    exec("import tamp\n" + "\n".join(text for _, text in blocks(page, "python")), namespace)
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda page: page.stem)
+def test_commands_are_understood(page: Path) -> None:
+    for arguments in commands(page):
+        words = [word.split(">")[0] for word in arguments if not word.startswith(("~", ">"))]
+        options = parser().parse_args([word for word in words if word])
+        assert options.run
+
+
+def test_the_tour_is_walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = ROOT / "docs" / "tour.md"
+    monkeypatch.chdir(tmp_path)
+    for title, text in blocks(page, "yaml"):
+        Path(title).write_text(text, encoding="utf-8")
+    for arguments in commands(page):
+        few_frames = ["--frame", "4"] if arguments[0] == "render" else []
+        assert main([*arguments, *few_frames]) == 0, arguments
+    made = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")}
+    assert {"plan.json", "poses.json", "runs.csv", "runs/report.html", "runs/tidy-0/run.gif"} <= made
+
+
+def test_the_samplers_of_the_manual_fit(tmp_path: Path) -> None:
+    """The page's module as a file, checked by the page's own command, in a process that stands beside it."""
+    page = ROOT / "docs" / "samplers.md"
+    (module,) = [(title, text) for title, text in blocks(page, "python") if title]
+    (tmp_path / module[0]).write_text(module[1], encoding="utf-8")
+    (check,) = [arguments for arguments in commands(page) if arguments[:2] == ["samplers", "check"]]
+    done = subprocess.run(
+        [sys.executable, "-m", "tamp.cli", *check, "--task", str(ROOT / "scenarios" / "one_object.yaml")],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(shutil.which("mkdocs") is None, reason="the extra 'docs' is missing")
+def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
+    command = ["mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    pages = list((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > 15
+    score = (tmp_path / "site" / "score.html").read_text(encoding="utf-8")
+    assert "<math" in score
