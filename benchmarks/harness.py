@@ -19,20 +19,28 @@ Row = dict[str, Any]
 PACKAGES = ("numpy", "pin", "coal", "ompl", "toppra", "python-fcl", "pybullet", "trimesh", "scipy", "up-fast-downward")
 
 
-def main(name: str, run: Callable[[bool], Sequence[Row]], arguments: Sequence[str] | None = None) -> None:
+def main(
+    name: str,
+    run: Callable[..., Sequence[Row]],
+    arguments: Sequence[str] | None = None,
+    extra: argparse.ArgumentParser | None = None,
+) -> None:
     """Run a benchmark from the command line.
 
     Args:
         name: the benchmark's module name.
         run: takes whether to be quick (within a minute) and returns the rows of its table.
         arguments: in place of the command line's.
+        extra: further options (a parser without its own help), which `run` takes by keyword.
     """
-    parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{name}")
+    parents = [] if extra is None else [extra]
+    parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{name}", parents=parents)
     parser.add_argument("--quick", action="store_true", help="fewer repetitions: ends within a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write machine, versions and rows to FILE")
     options = parser.parse_args(arguments)
     start = time.monotonic()
-    rows = [dict(row) for row in run(options.quick)]
+    further = {key: value for key, value in vars(options).items() if key not in ("quick", "json")}
+    rows = [dict(row) for row in run(options.quick, **further)]
     print(table(rows))
     print(f"{name}: {len(rows)} rows in {time.monotonic() - start:.1f} s")
     if options.json is not None:

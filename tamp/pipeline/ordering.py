@@ -10,7 +10,7 @@ out of the way is left for last: a task is never abandoned because of one object
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tamp.domains.tabletop import tabletop_problem
 from tamp.pipeline.attempt import Attempt
@@ -38,11 +38,11 @@ class Effort:
     hopeless_too: bool = False
 
 
-FIRST = Effort(3, others_move=False)
+FIRST = Effort(4, others_move=False)
 EFFORTS = (FIRST, Effort(5, True), Effort(12, True), Effort(30, True), Effort(60, True, hopeless_too=True))
 ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
 UNLIMITED = 1_000_000
-ALL_AT_ONCE = 4  # iterations of the first try; where all goals can be planned together, the plan is short
+ALL_AT_ONCE = 8  # iterations of the first try; where all goals can be planned together, the plan is short
 
 
 class Ordering:
@@ -86,7 +86,7 @@ class Ordering:
         while self.left and level < len(EFFORTS) and time.monotonic() < self._deadline:
             level = 0 if self._sweep(EFFORTS[level]) else level + 1
         if self.left and persistent:
-            self.progress = Progress(begin, rejections=self.progress.rejections)
+            self.progress = replace(self.progress, now=begin, actions=[])
             while time.monotonic() < self._deadline and self.report.status != "infeasible":
                 if self._all_at_once(UNLIMITED):
                     break

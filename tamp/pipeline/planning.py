@@ -114,4 +114,5 @@ class Planning:
             raise PlanningFailure("rejected", verdict)
         missed = {problem.bodies[0]: problem.sentence for problem in verdict.problems}
         left = {**missed, **ordering.left}
-        return replace(found, report={**found.report, "rejected": list(self.rejections), "left": left})
+        refused = {"rejected": list(self.rejections), "blocked": list(ordering.progress.blocked)}
+        return replace(found, report={**found.report, **refused, "left": left})

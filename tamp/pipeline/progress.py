@@ -20,11 +20,13 @@ class Progress:
         now: the state it leaves, as something to plan from; its workspace asks for all goals.
         actions: timed, in order; the checker has accepted each piece of them.
         rejections: the verdict on each piece that the checker sent back; each is a bug of the planner's.
+        blocked: why pieces never came before the checker: a timed motion came too near to something.
     """
 
     now: Attempt
     actions: list[Action] = field(default_factory=list)
     rejections: list[str] = field(default_factory=list)
+    blocked: list[str] = field(default_factory=list)
 
     @property
     def start(self) -> Mapping[str, Placement]:
@@ -36,6 +38,7 @@ class Progress:
         try:
             piece, verdict = self.now.finish(solution, seed, {})
         except NotFree as reason:
+            self.blocked.append(str(reason))
             return str(reason)
         if not verdict.executable:
             self.rejections.append(str(verdict))
