@@ -71,11 +71,7 @@ class Evaluation:
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-like values; for `ocrtoc2024` also `in_place`, the share of objects over each threshold of overlap."""
-        data = asdict(self)
-        data["objects"], data["lost"] = list(data["objects"]), list(self.lost)
-        if self.metric == OCRTOC_2024.name:
-            data["in_place"] = self.in_place()
-        return data
+        return asdict(self) | ({"in_place": self.in_place()} if self.metric == OCRTOC_2024.name else {})
 
     def in_place(self) -> dict[str, float]:
         """Share of objects whose error is below 1 - threshold, for each threshold; of use for `ocrtoc2024` only."""

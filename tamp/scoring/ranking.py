@@ -97,9 +97,7 @@ class Standing:
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-like values."""
-        levels = {str(level): asdict(mean) for level, mean in self.levels.items()}
-        own = {"interval_m": list(self.interval_m), "levels": levels, "grasp_success": self.grasp_success}
-        return {**asdict(self), **own}
+        return {**asdict(self), "grasp_success": self.grasp_success}
 
 
 def measure(tasks: Iterable[Task]) -> tuple[Yardstick, ...]:

@@ -47,7 +47,7 @@ def test_levels_have_means_of_their_own() -> None:
         1: (2, pytest.approx(0.1), pytest.approx(1 - 0.1 / 0.3)),
         2: (1, pytest.approx(0.15), pytest.approx(0.5)),
     }
-    assert s.as_dict()["levels"]["2"]["error_m"] == pytest.approx(0.15)
+    assert s.as_dict()["levels"][2]["error_m"] == pytest.approx(0.15)
 
 
 def test_runs_count_by_their_mean_or_the_best_of_the_first_k() -> None:
