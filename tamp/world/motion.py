@@ -78,7 +78,8 @@ def plan_motion(
         seed: of the planner and of the shortcuts.
         timeout: time for the search [wall seconds].
         planner: one of planner_names(). "portfolio" gives RRT-Connect, which is at home in open space, and LBKPIECE,
-            which leaves narrow pockets quickly, turns of doubling length; each goes on where it stopped.
+            which leaves narrow pockets quickly, turns of doubling length. Each turn begins anew, so that
+            an unlucky tree costs no more than its turn.
         iterations: bound of the search that repeats from run to run, unlike the timeout; in the portfolio counted in
             iterations of RRT-Connect, a thousand of which take about 0.1 to 0.3 s.
         shortcuts: attempts to shorten the path; 0 leaves it as found.
@@ -107,24 +108,23 @@ def plan_motion(
         if checker.edge_free(start, goal, recheck):
             return MotionResult(np.array([start, goal]), "", time.monotonic() - begin)
 
-    from tamp.world.ompl_search import OPTIMISING, Search
+    from tamp.world.ompl_search import OPTIMISING, search
 
     # A corner touched between two tested configurations shows in the finer recheck; then all is searched anew, finer.
     simplify_s, resolution = 0.0, recheck if planner in OPTIMISING else RESOLUTION
-    searches: dict[str, Search] = {}
     for turn, (name, budget) in enumerate(_turns(planner, iterations)):
-        if name not in searches:
-            searches[name] = Search(
-                checker, lower, upper, start, goals, planner=name, seed=seed + turn, step=step, resolution=resolution
-            )
-        found = searches[name].run(budget, begin + timeout)
+        found = search(
+            checker, lower, upper, start, goals,
+            planner=name, seed=seed + turn, deadline=begin + timeout, iterations=budget,
+            step=step, resolution=resolution,
+        )  # fmt: skip
         if found is not None:
             planned = time.monotonic()
             path = _shortened(checker, without_duplicates(found), seed, shortcuts, resolution, recheck)
             simplify_s += time.monotonic() - planned
             if path is not None:
                 return MotionResult(path, "", time.monotonic() - begin - simplify_s, simplify_s)
-            searches, resolution = {}, recheck
+            resolution = recheck
         elif planner != PORTFOLIO:
             break
         if time.monotonic() > begin + timeout:
@@ -141,7 +141,8 @@ def _turns(planner: str, iterations: int) -> Iterator[tuple[str, int]]:
     growth = 1
     while iterations > 0:
         for name, first, weight in TURNS:
-            turn = min(growth * first, iterations)
+            if (turn := min(growth * first, iterations)) == 0:
+                return
             yield name, weight * turn
             iterations -= turn
         growth *= 2

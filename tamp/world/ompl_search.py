@@ -42,78 +42,71 @@ class _Edges(base.MotionValidator):  # type: ignore[misc]
         return bool(self._edge_free(np.array(a[0 : self._dof]), np.array(b[0 : self._dof]), self._resolution))
 
 
-class Search:
-    """One planner at work on one query: each run goes on where the last one stopped."""
+def search(
+    checker: StateChecker,
+    lower: Array,
+    upper: Array,
+    start: Array,
+    goals: Array,
+    *,
+    planner: str,
+    seed: int,
+    deadline: float,
+    iterations: int,
+    step: float,
+    resolution: float,
+) -> Array | None:
+    """A path, shape (n, dof), from `start` (dof,) to one of `goals` (k, dof), or None where none was found in time.
 
-    def __init__(
-        self,
-        checker: StateChecker,
-        lower: Array,
-        upper: Array,
-        start: Array,
-        goals: Array,
-        *,
-        planner: str,
-        seed: int,
-        step: float,
-        resolution: float,
-    ) -> None:
-        """Set up a search from `start`, shape (dof,), to any of `goals`, shape (k, dof).
+    Args:
+        checker: says which edges and configurations are free.
+        lower: shape (dof,), bounds of the space [rad].
+        upper: as lower.
+        start: a free configuration.
+        goals: free configurations.
+        planner: a key of PLANNERS.
+        seed: OMPL has one random generator a process, so it is reseeded here before each search.
+        deadline: on the clock of time.monotonic() [s].
+        iterations: how often the planner may ask whether to stop: a bound that repeats, unlike the clock.
+        step: longest edge a tree grows by [rad], for the planners that have one.
+        resolution: distance between the configurations tested on an edge [rad].
+    """
+    util.noOutputHandler()  # reseeding warns each time, and a search without result is no error of ours
+    util.RNG.setSeed(1 + seed % (2**31 - 1))
+    dof = len(start)
+    space = base.RealVectorStateSpace(dof)
+    bounds = base.RealVectorBounds(dof)
+    for i in range(dof):  # a hair wider: OMPL refuses an end that exceeds a limit by a rounding error
+        bounds.setLow(i, float(lower[i]) - 1e-8)
+        bounds.setHigh(i, float(upper[i]) + 1e-8)
+    space.setBounds(bounds)
+    information = base.SpaceInformation(space)
+    edges = _Edges(information, checker, dof, resolution)
+    information.setMotionValidator(edges)
+    information.setStateValidityChecker(lambda state: bool(checker.free(np.array(state[0:dof]))))
+    information.setup()
+    problem = base.ProblemDefinition(information)
+    problem.addStartState(_state(space, start))
+    goal = base.GoalStates(information)
+    for q in goals:
+        goal.addState(_state(space, q))
+    problem.setGoal(goal)
+    method = PLANNERS[planner](information)
+    if hasattr(method, "setRange"):
+        method.setRange(step)
+    method.setProblemDefinition(problem)
+    method.setup()
+    left = iterations
 
-        Args:
-            checker: says which edges and configurations are free.
-            lower: shape (dof,), bounds of the space [rad].
-            upper: as lower.
-            start: a free configuration.
-            goals: free configurations.
-            planner: a key of PLANNERS.
-            seed: OMPL has one source of seeds a process, so it is set here before each search.
-            step: longest edge a tree grows by [rad], for the planners that have one.
-            resolution: distance between the configurations tested on an edge [rad].
-        """
-        util.noOutputHandler()  # reseeding warns each time, and a search without result is no error of ours
-        util.RNG.setSeed(1 + seed % (2**31 - 1))
-        dof = len(start)
-        space = base.RealVectorStateSpace(dof)
-        bounds = base.RealVectorBounds(dof)
-        for i in range(dof):  # a hair wider: OMPL refuses an end that exceeds a limit by a rounding error
-            bounds.setLow(i, float(lower[i]) - 1e-8)
-            bounds.setHigh(i, float(upper[i]) + 1e-8)
-        space.setBounds(bounds)
-        information = base.SpaceInformation(space)
-        information.setMotionValidator(_Edges(information, checker, dof, resolution))
-        information.setStateValidityChecker(lambda state: bool(checker.free(np.array(state[0:dof]))))
-        information.setup()
-        self._dof, self._problem = dof, base.ProblemDefinition(information)
-        self._problem.addStartState(_state(space, start))
-        goal = base.GoalStates(information)
-        for q in goals:
-            goal.addState(_state(space, q))
-        self._problem.setGoal(goal)
-        self._planner = PLANNERS[planner](information)
-        if hasattr(self._planner, "setRange"):
-            self._planner.setRange(step)
-        self._planner.setProblemDefinition(self._problem)
-        self._planner.setup()
+    def stop() -> bool:
+        nonlocal left
+        left -= 1
+        return left < 0 or time.monotonic() > deadline
 
-    def run(self, iterations: int, deadline: float) -> Array | None:
-        """A path, shape (n, dof), from the start to one of the goals, or None where none was found in time.
-
-        Args:
-            iterations: how often the planner may ask whether to stop: a bound that repeats, unlike the clock.
-            deadline: on the clock of time.monotonic() [s].
-        """
-        left = iterations
-
-        def stop() -> bool:
-            nonlocal left
-            left -= 1
-            return left < 0 or time.monotonic() > deadline
-
-        self._planner.solve(base.PlannerTerminationCondition(stop))
-        if not self._problem.hasExactSolution():
-            return None
-        return np.array([state[0 : self._dof] for state in self._problem.getSolutionPath().getStates()])
+    method.solve(base.PlannerTerminationCondition(stop))
+    if not problem.hasExactSolution():
+        return None
+    return np.array([state[0:dof] for state in problem.getSolutionPath().getStates()])
 
 
 def _state(space: Any, q: Array) -> Any:
