@@ -48,6 +48,8 @@ ALLOWED = {
 # Heavy library -> the modules that may import it.
 HOMES = {
     "coacd": {"task.surface"},
+    "distributed": {"batch.dask"},
+    "submitit": {"batch.slurm"},
     "imageio_ffmpeg": {"report.images"},
     "jinja2": {"report.page"},
     "matplotlib": {"report.plots"},

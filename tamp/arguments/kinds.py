@@ -78,3 +78,11 @@ def replacement(text: str) -> tuple[str, str]:
     if not stream or not equals or ":" not in address:
         raise argparse.ArgumentTypeError(f"{text} is not of the form NAME=MODULE:FUNCTION")
     return stream, address
+
+
+def setting(text: str) -> tuple[str, str]:
+    """A name and its value."""
+    name, equals, value = text.partition("=")
+    if not name.isidentifier() or not equals:
+        raise argparse.ArgumentTypeError(f"{text} is not of the form NAME=VALUE")
+    return name, value

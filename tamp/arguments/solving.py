@@ -14,6 +14,7 @@ from tamp.arguments.kinds import (
     natural,
     positive_int,
     seconds,
+    setting,
 )
 
 
@@ -54,6 +55,10 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     """How a batch is run; the same for every command that runs one."""
     add = parser.add_argument
     add("--workers", type=positive_int, default=1, metavar="N", help="tasks at the same time; default 1")
+    where = "where the work is done: here, on a Dask cluster, or as SLURM jobs; default local"
+    add("--executor", choices=("local", "dask", "submitit"), default="local", help=where)
+    add("--address", metavar="tcp://HOST:PORT", help="of a Dask scheduler; default: a cluster started here")
+    add("--slurm", type=setting, action="append", default=[], metavar="NAME=VALUE", help="such as partition=cpu")
     add("--resume", action="store_true", help="run only what results.jsonl in --output does not have yet")
     add("--time-limit", type=seconds, metavar="SECONDS", help="kill a task that takes longer in all; default: ample")
     add("--memory-limit", type=seconds, default=6.0, metavar="GIB", help="kill a task that takes more; default 6")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ class Batch:
         resume: run only what results.jsonl does not have yet; without it the file starts anew.
         work: the work function, "package.module:function".
         preload: modules imported once for all workers.
+        executor: runs the jobs; takes and gives what `run_jobs` does.
     """
 
     tasks: Sequence[Task]
@@ -46,6 +47,7 @@ class Batch:
     resume: bool = False
     work: str = WORK
     preload: Sequence[str] = PRELOAD
+    executor: Callable[..., Iterator[Outcome]] = run_jobs
 
     def __post_init__(self) -> None:
         names = [task.name for task in self.tasks]
@@ -84,7 +86,7 @@ class Batch:
                 yield Job(key, {**file, **self.options})
 
     def _outcomes(self, jobs: Iterator[Job]) -> Iterator[Outcome]:
-        return run_jobs(
+        return self.executor(
             jobs,
             self.work,
             workers=self.workers,

@@ -44,5 +44,10 @@ def _detach() -> None:
     """Be the head of a process group of one's own, and end with the parent however it ends."""
     os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+
+
+def end_with_parent() -> None:
+    """Be killed when the parent ends, however it does; on Linux only."""
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 from tamp.batch import Batch
+from tamp.batch.pool import Outcome, run_jobs
 from tamp.errors import TampError
 from tamp.results import Result
 from tamp.task import Task
@@ -68,7 +70,23 @@ def batch(
         memory_limit=int(options.memory_limit * 2**30) if sys.platform.startswith("linux") else None,
         output=output,
         resume=options.resume,
+        executor=_executor(options, output),
     )
+
+
+def _executor(options: argparse.Namespace, output: Path | None) -> Callable[..., Iterator[Outcome]]:
+    """What runs the jobs; libraries of clusters are imported only where they are asked for."""
+    if options.executor == "dask":
+        from tamp.batch.dask import run_on_dask
+
+        return partial(run_on_dask, address=options.address)
+    if options.executor == "submitit":
+        from tamp.batch.slurm import run_on_slurm
+
+        if output is None:
+            raise TampError("--executor submitit needs --output DIR, a folder that all machines see")
+        return partial(run_on_slurm, folder=output / "jobs", parameters=dict(options.slurm))
+    return run_jobs
 
 
 def _refuse_unknown_samplers(tasks: Sequence[Task], replaced: Mapping[str, str]) -> None:
