@@ -27,7 +27,7 @@ from tamp.pipeline.situation import observe
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.laying import plan_laying
 from tamp.streams.reachability import inverse_kinematics
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.task.load import load_task
 
 GRASPS = 100  # looked at for one object
@@ -104,7 +104,7 @@ def _of_task(file: Path) -> Iterator[tuple[str, str]]:
         start = situation.start[name]
         if goal is not start:
             alone = replace(setup.task, objects=(setup.task.object(name),))
-            yield way(Workspace(alone, setup.world, {name: start}, {name: goal}), name)
+            yield way(Workspace(alone, setup.world, {name: start}, {name: replace(goal, on=(TABLE,))}), name)
 
 
 if __name__ == "__main__":

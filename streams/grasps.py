@@ -25,7 +25,7 @@ from tamp.streams.clearance import (
 from tamp.streams.closing import closed
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
-from tamp.streams.tilting import tilts, too_wide
+from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.kinematics import inverse
@@ -125,7 +125,7 @@ def _lays(
 ) -> NDArray[np.bool_]:
     """Whether each of the pinches asked about can lay the object down at its goal, shape (n,)."""
     able = np.zeros(len(pinches), bool)
-    if place is workspace.goals.get(obj) and too_wide(workspace, obj, place):
+    if place is workspace.goals.get(obj) and layable(workspace, obj, place):
         for tilt in tilts(workspace, obj, place):
             if round(np.degrees(tilt.angle)) in SIEVING_TILTS:
                 rest = np.flatnonzero(asked & ~able)
@@ -169,7 +169,7 @@ def _reachable_first(
 def _reached(context: Context, workspace: Workspace, obj: str, place: Placement, grasp: Grasp) -> bool:
     """Whether the arm can reach an object by a grasp as it stands at a placement, or tilted above it."""
     poses = [place.pose]
-    if place is workspace.goals.get(obj) and too_wide(workspace, obj, place):
+    if place is workspace.goals.get(obj) and layable(workspace, obj, place):
         poses += [tilt.fall[0] for tilt in tilts(workspace, obj, place)]
     tools = (pose.matrix @ grasp.T_object_tool.matrix for pose in poses)
     over = (T for T in tools if not hand_hits(workspace, T, 0.0, Scene()))

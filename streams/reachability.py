@@ -88,7 +88,7 @@ def _alone(
     found = False
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
         found = True
-        approach = _approach(context, workspace, obj, pose, opening, q)
+        approach = _approach(context, workspace, obj, pose, opening, q, fall)
         lift = None if approach is None else _lift(context, workspace, obj, grasp, q)
         if approach is not None and lift is not None:
             yield Handling(obj, placement, grasp, opening, approach, lift, fall)
@@ -97,9 +97,18 @@ def _alone(
 
 
 def _approach(
-    context: Context, workspace: Workspace, obj: str, pose: Pose, opening: float, q: NDArray[np.float64]
+    context: Context,
+    workspace: Workspace,
+    obj: str,
+    pose: Pose,
+    opening: float,
+    q: NDArray[np.float64],
+    fall: tuple[Pose, ...],
 ) -> NDArray[np.float64] | None:
-    """A straight way to the grasp at `q` along the tool's axis, shape (n, joints); None, and the reason told."""
+    """A straight way to the grasp at `q` along the tool's axis, shape (n, joints); None, and the reason told.
+
+    Where it begins, and ends for a hand that has let go, the hand is out of the way of an object that falls.
+    """
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
     for back in APPROACHES:
@@ -107,6 +116,8 @@ def _approach(
         if retreat is not None:
             path = retreat[::-1]
             contact = approach_contact(workspace, obj, pose, opening, path, {})
+            under = (approach_contact(workspace, obj, fallen, opening, path[:1], {}) for fallen in fall)
+            contact = contact or next(filter(None, under), None)
             if contact is None:
                 return path
             reason = told(contact)

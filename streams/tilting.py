@@ -26,6 +26,7 @@ ROLL = np.radians(2.5)  # between two poses of a fall
 LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
 STEP = np.radians(5.0)  # between two tilts
 LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
+TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction now and then
 APART = np.radians(20.0)  # directions nearer to each other than this are one
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
@@ -54,8 +55,18 @@ def tilts(workspace: Workspace, obj: str, placement: Placement) -> tuple[Tilt, .
     return remembered
 
 
-def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
-    """Whether an object is wider than the hand opens, as it lies, from every side that is seen from above."""
+def layable(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether laying an object down at a placement is worth a thought: a hand that puts it down may be in its own way.
+
+    That is so where the object, as it lies, is wider than the hand opens, and where it has to be turned over: what
+    grasped it from above would then be below it.
+    """
+    up_now, up_then = workspace.start[obj].pose.matrix[2, :3], placement.pose.matrix[2, :3]
+    return _too_wide(workspace, obj, placement) or float(up_now @ up_then) < TURNED_OVER
+
+
+def _too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object is wider than the hand opens, as it lies, from every side."""
     points = workspace.world.geometries[obj].hull.vertices @ placement.pose.matrix[:2, :3].T
     angles = np.linspace(0.0, np.pi, 36, endpoint=False)
     along = points @ np.stack([np.cos(angles), np.sin(angles)])
@@ -97,16 +108,17 @@ def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterat
 def _base_normals(points: Array) -> list[Array]:
     """Outward normals (2,) of the edges of a base's outline, the longest edges first, similar ones left out."""
     corners = outline(points)
-    if len(corners) < 3 or np.ptp(corners, axis=0).min() < FLAT:
+    if len(corners) < 3:
         return []
     edges = np.roll(corners, -1, axis=0) - corners
     lengths = np.linalg.norm(edges, axis=1)
+    across = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / lengths[:, None]
+    if np.ptp(corners @ across.T, axis=0).min() < FLAT:
+        return []
     kept: list[Array] = []
     for index in np.argsort(-lengths, kind="stable"):
-        if lengths[index] > 1e-4:
-            normal = np.array([edges[index, 1], -edges[index, 0]]) / lengths[index]
-            if all(normal @ other < np.cos(APART) for other in kept):
-                kept.append(normal)
+        if lengths[index] > 1e-4 and all(across[index] @ other < np.cos(APART) for other in kept):
+            kept.append(across[index])
     return kept
 
 

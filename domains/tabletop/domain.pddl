@@ -2,7 +2,7 @@
 ;
 ; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
 ; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
-; Laying is putting down something too wide to be put down flat: on one edge, tilted, to fall flat when it is let go.
+; Laying is putting something down on one edge, tilted, with the hand at the upper side, to fall flat when it is let go.
 ; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
 (define (domain tabletop)
   (:requirements :strips :equality :negative-preconditions :existential-preconditions :derived-predicates)
@@ -16,7 +16,7 @@
     (RestsOn ?o ?p ?s ?ps)         ; ?o at ?p stands on ?s at ?ps
     (Contained ?o ?p ?s ?ps)
     (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
-    (Wide ?o ?p)                   ; ?o as it lies at ?p is wider than the hand opens
+    (Layable ?o ?p)                ; a hand that puts ?o down at ?p may be in its own way
     (Laying ?o ?p ?g ?a ?l ?h)
     (FreeMotion ?q1 ?q2 ?t)
     (HoldingMotion ?o ?g ?q1 ?q2 ?t)

@@ -32,7 +32,7 @@
 
   (:stream plan-laying
     :inputs (?o ?p ?g)
-    :domain (and (Wide ?o ?p) (Placement ?o ?p) (Grasp ?o ?g))
+    :domain (and (Layable ?o ?p) (Placement ?o ?p) (Grasp ?o ?g))
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Laying ?o ?p ?g ?a ?l ?h)))
 

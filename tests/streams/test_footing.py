@@ -1,0 +1,42 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tamp.streams.footing import outline, stands
+from tamp.task import Box, Cylinder
+from tamp.world.geometry import load_geometry, stable_poses
+
+
+@given(points=arrays(np.float64, (12, 2), elements=st.floats(-1.0, 1.0, width=32)))
+def test_an_outline_turns_left_all_around_and_leaves_no_point_outside(points):
+    corners = outline(points)
+    if len(corners) < 3:
+        return
+    edges = np.roll(corners, -1, axis=0) - corners
+    for corner, edge in zip(corners, edges, strict=True):
+        offsets = points - corner
+        assert (edge[0] * offsets[:, 1] - edge[1] * offsets[:, 0] > -1e-9).all()
+
+
+def test_points_in_line_have_no_outline():
+    assert len(outline(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]))) < 3
+
+
+@given(size=st.tuples(*[st.floats(0.02, 0.2)] * 3))
+def test_a_box_stands_on_each_of_its_faces(size):
+    geometry = load_geometry(Box(size))
+    assert all(stands(geometry, pose.R) for pose in stable_poses(geometry))
+
+
+@given(size=st.tuples(*[st.floats(0.05, 0.2)] * 3), angle=st.floats(0.1, 1.4))
+def test_a_box_does_not_stand_on_an_edge(size, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    assert not stands(load_geometry(Box(size)), np.array([[1, 0, 0], [0, c, -s], [0, s, c]]))
+
+
+def test_a_disc_stands_flat_and_not_on_its_rim():
+    disc = load_geometry(Cylinder(0.1, 0.01))
+    assert stands(disc, np.eye(3))
+    leaning = np.array([[1.0, 0, 0], [0, np.cos(1.4), -np.sin(1.4)], [0, np.sin(1.4), np.cos(1.4)]])
+    assert not stands(disc, leaning)

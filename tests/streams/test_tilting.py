@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams.tilting import LEAST, MOST, ROLL, layable, tilts
+from tamp.streams.values import Placement
+from tamp.task import At, Box, Cylinder, Object, Pose
+from tests.streams.tables import RED, corners, workspace_of
+
+
+def lying(size, yaw=0.0):
+    """A box that stands on its narrow side and shall lie flat."""
+    _, y, z = size
+    start = Pose.from_rpy((0.1, 0.25, y / 2), (np.pi / 2, 0.0, 0.0))
+    goal = Pose.from_rpy((0.05, -0.15, z / 2), (0.0, 0.0, yaw))
+    return workspace_of(Object("book", Box(size), start, At(goal)))
+
+
+@given(size=st.tuples(st.floats(0.1, 0.2), st.floats(0.1, 0.2), st.floats(0.01, 0.06)), yaw=st.floats(-3.0, 3.0))
+@settings(max_examples=15, deadline=None)
+def test_a_fall_ends_at_the_placement_and_turns_over_an_edge_that_stays(size, yaw):
+    workspace = lying(size, yaw)
+    goal = workspace.goals["book"]
+    found = tilts(workspace, "book", goal)
+    assert {round(tilt.angle, 6) for tilt in found} >= {round(float(np.radians(a)), 6) for a in (10, 30)}
+    for tilt in found:
+        assert tilt.fall[-1].xyz == pytest.approx(goal.pose.xyz)
+        assert LEAST - 1e-9 <= tilt.angle <= MOST + 1e-9
+        assert len(tilt.fall) == 1 + round(tilt.angle / ROLL)
+        before, after = (corners(workspace, "book", pose) for pose in (tilt.fall[0], tilt.fall[-1]))
+        assert before[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+        # The two corners of the edge it turns about stay where they are, and the base's two others come down.
+        still = np.linalg.norm(before - after, axis=1) < 1e-6
+        assert still.sum() == 2
+        landing = ~still & (after[:, 2] < 1e-6)
+        assert landing.sum() == 2
+        assert (before[landing, 2] > 0.01).all()
+
+
+def test_the_least_tilt_comes_first():
+    workspace = lying((0.15, 0.2, 0.03))
+    angles = [tilt.angle for tilt in tilts(workspace, "book", workspace.goals["book"])]
+    assert angles == sorted(angles)
+
+
+def test_a_disc_that_rolls_over_its_rim_stays_on_the_ground():
+    disc = Object("disc", Cylinder(0.1, 0.02), Pose((0.0, 0.0, 0.01)))
+    workspace = workspace_of(disc)
+    found = tilts(workspace, "disc", workspace.start["disc"])
+    assert found
+    for tilt in found:
+        for pose in tilt.fall:
+            assert corners(workspace, "disc", pose)[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_nothing_falls_onto_a_base_that_is_a_line():
+    bar = Object("bar", Box((0.2, 0.008, 0.03)), Pose((0.0, 0.0, 0.015)))
+    workspace = workspace_of(bar)
+    assert not tilts(workspace, "bar", workspace.start["bar"])
+
+
+def test_what_is_wide_or_turned_over_is_layable_and_a_small_box_is_not():
+    book = lying((0.15, 0.2, 0.03))
+    assert layable(book, "book", book.goals["book"])
+    red = workspace_of(RED)
+    assert not layable(red, "red", red.goals["red"])
+    over = Placement(Pose.from_rpy((0.05, -0.2, 0.04), (np.pi, 0.0, 0.0)), ("table",))
+    assert layable(red, "red", over)
