@@ -4,7 +4,8 @@ Goals are committed one after the other: each is planned from the state that the
 reached before. First only the object itself may move, which costs little to try and finds the order in which nobody
 has to step aside; where nothing goes that way any more, others may be put aside too, with growing effort. Whatever
 brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others
-out of the way is left for last: a task is never abandoned because of one object.
+out of the way is left for last: a task is never abandoned because of one object. What is left in the end, and what
+would have stood on it, is at least brought near its goal.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from tamp.domains.tabletop import tabletop_problem
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, supports_first
 from tamp.pipeline.progress import Progress
+from tamp.pipeline.substitutes import substitutes
 from tamp.planning import GroundAction, Report, Solution
 from tamp.planning import solve as solve_problem
 from tamp.streams.workspace import Workspace
@@ -39,8 +41,10 @@ class Effort:
 
 
 FIRST = Effort(4, others_move=False)
-EFFORTS = (FIRST, Effort(5, True), Effort(12, True), Effort(30, True), Effort(60, True, hopeless_too=True))
+EFFORTS = (FIRST, Effort(5, True), Effort(12, True), Effort(30, True), Effort(12, True, hopeless_too=True))
 ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
+GOALS_SHARE = 0.8  # of the time goes to goals, the rest to what is left
+NEARBY = 4  # second-best places tried for an object
 UNLIMITED = 1_000_000
 ALL_AT_ONCE = 8  # iterations of the first try; where all goals can be planned together, the plan is short
 
@@ -82,10 +86,15 @@ class Ordering:
         begin = self.progress.now
         if self._all_at_once(ALL_AT_ONCE):
             return
+        final, now = self._deadline, time.monotonic()
+        self._deadline = now + (1.0 if persistent else GOALS_SHARE) * (final - now)
         level = 0
         while self.left and level < len(EFFORTS) and time.monotonic() < self._deadline:
             level = 0 if self._sweep(EFFORTS[level]) else level + 1
-        if self.left and persistent:
+        self._deadline = final
+        if self.left and not persistent:
+            self._bring_near()
+        elif self.left:
             self.progress = replace(self.progress, now=begin, actions=[])
             while time.monotonic() < self._deadline and self.report.status != "infeasible":
                 if self._all_at_once(UNLIMITED):
@@ -131,6 +140,19 @@ class Ordering:
         del self.left[name]
         self._reached.add(name)
         return True
+
+    def _bring_near(self) -> None:
+        """Put what is left to the best second-best places that can be reached."""
+        names = [name for name in self.left if name in self.progress.now.workspace.goals]
+        for name in supports_first(self.progress.now.workspace, names):
+            workspace = self.progress.now.workspace
+            for place in substitutes(workspace, name, NEARBY):
+                if time.monotonic() >= self._deadline:
+                    return
+                near = replace(workspace, goals={**workspace.goals, name: place})
+                solution = self._solve(asking_for(near, self._reached | {name}), FIRST.iterations, {name})
+                if solution.plan is not None and self._refused(solution.plan) is None:
+                    break
 
     def _refused(self, actions: tuple[GroundAction, ...]) -> str | None:
         """Add actions to the plan; what is wrong with them where the checker refuses them."""

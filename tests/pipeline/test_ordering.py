@@ -1,9 +1,12 @@
+import math
 import time
 
 import tamp
+from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.ordering import EFFORTS, Ordering
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
-from tamp.task import At, Box, Object, Pose, Task, load_robot
+from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
 from tests.pipeline.samplers import no_grasp
 
 HOME = load_robot("panda").home
@@ -19,8 +22,13 @@ def search(task, seconds, samplers=None, seed=0):
     return Planning(setup, setup.start, HOME, seed=seed, deadline=deadline, samplers=samplers, algorithm="adaptive")
 
 
+def attempt(task):
+    setup = prepare(task)
+    return Attempt.of(setup, setup.start, HOME, None)
+
+
 def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():
-    result = tamp.solve(Task("turn", (BOARD, RED)), timeout=30.0)
+    result = tamp.solve(Task("turn", (BOARD, RED)), timeout=300.0)
     assert result.status == "failed"
     assert dict(result.goals_met) == {"board": False, "red": True}
     assert not result.plan_checked
@@ -30,7 +38,7 @@ def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():
 
 
 def test_where_nothing_can_be_done_it_says_why_for_each_object():
-    planning = search(Task("none", (RED, TOP)), 20.0, {"sample-grasp": no_grasp})
+    planning = search(Task("none", (RED, TOP)), 300.0, {"sample-grasp": no_grasp})
     assert planning.run() is None
     assert list(planning.left) == ["red", "top"]
     assert planning.left["red"].endswith("nobody grasps red")
@@ -38,8 +46,31 @@ def test_where_nothing_can_be_done_it_says_why_for_each_object():
 
 
 def test_what_can_be_done_leaves_nothing():
-    plan = search(Task("stack", (TOP, RED)), 20.0).run()
+    plan = search(Task("stack", (TOP, RED)), 300.0).run()
     assert plan.report["left"] == {}
     placed = [action.arguments for action in plan.actions if action.name in ("place", "stack")]
     # What the other one rests on comes first, whatever their order in the task.
     assert placed == [("red", "table"), ("top", "red")]
+
+
+def test_what_would_stand_on_something_that_is_left_is_brought_near():
+    on_board = Object("red", RED.shape, Pose((0.1, -0.1, 0.04)), At(Pose((-0.05, 0.3, 0.06))))
+    board = Object("board", Box((0.2, 0.2, 0.02)), Pose((-0.15, -0.25, 0.01)), At(Pose((-0.05, 0.3, 0.01))))
+    planning = search(Task("brought", (board, on_board)), 300.0)
+    plan = planning.run()
+    assert set(planning.left) == {"board", "red"}
+    assert planning.left["red"] == "its goal rests on board, which is not at its own"
+    assert [action.arguments[0] for action in plan.actions if action.name == "place"] == ["red"]
+    release = next(step for step in plan.steps if isinstance(step, Release))
+    assert math.dist(release.pose.xyz, plan.goals["red"].xyz) < 0.03
+
+
+def test_others_step_aside_where_the_goal_is_taken():
+    here, there = Pose((0.05, 0.0, 0.04)), Pose((0.05, -0.2, 0.04))
+    first, second = (Object(n, RED.shape, a, At(b)) for n, a, b in (("a", here, there), ("b", there, here)))
+    ordering = Ordering(attempt(Task("swap", (first, second))), 0, time.monotonic() + 300.0, "adaptive")
+    for effort in EFFORTS:
+        if ordering._sweep(effort):
+            break
+    assert effort.others_move
+    assert len(ordering.left) == 1
