@@ -79,16 +79,27 @@ def load_robot(name: str) -> RobotSpec:
     Raises:
         RobotError: where there is no such robot, or its data is incomplete.
     """
-    import yaml
-
-    path = Path(str(files("tamp"))) / "robots" / name / "robot.yaml"
     if name not in robot_names():
         raise RobotError(f"unknown robot {name!r}; installed are: {', '.join(robot_names())}")
-    data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return read_robot(Path(str(files("tamp"))) / "robots" / name / "robot.yaml")
+
+
+def read_robot(path: Path) -> RobotSpec:
+    """Read a robot.yaml from any folder; the folder's name is the robot's.
+
+    Raises:
+        RobotError: where the file is missing, is no YAML, or lacks something; says which.
+    """
+    import yaml
+
     try:
-        return _spec(name, path.parent, data)
-    except (KeyError, TypeError, ValueError) as error:
-        raise RobotError(f"{path}: cannot read the robot: {error}") from error
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return _spec(path.parent.name, path.parent, data)
+    except KeyError as error:
+        raise RobotError(f"{path}: cannot read the robot: {error.args[0]!r} is missing") from error
+    except (OSError, TypeError, ValueError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
+        raise RobotError(f"{path}: cannot read the robot: {reason}") from error
 
 
 def _spec(name: str, folder: Path, data: dict) -> RobotSpec:  # type: ignore[type-arg]
