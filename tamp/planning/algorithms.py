@@ -9,6 +9,9 @@ from tamp.planning.options import Ended, Restart
 from tamp.planning.session import Session
 from tamp.planning.skeleton import Skeleton
 
+AHEAD = 6
+"""How many streams in a row may be hoped for before any sampling; afterwards chains without end must wait for it."""
+
 
 def adaptive(session: Session) -> None:
     """Search under hopes, bind, learn; skeletons that failed get another turn with a growing budget.
@@ -84,9 +87,14 @@ def _next_skeleton(session: Session) -> Skeleton | None:
         return session.skeleton(op.source for op in result.plan)
     if result.timed_out:
         _replace_hopes(session)
-    elif not session.grounder.deepen():
+    elif not _deepen(session):
         _expand(session)
     return None
+
+
+def _deepen(session: Session) -> bool:
+    """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
+    return session.grounder.limit <= AHEAD + session.rounds // 2 and session.grounder.deepen()
 
 
 def _replace_hopes(session: Session) -> None:

@@ -260,9 +260,17 @@ class _Run:
 
     def _blame(self, position: int, violation: Violation) -> set[int]:
         if not violation.exact:
-            return {i for i, frame in self.frames.items() if i < position and (frame.outputs or frame.moves)}
+            return {i for i in self._movers(violation.facts[0]) if i < position}
         handles = {h for fact in violation.facts for h in fact[1:]}
         return {owner for h in handles for owner in self.owners.get(h, ()) if owner < position}
+
+    def _movers(self, fact: Fact) -> set[int]:
+        """The choices that might make a fact come true: of its own objects, or of what steps do about its like."""
+        names = self.binder.knowledge.schema.influences(str(fact[0]))
+        atoms = [effect.atom for step in self.skeleton.steps for effect in step.effects if effect.atom[0] in names]
+        handles = {self.values.get(h, h) for atom in (fact, *atoms) for h in atom[1:]}
+        moved = {i for i, frame in self.frames.items() if frame.moves}
+        return moved | {owner for h in handles for owner in self.owners.get(h, ())}
 
     def _note(self, position: int, step: int, reason: str) -> None:
         """Remember where the attempt got furthest, for the report."""

@@ -43,7 +43,7 @@ class Evaluator:
             return True
         if fact[0] == "=":
             return bool(fact[1] == fact[2])
-        tests = self._schema.tests.get(fact[0])
+        tests = self._schema.askable.get(fact[0])
         if tests is None or not all(self._knowledge.objects.is_real(h) for h in fact[1:]):
             return False
         reason = ""
@@ -54,7 +54,8 @@ class Evaluator:
                     if instance is not None and instance.results:
                         return True
                     reason = next((r for r, _ in instance.reasons), reason) if instance is not None else reason
-        self._knowledge.refute(fact, reason)
+        if fact[0] in self._schema.tests:  # otherwise another stream may certify it yet
+            self._knowledge.refute(fact, reason)
         return False
 
     def _ask(self, test: External, terms: dict[str | int, int]) -> Instance | None:
@@ -67,6 +68,7 @@ class Evaluator:
                 return None
             self._sampling.draw(instance)
             self._knowledge.announce(instance)
+            self._knowledge.version += not instance.results
         return instance
 
     def given(self, fact: Fact) -> bool:

@@ -124,14 +124,17 @@ class Join:
                 self._bind(fact, following, steps, depth, slots, trigger, matches)
 
     def _plan(self, rule: JoinRule, first: int) -> tuple[_Step, ...]:
-        """The order in which to look the body up: always the pattern with the fewest unbound variables next."""
+        """The order in which to look the body up: always the pattern with the fewest unbound variables next.
+
+        A pattern that any object fits comes last: by then another one may have bound its variable.
+        """
         slot = {variable: i for i, variable in enumerate(rule.variables)}
         bound: set[str] = set()
         rest = list(range(len(rule.body)))
         open_pairs = list(rule.unequal)
         steps: list[_Step] = []
         while rest:
-            position = first if not steps else min(rest, key=lambda i: (_unbound(rule.body[i], bound), i))
+            position = first if not steps else min(rest, key=lambda i: _openness(rule.body[i], bound))
             rest.remove(position)
             pattern = rule.body[position]
             step = self._step(pattern, position, slot, bound)
@@ -163,8 +166,9 @@ class Join:
         return _Step(position, index, tuple(key), tuple(binds.items()), tuple(repeats), ())
 
 
-def _unbound(pattern: Pattern, bound: set[str]) -> int:
-    return len({term for term in pattern[1:] if isinstance(term, str)} - bound)
+def _openness(pattern: Pattern, bound: set[str]) -> tuple[bool, int]:
+    unbound = len({term for term in pattern[1:] if isinstance(term, str)} - bound)
+    return pattern[0] == "object" and unbound > 0, unbound
 
 
 def _code(term: str | int, slot: dict[str, int]) -> int:

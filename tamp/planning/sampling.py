@@ -22,6 +22,9 @@ from tamp.planning.report import StreamReport
 class Certified:
     """What a sampler yields to certify more than its stream promises.
 
+    A stream that may do so yields all its outputs like this, from the first on: without it, a problem may be taken for
+    infeasible that only further facts could save.
+
     Attributes:
         outputs: the outputs as it would otherwise yield them; None to certify facts alone.
         facts: further facts about any values; their predicates must not be changed by actions.
@@ -51,7 +54,8 @@ class Sampling:
         self._counts = {name: _Count() for name in names}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
-        self.wild = False  # whether any sampler certified more than its stream promises
+        self.wild = False  # whether any stream may certify more than it promises
+        self.tame: set[str] = set()  # streams that are known not to
 
     def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
         """Ask a stream for its next output, or a test for its answer; whether there is a new result.
@@ -144,7 +148,9 @@ class Sampling:
         facts: tuple[tuple[Any, ...], ...] = ()
         if isinstance(output, Certified):
             output, facts = output.outputs, output.facts
-            self.wild |= bool(facts)
+            self.wild = True
+        else:
+            self.tame.add(instance.external.name)
         for raw in facts:
             self._knowledge.certify(self._extra(instance, raw), active=True)
         if output is None:

@@ -49,6 +49,7 @@ class Schema:
         externals: streams, tests and predicates by name, in the order of the file.
         functions: function streams by name.
         tests: predicate -> the tests that decide it; only predicates that nothing else certifies.
+        askable: predicate -> the tests that may certify it, whatever else does.
     """
 
     def __init__(self, problem: Problem, objects: Objects) -> None:
@@ -69,6 +70,7 @@ class Schema:
         self.externals = {stream.name: self._external(stream) for stream in declared}
         self.functions: dict[str, FunctionStream] = {f.name: f for f in streams.functions}
         self.tests = self._tests()
+        self.askable = self._askable()
         self.normal: NormalDomain = normal
 
     def _pattern(self, atom: object) -> Pattern:
@@ -98,11 +100,13 @@ class Schema:
 
     def _tests(self) -> dict[str, tuple[External, ...]]:
         generated = {str(p[0]) for e in self.externals.values() if not e.is_test for p in e.certified}
+        return {name: tests for name, tests in self._askable().items() if name not in generated}
+
+    def _askable(self) -> dict[str, tuple[External, ...]]:
         found: dict[str, tuple[External, ...]] = {}
         for external in self.externals.values():
             for pattern in external.certified if external.is_test else ():
-                if pattern[0] not in generated:
-                    found[str(pattern[0])] = (*found.get(str(pattern[0]), ()), external)
+                found[str(pattern[0])] = (*found.get(str(pattern[0]), ()), external)
         return found
 
     @cached_property
@@ -142,6 +146,19 @@ class Schema:
                 found |= more
                 queue.extend(sorted(more))
         return found
+
+    def influences(self, name: str) -> frozenset[str]:
+        """The predicates that the truth of one may depend on, through axioms and conditional effects; itself too."""
+        found: set[str] = set()
+        queue = [name]
+        while queue:
+            current = queue.pop()
+            if current not in found:
+                found.add(current)
+                inside = [a.condition for a in self.axioms if a.head[0] == current]
+                inside += [e.condition for a in self.actions for e in a.effects if e.atom[0] == current]
+                queue += [str(p[0]) for c in inside for p in c.positive + c.negative]
+        return frozenset(found)
 
     def _conditions(self) -> list[Condition]:
         found = [action.condition for action in self.actions] + [axiom.condition for axiom in self.axioms]

@@ -83,6 +83,7 @@ class Session:
         self.best: tuple[BoundStep, ...] | None = None
         self.best_cost = math.inf
         self.iterations = 0
+        self.rounds = 0  # how often all streams were drawn from
         self.proofs = True  # whether everything that bars a plan is certain
         self.unexplained = 0  # moves between actions that failed for no named reason
         self.operators = 0
@@ -292,6 +293,7 @@ class Session:
             Ended: at a limit.
         """
         any_left = False
+        self.rounds += 1
         for instance in self.knowledge.instances():
             if instance.fluents or instance.external.fluents or not instance.unfinished:
                 continue
@@ -317,13 +319,26 @@ class Session:
         Raises:
             Ended: "infeasible".
         """
-        if self.sampling.wild or self.best is not None or self.sampling.draws < self._next_prospects:
+        if self.best is not None or self.sampling.draws < self._next_prospects or self._may_surprise():
             return
         self._next_prospects = 2 * self.sampling.draws
         with self._timed("grounding"):
             lost = out_of_reach(self.schema, self.knowledge)
         if lost is not None:
             raise Ended("infeasible", f"{self.objects.text(lost)} is out of reach: the streams it needs are exhausted.")
+
+    def _may_surprise(self) -> bool:
+        """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""
+        self.knowledge.refresh()
+        return self.sampling.wild or any(
+            not instance.exhausted
+            and instance.alive
+            and all(support.alive for support in instance.supports)
+            and instance.external.outputs
+            and not instance.external.fluents
+            and instance.external.name not in self.sampling.tame
+            for instance in self.knowledge.instances()
+        )
 
     def skeleton_reports(self) -> tuple[SkeletonReport, ...]:
         """What was tried, in order."""

@@ -9,7 +9,7 @@ from tests.planning.test_problems import ALGORITHMS, check
 
 
 def agree(problem, algorithm):
-    solution = solve(problem, algorithm=algorithm, timeout=3.0, seed=0)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0)
     if solution.plan is not None:
         assert solution.status == "solved"
         check(problem, solution)
