@@ -24,6 +24,7 @@ def main(
     run: Callable[..., Sequence[Row]],
     arguments: Sequence[str] | None = None,
     extra: argparse.ArgumentParser | None = None,
+    asked: str = "",
 ) -> None:
     """Run a benchmark from the command line.
 
@@ -32,6 +33,7 @@ def main(
         run: takes whether to be quick (within a minute) and returns the rows of its table.
         arguments: in place of the command line's.
         extra: further options (a parser without its own help), which `run` takes by keyword.
+        asked: what the numbers are held against, printed under the table.
     """
     parents = [] if extra is None else [extra]
     parser = argparse.ArgumentParser(prog=f"python -m benchmarks.{name}", parents=parents)
@@ -42,11 +44,14 @@ def main(
     further = {key: value for key, value in vars(options).items() if key not in ("quick", "json")}
     rows = [dict(row) for row in run(options.quick, **further)]
     print(table(rows))
+    if asked:
+        print(f"asked: {asked}")
     print(f"{name}: {len(rows)} rows in {time.monotonic() - start:.1f} s")
     if options.json is not None:
         result = {
             "name": name,
             "quick": options.quick,
+            "asked": asked,
             "machine": machine(),
             "versions": versions(),
             "rows": rows,

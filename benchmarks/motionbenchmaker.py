@@ -152,4 +152,8 @@ def _row(family: str, outcomes: list[Outcome]) -> Row:
 
 
 if __name__ == "__main__":
-    main("motionbenchmaker", lambda quick: list(run(quick)))
+    main(
+        "motionbenchmaker",
+        lambda quick: list(run(quick)),
+        asked="every valid problem solved, slowest_ms at most 2000, rejected 0",
+    )
