@@ -133,7 +133,8 @@ def _certifier(schema: Schema, pattern: Pattern, known: set[str]) -> External | 
                 continue
             terms = dict(zip(certified[1:], pattern[1:], strict=True))
             simple = all(len(d) <= 3 for d in external.domain)
-            if simple and all(terms.get(v) in known for v in external.inputs):
+            new = known.isdisjoint(str(terms.get(v)) for v in external.outputs)  # what is known cannot be chosen
+            if simple and new and all(terms.get(v) in known for v in external.inputs):
                 return external
     return None
 

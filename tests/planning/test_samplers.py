@@ -144,3 +144,49 @@ def test_random_numbers_depend_on_seed_stream_and_inputs_alone():
     assert (first == generator_for(1, "spots", ["a"]).random(3)).all()
     others = [generator_for(*key).random(3) for key in ((2, "spots", ["a"]), (1, "spot", ["a"]), (1, "spots", ["b"]))]
     assert all((first != other).all() for other in others)
+
+
+def test_a_test_is_asked_though_another_stream_certifies_the_same():
+    asked = []
+
+    def is_good(context, spot):
+        asked.append(spot)
+        return False
+
+    problem = Problem(
+        domain=DOMAIN,
+        streams=STREAMS.replace(
+            "(:stream is-good", "(:stream best :certified (good ?p) :outputs (?p)) (:stream is-good"
+        ),
+        samplers={"spots": lambda context, obj: [1], "is-good": is_good, "best": lambda context: [1]},
+        init=[("thing", "cup"), ("loose", "cup"), ("fits", "cup", 0), ("spot", 0)],
+        goal=("not", ("loose", "cup")),
+    )
+    assert solve(problem, timeout=20.0).plan[0].args == ("cup", 1)
+    assert 0 in asked
+
+
+def test_facts_beyond_the_promise_may_come_late():
+    def generous(context, obj):
+        yield Certified(0)
+        yield from [None] * 20
+        yield Certified(1, facts=[("good", 1)])
+
+    solution = solve(shelf(generous, is_good=lambda context, p: False), timeout=20.0)
+    assert solution.plan[0].args == ("cup", 1)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+def test_a_chain_without_end_does_not_keep_sampling_out(algorithm):
+    domain = """(define (domain steps) (:predicates (num ?n) (next ?a ?b) (at ?n))
+      (:action go :parameters (?a ?b) :precondition (and (at ?a) (next ?a ?b)) :effect (and (at ?b) (not (at ?a)))))"""
+    streams = """(define (stream steps)
+      (:stream successor :inputs (?a) :domain (num ?a) :outputs (?b) :certified (and (num ?b) (next ?a ?b))))"""
+    problem = Problem(
+        domain=domain,
+        streams=streams,
+        samplers={"successor": lambda context, n: [n + 1]},
+        init=[("num", 0), ("at", 0)],
+        goal=("at", 3),
+    )
+    assert len(solve(problem, algorithm=algorithm, timeout=20.0).plan) == 3
