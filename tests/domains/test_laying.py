@@ -1,0 +1,19 @@
+"""From a task file to the simulator: what is laid down lands where it shall lie."""
+
+from pathlib import Path
+
+import pytest
+
+import tamp
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_book_that_is_wider_than_the_hand_is_laid_down_to_a_centimetre(seed):
+    task = tamp.load_task(SCENARIOS / "lay_book.yaml")
+    plan = tamp.plan(task, seed=seed, timeout=100.0)
+    assert [action.name for action in plan.actions] == ["move", "pick", "move", "lay"]
+    run = tamp.execute(task, plan)
+    assert run.status == "done"
+    assert tamp.score(task, run.final_poses).ede_m < 0.01
