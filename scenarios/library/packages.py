@@ -94,7 +94,9 @@ KINDS = (
         600.0,
         BRICK,
     ),
-    Kind("basket", "box", basket, {"length": (0.16, 0.19), "width": (0.2, 0.23), "height": (0.05, 0.06)}, 500.0, HALF),
+    Kind(
+        "basket", "box", basket, {"length": (0.16, 0.19), "width": (0.2, 0.23), "height": (0.034, 0.042)}, 600.0, HALF
+    ),
     Kind("penholder", "box", penholder, {"side": (0.068, 0.076), "height": (0.08, 0.095)}, 1000.0, CROSS),
     Kind("can", "can", can, {"radius": (0.026, 0.036), "height": (0.085, 0.12)}, 500.0, BARREL),
     Kind("tin", "can", can, {"radius": (0.032, 0.037), "height": (0.034, 0.046)}, 700.0, BARREL),

@@ -133,7 +133,7 @@ KINDS = (
     Kind("cup", "cup", cup, {"radius": (0.032, 0.038), "height": (0.075, 0.1)}, 1400.0, ROUND),
     Kind("mug", "cup", mug, {"radius": (0.033, 0.038), "height": (0.075, 0.095)}, 1400.0, PLAIN),
     Kind("bowl", "bowl", bowl, {"radius": (0.06, 0.08), "height": (0.045, 0.06)}, 1100.0, ROUND),
-    Kind("dish", "bowl", dish, {"length": (0.14, 0.17), "width": (0.1, 0.12), "height": (0.04, 0.05)}, 800.0, HALF),
+    Kind("dish", "bowl", dish, {"length": (0.14, 0.17), "width": (0.1, 0.12), "height": (0.034, 0.042)}, 800.0, HALF),
     Kind("saucepan", "kettle", saucepan, {"radius": (0.055, 0.065), "height": (0.05, 0.065)}, 1100.0, PLAIN),
     Kind("kettle", "kettle", kettle, {"radius": (0.042, 0.052), "height": (0.07, 0.085)}, 350.0, PLAIN),
     Kind("teapot", "kettle", teapot, {"radius": (0.034, 0.0375), "height": (0.075, 0.09)}, 500.0, PLAIN),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.generate.features import TURNED_OVER
-from tamp.generate.graph import CARRIED, FIRST_LEVEL, SAME, TABLE, Node, Pattern, SceneGraph
+from tamp.generate.graph import CARRIED, SAME, TABLE, Node, Pattern, SceneGraph
 from tamp.generate.levels import Level
 from tamp.generate.relations import fits
 from tamp.generate.thing import Thing, thing
@@ -22,7 +22,7 @@ TRIES = 40
 GRIP = 0.075
 """A thing that lies tipped must be no wider than this one way, so that the hand can take it [m]."""
 UNTIDY = ("beside", "on", "in", "stacked", "leaning")
-"""Relations of starts that nobody tidied up."""
+"""Relations of starts that nobody tidied up; the first one has nothing carry another."""
 TIPPED = 3
 """The most objects that lie tipped at the start."""
 
@@ -97,33 +97,28 @@ def draw_start(things: Mapping[str, Thing], goal: SceneGraph, level: Level, rng:
     nodes = {name: Node(name) for name in sorted(things)}
     if level.reoriented[1] > 0:
         _tip(nodes, things, rng)
-    relations = [relation for relation in UNTIDY if FIRST_LEVEL[relation] <= min(level.number, 4)]
-    if level.number < 3:
-        relations = ["beside"]
+    relations = UNTIDY if level.stacked_start else UNTIDY[:1]
     for _ in range(int(rng.integers(level.untidy + 1))):
         relation = relations[int(rng.integers(len(relations)))]
         pairs = [
             (child, parent)
             for child in nodes
             for parent in nodes
-            if _may_be(relation, nodes[child], nodes[parent], nodes, goal)
+            if _may_be_related(nodes[child], nodes[parent], nodes, goal)
             and fits(relation, things[child], things[parent])
         ]
         if pairs:
             child, parent = pairs[int(rng.integers(len(pairs)))]
             nodes[child] = Node(child, relation, parent)
-    return SceneGraph(tuple(sorted(nodes.values(), key=lambda node: (_depth(node, nodes), node.name))))
+    return SceneGraph(tuple(sorted(nodes.values(), key=lambda node: (node.parent is not None, node.name))))
 
 
-def _may_be(relation: str, child: Node, parent: Node, nodes: Mapping[str, Node], goal: SceneGraph) -> bool:
-    """Whether a start may have a relation: both still free for it, and not what the goal has already."""
-    free = child.name != parent.name and child.relation == TABLE and not child.resting and not parent.resting
+def _may_be_related(child: Node, parent: Node, nodes: Mapping[str, Node], goal: SceneGraph) -> bool:
+    """Whether a start may relate a child to a parent: both upright on the table, and not related in the goal."""
+    free = child.name != parent.name and child.relation == parent.relation == TABLE
+    upright = not child.resting and not parent.resting
     bare = all(node.parent != child.name for node in nodes.values())
-    return free and bare and parent.relation == TABLE and goal.node(child.name).parent != parent.name
-
-
-def _depth(node: Node, nodes: Mapping[str, Node]) -> int:
-    return 0 if node.parent is None else 1 + _depth(nodes[node.parent], nodes)
+    return free and upright and bare and goal.node(child.name).parent != parent.name
 
 
 def _tip(nodes: dict[str, Node], things: Mapping[str, Thing], rng: np.random.Generator) -> None:

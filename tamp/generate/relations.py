@@ -34,6 +34,8 @@ LEAN = (0.2, 0.35)
 """How far what leans is tilted [rad]."""
 OVERHANG = 1.05
 """How much wider than a place a thing's foot may be."""
+CHOICE = 4
+"""Of how many places in a hollow the lowest is taken."""
 LIFT = 0.0005
 """Things are drawn this far above what they rest on [m]."""
 
@@ -112,12 +114,25 @@ def draw_place(relation: str, wish: Wish) -> Matrix | None:
     return _PLACES[relation](wish)
 
 
-def _carried(wish: Wish) -> Matrix | None:
-    """On a flat top or in a hollow: anywhere that keeps its foot within, in any of four turns and a little askew."""
-    model, R = wish.parent.model, wish.turned(wish.quarter())
-    square = yawed(np.eye(3), -wish.heading) @ R
-    size = wish.thing.foot(square) if model.top else wish.thing.outline(square)[:2]
-    room = np.maximum(0.0, np.array(model.top or model.hollow) - size) / 2
+def _on(wish: Wish) -> Matrix | None:
+    """On a flat top: anywhere that keeps its foot on it, in any of four turns and a little askew."""
+    R = wish.turned(wish.quarter())
+    return _within(wish, R, wish.parent.model.top, wish.thing.foot(yawed(R, -wish.heading)))
+
+
+def _in(wish: Wish) -> Matrix | None:
+    """In a hollow: the lowest of a few places, so that it lies on the floor where there is still room beside others."""
+    places = []
+    for _ in range(CHOICE):
+        R = wish.turned(wish.quarter())
+        sides = wish.thing.outline(yawed(R, -wish.heading))[:2]
+        places.append(_within(wish, R, wish.parent.model.hollow, sides))
+    return min(places, key=lambda T: float(T[2, 3]))
+
+
+def _within(wish: Wish, R: Matrix, area: tuple[float, float] | None, sides: Matrix) -> Matrix:
+    """Somewhere in an area of the parent's middle, for a thing turned by `R` that takes up `sides` of it [m]."""
+    room = np.maximum(0.0, np.array(area) - sides) / 2
     return _lowered(wish.thing, R, wish.over(wish.rng.uniform(-room, room)), wish.others)
 
 
@@ -180,7 +195,7 @@ def _leaning(wish: Wish) -> Matrix | None:
 
 _PLACES: Mapping[str, Callable[[Wish], Matrix | None]] = MappingProxyType(
     {
-        "on": _carried, "in": _carried, "stacked": _stacked, "standing": _upright_in, "beside": _beside,
+        "on": _on, "in": _in, "stacked": _stacked, "standing": _upright_in, "beside": _beside,
         "row": _in_row, "around": _around, "leaning": _leaning,
     }
 )  # fmt: skip
@@ -204,7 +219,7 @@ def hits(thing: Thing, T: Matrix, others: Bodies, gap: float = 0.0) -> bool:
     return any(overlap(thing.solid, other.solid, relative(T, T_other), gap) for other, T_other in others)
 
 
-def _lowered(thing: Thing, R: Matrix, over: Matrix, others: Bodies) -> Matrix | None:
+def _lowered(thing: Thing, R: Matrix, over: Matrix, others: Bodies) -> Matrix:
     """The thing turned by `R`, over a point, let down until just above what it touches first."""
     top = max(float((other.points @ T[2, :3]).max() + T[2, 3]) for other, T in others)
     T = transform(R, (float(over[0]), float(over[1]), top - thing.bottom(R) + 0.01))
