@@ -20,7 +20,7 @@ from tamp.planning.grounding import Grounder
 from tamp.planning.instances import Instance, ground
 from tamp.planning.invariants import find_invariants, groups
 from tamp.planning.knowledge import Knowledge
-from tamp.planning.objects import Fact, Objects
+from tamp.planning.objects import Objects
 from tamp.planning.operators import GroundOperator
 from tamp.planning.options import Ended, Options, Restart
 from tamp.planning.problem import Problem
@@ -138,18 +138,6 @@ class Session:
         steps = [known.get((a.name, tuple(map(self.objects.intern, a.args)))) for a in actions]
         found = [step for step in steps if step is not None]
         return self.skeleton(found) if len(found) == len(steps) else None
-
-    def _typed_constants(self) -> Iterator[Fact]:
-        domain = self.schema.domain
-        for name, types in domain.constant_types.items():
-            handle = self.objects.intern(domain.constants[name].value)
-            yield ("object", handle)
-            for kind in types:
-                yield from ((t, handle) for t in (kind, *domain.supertypes(kind)) if t != "object")
-
-    def _goal_objects(self) -> Iterator[Fact]:
-        for pattern in self.schema.goal.positive + self.schema.goal.negative:
-            yield from (("object", term) for term in pattern[1:] if isinstance(term, int))
 
     def _appear(self, instance: Instance) -> None:
         """A stream instance whose domain facts are there: call it, or hope for it."""
