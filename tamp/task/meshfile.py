@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_FACES = 1_000_000
+MAX_INDEX = 2**31
 MAX_EXTENT = 2.0
 MIN_EXTENT = 0.001
 FORMATS = (".obj", ".stl", ".ply")
@@ -108,8 +109,8 @@ def _triangles(corners: list[str], count: int) -> list[tuple[int, int, int]]:
     """A polygon `7/1/3 8 9 10` as a fan of triangles, indices from 0; negative ones count back from the last vertex."""
     indices = [int(corner.split("/", 1)[0]) for corner in corners]
     indices = [i - 1 if i > 0 else count + i for i in indices]
-    if len(indices) < 3:
-        raise ValueError("a face needs three corners")
+    if len(indices) < 3 or any(abs(i) > MAX_INDEX for i in indices):
+        raise ValueError("a face needs three corners that there may be")
     return [(indices[0], b, c) for b, c in itertools.pairwise(indices[1:])]
 
 

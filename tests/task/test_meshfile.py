@@ -22,6 +22,7 @@ TETRAHEDRON = "v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nv 0 0 {s}\nf 1 3 2\nf 1 2 4\nf 1 4
         ("v 0 0 0\nf 1 2 9\n", "a vertex that is not among"),
         ("v 0 0 0\nf 1 x 1\n", r"mesh\.obj:2: cannot read the face"),
         ("v 0 0 0\nf 1 1\n", r"mesh\.obj:2: cannot read the face"),
+        ("v 0 0 0\nf 1 1 99999999999999999999\n", r"mesh\.obj:2: cannot read the face"),
         ("v 0 0\nv 0 0 1\nf 1 2 1\n", "three coordinates"),
         ("v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0.1 0.1 0\nf 1 2 3\nf 2 4 3\n", "degenerate"),
     ],
