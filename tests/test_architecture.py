@@ -65,7 +65,7 @@ HOMES = {
     "pydantic": {"task.explain", "task.load", "task.schema"},
     "rich": {"commands.batches", "commands.compare", "results"},
     "shtab": {"commands.completion"},
-    "scipy": {"checking.solids", "scoring.assignment", "task.mesh", "world.seeds"},
+    "scipy": {"checking.solids", "checking.statics", "scoring.assignment", "task.mesh", "world.seeds"},
     "toppra": {"world.timing"},
     "viser": {"report.viewer"},
     "trimesh": {"task.meshfile", "scenarios.make_objects"},

@@ -10,8 +10,7 @@ from tamp.checking.grasp import between_pads
 from tamp.checking.motion import finger_touches, sentence_of
 from tamp.checking.scene import Scene, State
 from tamp.checking.solids import clearance, inverse
-from tamp.checking.standing import carriers, overlaps, unrest
-from tamp.checking.support import Contacts
+from tamp.checking.standing import balanced, carriers, overlaps, unrest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -114,6 +113,5 @@ def _check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, r
         carried = carriers(scene, state, other, allow)
         if name not in carried.bodies:
             continue
-        rest = Contacts({body: points for body, points in carried.points.items() if body != name})
-        if rest.balance(scene.center_of_mass(other, state.poses[other])) < allow.balance:
+        if balanced(scene, state, other, carried.without(name), allow) < allow.balance:
             report("precondition", f"{other} stands on {name}, which is taken away", bodies=(name, other))

@@ -10,7 +10,7 @@ import numpy as np
 from tamp.checking.links import Links, read_links
 from tamp.checking.solids import Solid
 from tamp.task.mesh import parts
-from tamp.task.model import Box
+from tamp.task.model import TABLE_FRICTION, Box
 from tamp.task.robot import load_robot
 
 if TYPE_CHECKING:
@@ -63,6 +63,10 @@ class Scene:
         corners = half * np.array([[x, y, z, 0.0] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
         corners[:, 3] = 1.0
         return float(np.linalg.norm((corners @ (A - B).T)[:, :3], axis=1).mean())
+
+    def friction(self, name: str) -> float:
+        """A body's coefficient of friction; a contact has the product of its two bodies'."""
+        return TABLE_FRICTION if name == TABLE else self.task.object(name).friction
 
     def center_of_mass(self, name: str, T: Array) -> Array:
         """An object's centre of mass in the world, shape (3,), where it stands at T."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def carriers(scene: Scene, state: State, name: str, allow: Tolerances) -> Contacts:
-    """What carries an object from below."""
+    """What an object touches, and what of that carries it from below."""
     others = {o: (scene.solids[o], T) for o, T in state.standing(scene).items() if o != name}
     return contacts(scene.solids[name], state.poses[name], others, allow.standing)
 
@@ -27,11 +27,20 @@ def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator
     if not carried.bodies:
         yield f"{name} stands in the air: nothing carries it", (name,), 0.0
         return
-    balance = carried.balance(scene.center_of_mass(name, state.poses[name]))
+    balance = balanced(scene, state, name, carried, allow)
     if balance < allow.balance:
-        outside = f"{-1000 * balance:.0f} mm outside" if balance < 0 else "on the edge of"
+        outside = "on the edge of" if balance >= 0.0 else f"{-1000 * balance:.0f} mm outside"
         sentence = f"{name} tips over: its centre of mass is {outside} what carries it ({', '.join(carried.bodies)})"
-        yield sentence, (name, *carried.bodies), max(-balance, 0.0)
+        if balance == -float("inf"):
+            sentence = f"{name} slides: friction does not hold it where it leans ({', '.join(sorted(carried.patches))})"
+        yield sentence, (name, *carried.bodies), min(max(-balance, 0.0), scene.solids[name].radius)
+
+
+def balanced(scene: Scene, state: State, name: str, touching: Contacts, allow: Tolerances) -> float:
+    """How well an object rests on certain contacts [m], see `statics.balance`."""
+    center = scene.center_of_mass(name, state.poses[name])
+    friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
+    return touching.balance(center, friction, allow.balance)
 
 
 def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...], float]]:

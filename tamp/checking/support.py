@@ -1,4 +1,4 @@
-"""What does an object stand on, and does it stay there? Contact points, support polygon, centre of mass."""
+"""What does an object touch, and what carries it? Contact points and their normals."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking import statics
 from tamp.checking.solids import inverse
 
 if TYPE_CHECKING:
@@ -19,40 +20,65 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 BESIDE = 2e-4
-"""How far beside a carrying face a point still counts as over it [m]."""
+"""How far beside a touched face a point still counts as over it [m]."""
+FACING = 0.2
+"""Least cosine between a face and that of an edge which touches it: an edge's faces lean up to 78 degrees."""
+PARALLEL = 0.98
+"""The same for two faces that touch all over: those more than 11 degrees apart touch only where one has an edge."""
 UPWARD = 0.2
 """Least vertical component of a contact normal that carries weight: walls up to 78 degrees do not."""
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts:
-    """Where a body is carried: for each carrying body the points, shape (n, 3), in the world frame."""
+class Patch:
+    """Points at which one body touches another, and unit normals into the other there, each of shape (n, 3)."""
 
-    points: Mapping[str, Array]
+    points: Array
+    normals: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Where a body is touched: for each other body its patch, in the world frame."""
+
+    patches: Mapping[str, Patch]
+
+    @property
+    def points(self) -> Mapping[str, Array]:
+        """For each body that carries, the points at which it does, shape (n, 3)."""
+        carrying = {name: patch.points[patch.normals[:, 2] >= UPWARD] for name, patch in self.patches.items()}
+        return {name: points for name, points in carrying.items() if len(points)}
 
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that carry, sorted."""
         return tuple(sorted(self.points))
 
-    def balance(self, center: Array) -> float:
-        """How far the centre of mass, seen from above, lies inside the support polygon [m]; negative outside."""
-        if not self.points:
+    def without(self, name: str) -> Contacts:
+        """The contacts with all other bodies."""
+        return Contacts({other: patch for other, patch in self.patches.items() if other != name})
+
+    def balance(self, center: Array, friction: Mapping[str, float], wanted: float) -> float:
+        """How well the body rests [m], see `statics.balance`; `friction` is the coefficient with each body."""
+        names = sorted(self.patches)
+        points = [self.patches[name].points for name in names]
+        normals = [self.patches[name].normals for name in names]
+        if not names:
             return -np.inf
-        flat = np.concatenate(list(self.points.values()))[:, :2] - center[:2]
-        return _inside(flat)
+        mu = np.repeat([friction[name] for name in names], [len(p) for p in points])
+        return statics.balance(np.concatenate(points), np.concatenate(normals), mu, center, wanted)
 
 
 def contacts(solid: Solid, T: Array, others: Mapping[str, tuple[Solid, Array]], gap: float) -> Contacts:
-    """The points at which other bodies carry a body from below.
+    """Where other bodies touch a body.
 
     Surface points of either body that are nearer than `gap` to the other are contacts; the normal is that of the face
-    they are nearest to. Points, not fcl's contacts, because fcl names one point a pair and a polygon needs all.
+    they are nearest to. Points, not fcl's contacts, because fcl names one point a pair and a balance needs all.
 
     Args:
         solid: the body.
         T: where it is, T_world_body, shape (4, 4).
-        others: name -> (solid, T_world_other) of the bodies that may carry it.
+        others: name -> (solid, T_world_other) of the bodies that it may touch.
         gap: largest distance that counts as contact [m].
     """
     found = {}
@@ -61,11 +87,11 @@ def contacts(solid: Solid, T: Array, others: Mapping[str, tuple[Solid, Array]], 
         reach = np.linalg.norm(T_other_body[:3, :3] @ solid.center + T_other_body[:3, 3] - other.center)
         if reach > solid.radius + other.radius + gap:
             continue
-        onto = _near(solid, other, T_other_body, gap, T_other[2, :3], 1.0)
-        under = _near(other, solid, inverse(T_other_body), gap, T[2, :3], -1.0)
+        onto, up = _near(solid, other, T_other_body, gap)
+        under, down = _near(other, solid, inverse(T_other_body), gap)
         points = np.vstack([_world(onto, T_other), _world(under, T)])
         if len(points):
-            found[name] = points
+            found[name] = Patch(points, np.vstack([up @ T_other[:3, :3].T, -down @ T[:3, :3].T]))
     return Contacts(found)
 
 
@@ -74,45 +100,44 @@ def _world(points: Array, T: Array) -> Array:
     return moved
 
 
-def _near(body: Solid, other: Solid, T_other_body: Array, gap: float, up: Array, sign: float) -> Array:
-    """Surface points of `body` that look down (sign 1) or up (-1) where faces of `other` look back at them.
+def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[Array, Array]:
+    """Surface points of `body` near faces of `other` that look back at them, and those faces' normals.
 
-    Points in the frame of `other`, shape (n, 3); `up` is the world's vertical in that frame.
+    Both in the frame of `other`, shape (n, 3).
     """
-    kept: list[Array] = []
-    up_in_body = T_other_body[:3, :3].T @ up
+    points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     for a in body.pieces:
         center = T_other_body[:3, :3] @ a.center + T_other_body[:3, 3]
         reach = np.flatnonzero(np.linalg.norm(other.centers - center, axis=1) < other.radii + a.radius + gap)
         if not len(reach):
             continue
-        surface, directions = a.surface
-        facing = _world(surface[sign * (directions @ up_in_body) <= -UPWARD], T_other_body)
-        kept += [_over(facing, other.pieces[j], gap, sign * up) for j in reach]
-    return np.vstack(kept) if kept else np.zeros((0, 3))
+        surface, directions, edges = a.surface
+        moved, turned = _world(surface, T_other_body), directions @ T_other_body[:3, :3].T
+        least = np.where(edges, FACING, PARALLEL)
+        for j in reach:
+            over, facing = _over(moved, turned, least, other.pieces[j], gap)
+            points.append(over)
+            normals.append(facing)
+    return np.vstack(points), np.vstack(normals)
 
 
-def _over(points: Array, piece: Piece, gap: float, up: Array) -> Array:
-    """Those points that lie within `gap` of faces of a piece that look along `up`, and over them."""
+def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: float) -> tuple[Array, Array]:
+    """Those points that lie within `gap` of faces of a piece that look back at them, over them, and their normals.
+
+    A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
+    """
     low, high = piece.part.vertices.min(axis=0) - gap, piece.part.vertices.max(axis=0) + gap
-    points = points[((points >= low) & (points <= high)).all(axis=1)]
-    if not len(points):
-        return points
+    near = ((points >= low) & (points <= high)).all(axis=1)
+    points, directions, least = points[near], directions[near], least[near]
     normals, offsets = piece.planes
     height = points @ normals.T - offsets
-    carries = normals @ up >= UPWARD
-    beside = height[:, ~carries].max(axis=1, initial=-np.inf)
-    above = height[:, carries].max(axis=1, initial=-np.inf)
-    kept: Array = points[(above <= gap) & (above >= -2 * gap) & (beside <= BESIDE)]
-    return kept
-
-
-def _inside(points: Array) -> float:
-    """Signed distance of the origin from the convex hull of points in the plane; positive inside.
-
-    The hull holds the origin by a margin m just if for every direction some point lies at least m that way; directions
-    worth asking are the normals of the hull's edges, which a fine fan of directions stands for.
-    """
-    angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
-    fan = np.stack([np.cos(angle), np.sin(angle)])
-    return float((points @ fan).max(axis=0).min())
+    outermost = height.max(axis=1)
+    near = (outermost <= gap) & (outermost >= -2 * gap)
+    points, directions, least, height = points[near], directions[near], least[near], height[near]
+    facing = directions @ normals.T <= -least[:, None]
+    above = np.where(facing, height, -np.inf)
+    beside = np.where(facing, -np.inf, height).max(axis=1, initial=-np.inf)
+    nearest = above.argmax(axis=1)
+    highest = above[np.arange(len(points)), nearest]
+    kept = (highest <= gap) & (highest >= -2 * gap) & (beside <= BESIDE)
+    return points[kept], normals[nearest[kept]]

@@ -15,6 +15,7 @@ from tamp.execution.bullet import pybullet
 from tamp.execution.robot_body import RobotBody
 from tamp.execution.robot_loading import load_robot_body
 from tamp.task import Box, Object, Pose, RobotSpec, Table
+from tamp.task.model import TABLE_FRICTION
 
 STEP = 1.0 / 240.0
 """Length of one simulation step [s]."""
@@ -33,7 +34,6 @@ GRAVITY = 9.81
 """[m/s^2]."""
 
 TABLE = "table"
-TABLE_FRICTION = 1.0
 FLOOR_BELOW = 0.75
 """Height of the table top over the floor that catches what falls off it [m]."""
 

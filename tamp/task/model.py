@@ -111,7 +111,7 @@ class Object:
         pose: where it stands at the start.
         goal: where it shall be.
         mass: [kg].
-        friction: coefficient of lateral friction.
+        friction: coefficient of lateral friction; a contact has the product of its two bodies'.
         symmetry: what scores that know of symmetry forgive; the default score does not.
         category: what kind of thing it is, such as "cup"; for statistics.
         inertia: as its source gives it; None is a mass spread evenly.
@@ -135,6 +135,10 @@ class Region:
     name: str
     center: tuple[float, float]
     size: tuple[float, float]
+
+
+TABLE_FRICTION = 1.0
+"""Coefficient of lateral friction of the table top; a contact has the product of its two bodies'."""
 
 
 @dataclass(frozen=True, slots=True)
