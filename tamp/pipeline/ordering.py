@@ -20,6 +20,8 @@ from tamp.pipeline.progress import Progress
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import GroundAction, Report, Solution
 from tamp.planning import solve as solve_problem
+from tamp.scoring.ede import ede, mean_edge
+from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.workspace import Workspace
 
 ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
@@ -130,13 +132,26 @@ class Ordering:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
             return False
         if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
-            return False
+            return self._leave_if_near(name)
         asked = asking_for(workspace, self._reached | {name})
         solution = self._solve(asked, effort.iterations, None if effort.others_move else {name})
         refused = reason(solution) if solution.plan is None else self._refused(solution.plan)
         if refused is not None:
             self.left[name] = refused
             return False
+        del self.left[name]
+        self._reached.add(name)
+        return True
+
+    def _leave_if_near(self, name: str) -> bool:
+        """Let an object that cannot be brought nearer count as there where its goal is near: others may rest on it."""
+        workspace = self.progress.now.workspace
+        goal, here = workspace.goals.get(name), workspace.start[name]
+        edge = mean_edge(workspace.task.object(name).shape)
+        if goal is None or here.on != goal.on or ede(edge, here.pose, goal.pose) > SOLVED_WITHIN_M:
+            return False
+        near = replace(workspace, goals={**workspace.goals, name: here})
+        self.progress.now = replace(self.progress.now, workspace=near)
         del self.left[name]
         self._reached.add(name)
         return True

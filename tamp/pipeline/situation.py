@@ -14,7 +14,7 @@ from tamp.streams.workspace import TABLE
 from tamp.task import At, Pose, Task
 from tamp.world.world import World
 
-SAME_PLACE = 0.005  # an object this near to its goal (EDE) counts as being there [m]
+SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there [m]
 DISJOINT = 0.005  # objects without a goal that overlap a goal deeper than this are not part of the goal scene [m]
 
 Supports = Iterable[tuple[str, str]]

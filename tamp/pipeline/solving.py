@@ -2,51 +2,17 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import Any
-
-from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
-from tamp.execution.record import Execution
 from tamp.pipeline.attempt import Samplers
-from tamp.pipeline.planning import Planning
+from tamp.pipeline.job import Job, Run
 from tamp.pipeline.setup import Setup, prepare
-from tamp.results import Result, Status
-from tamp.scoring import Score, score
-from tamp.scoring.ede import ede, mean_edge
-from tamp.task import Grip, Plan, Pose, Task, load_robot
-from tamp.task.plan_file import plan_sha256
-from tamp.versions import versions
+from tamp.results import Result
+from tamp.task import Grip, Plan, Task, load_robot
+
+__all__ = ["Run", "carry_out", "solve"]
 
 MAX_REPLANS = 8
-FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
-NEXT_SHARE = 0.5  # of the time that is left goes to each further one
 MAX_CORRECTIONS = 2
-ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
-
-
-@dataclass(frozen=True)
-class Run:
-    """Everything a run left behind.
-
-    Attributes:
-        result: the record.
-        plans: all plans, in order.
-        executions: one for each plan that was carried out.
-        final_poses: object -> pose (world frame) at the end.
-        failure: why planning gave up the last time, or None.
-        rejections: the verdict on each piece of a plan that the checker sent back.
-    """
-
-    result: Result
-    plans: tuple[Plan, ...]
-    executions: tuple[Execution, ...]
-    final_poses: Mapping[str, Pose]
-    failure: PlanningFailure | None = None
-    rejections: tuple[str, ...] = ()
 
 
 def solve(
@@ -85,7 +51,7 @@ def carry_out(
         TaskError, RobotError, SamplerError: where the input cannot be used.
     """
     limit = task.limits.planning_s if timeout is None else timeout
-    job = _Job(task, seed, limit, samplers, algorithm)
+    job = Job(task, seed, limit, samplers, algorithm)
     with job.planning():
         setup = prepare(task)
     home = load_robot(task.robot).home
@@ -96,7 +62,7 @@ def carry_out(
     return job.run(execute)
 
 
-def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
+def _execute(job: Job, setup: Setup, executor: Executor) -> None:
     """Carry out plan after plan: new ones where reality deviates, and in the end a few that only correct."""
     corrections = 0
     while True:
@@ -105,14 +71,14 @@ def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
         job.final_poses = dict(execution.final_poses)
         if execution.status == "timeout" or len(job.plans) > MAX_REPLANS:
             return
-        astray = job.astray(setup)
+        astray, missed = job.astray(setup), job.missed
         if execution.status == "done":
             if not astray or corrections == MAX_CORRECTIONS:
                 return
             corrections += 1
         if not job.plan(setup, job.final_poses, execution.configuration):
             return
-        if execution.status == "done" and not _moved(job.plans[-1]) <= astray:
+        if execution.status == "done" and not missed and not _moved(job.plans[-1]) <= astray:
             job.plans.pop()  # what stands well is not risked for what stands a little off
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be
@@ -122,134 +88,3 @@ def _execute(job: _Job, setup: Setup, executor: Executor) -> None:
 def _moved(plan: Plan) -> set[str]:
     """Objects that a plan takes into the hand."""
     return {step.attachment.object for step in plan.steps if isinstance(step, Grip)}
-
-
-@dataclass
-class _Job:
-    """A run in the making."""
-
-    task: Task
-    seed: int
-    limit: float
-    samplers: Samplers | None
-    algorithm: str
-    began: float = field(default_factory=time.monotonic)
-    planning_s: float = 0.0
-    plans: list[Plan] = field(default_factory=list)
-    executions: list[Execution] = field(default_factory=list)
-    final_poses: dict[str, Pose] = field(default_factory=dict)
-    failure: PlanningFailure | None = None
-    obstacles: list[str] = field(default_factory=list)
-    rejections: list[str] = field(default_factory=list)
-
-    @contextmanager
-    def planning(self) -> Iterator[None]:
-        """Counts what happens inside as planning."""
-        began = time.monotonic()
-        try:
-            yield
-        finally:
-            self.planning_s += time.monotonic() - began
-
-    def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
-        """Plan from a state at rest; False where there is no plan."""
-        with self.planning():
-            share = NEXT_SHARE if self.plans else FIRST_SHARE
-            search = Planning(
-                setup,
-                poses,
-                q,
-                # A new plan from a state that chance has brought about draws other samples than the first.
-                seed=self.seed + 7919 * len(self.plans),
-                deadline=time.monotonic() + share * (self.limit - self.planning_s),
-                samplers=self.samplers,
-                algorithm=self.algorithm,
-            )
-            found = search.run()
-        self.rejections += search.rejections
-        if found is None:
-            self.failure = PlanningFailure(search.report.status, search.report)
-            self.obstacles = [f"{name}: {why}" for name, why in search.left.items()]
-            return False
-        self.plans.append(found)
-        return True
-
-    def astray(self, setup: Setup) -> set[str]:
-        """Objects that the last plan was to bring to their goals and that are not there, or only nearly."""
-        goals_met = score(self.task, self.final_poses).goals_met
-        missed = {name for name, met in goals_met.items() if not met}
-        for name, goal in setup.goals.items():
-            if ede(mean_edge(self.task.object(name).shape), self.final_poses[name], goal.pose) > ASTRAY:
-                missed.add(name)
-        return missed - self._left.keys()
-
-    def run(self, execute: bool) -> Run:
-        """Close the books."""
-        reached = score(self.task, self.final_poses)
-        status = self._status(execute, reached)
-        result = Result(
-            task=self.task.name,
-            seed=self.seed,
-            status=status,
-            planning_s=self.planning_s,
-            execution_sim_s=sum(e.sim_s for e in self.executions),
-            wall_s=time.monotonic() - self.began,
-            n_actions=sum(len(e.log) for e in self.executions) or sum(len(p.actions) for p in self.plans[:1]),
-            n_replans=max(0, len(self.plans) - 1),
-            grasps_attempted=sum(e.grasps_attempted for e in self.executions),
-            grasps_succeeded=sum(e.grasps_succeeded for e in self.executions),
-            # Planning hands out nothing that the checker has not accepted, but for goals that are left.
-            plan_checked=bool(self.plans) and not any(plan.report.get("left") for plan in self.plans),
-            plans_rejected=len(self.rejections),
-            do_nothing_ede_m=reached.do_nothing_ede_m,
-            mean_ueb_m=reached.mean_ueb_m,
-            **(_outcome(reached) if execute else {}),  # what was not executed has no score
-            plan_sha256=plan_sha256(self.plans[0]) if self.plans else "",
-            message="" if status in ("solved", "planned") else self._message(reached),
-            versions=versions(),
-            task_path="" if self.task.path is None else str(self.task.path),
-            level=self.task.level,
-        )
-        executions, rejections = tuple(self.executions), tuple(self.rejections)
-        return Run(result, tuple(self.plans), executions, self.final_poses, self.failure, rejections)
-
-    def _status(self, execute: bool, reached: Score) -> Status:
-        if self.plans and not execute:
-            return "failed" if self._left else "planned"
-        if self.executions and reached.solved:
-            return "solved"
-        if self.executions or self.failure is None:
-            return "failed"
-        return "timeout" if self.failure.status == "timeout" else _verdict(self.failure)
-
-    @property
-    def _left(self) -> Mapping[str, str]:
-        """Objects whose goals the last plan leaves, and why."""
-        left: Mapping[str, str] = self.plans[-1].report.get("left", {}) if self.plans else {}
-        return left
-
-    def _message(self, reached: Score) -> str:
-        missed = [name for name, met in reached.goals_met.items() if not met]
-        parts = [f"goals not reached: {', '.join(missed)}"] if missed and self.executions else []
-        if self.executions and self.executions[-1].deviation is not None:
-            parts.append(f"last deviation: {self.executions[-1].deviation}")
-        if self.executions and self.executions[-1].status == "timeout":
-            parts.append(f"execution passed its limit of {self.task.limits.execution_sim_s:g} simulated seconds")
-        parts += [f"{name} left: {why}" for name, why in self._left.items()]
-        if self.failure is not None and not self._left:
-            parts += [f"no plan ({self.failure.status})", *self.obstacles]
-        return "; ".join(parts)
-
-
-def _outcome(reached: Score) -> dict[str, Any]:
-    return {
-        "ede_m": reached.ede_m,
-        "improvement": reached.improvement,
-        "improvement_ueb": reached.improvement_ueb,
-        "objects": tuple(vars(o) for o in reached.objects),
-        "goals_met": reached.goals_met,
-    }
-
-
-def _verdict(failure: PlanningFailure) -> Status:
-    return "infeasible" if failure.status == "infeasible" else "failed"

@@ -1,0 +1,59 @@
+from dataclasses import replace
+
+import numpy as np
+import pybullet
+import pytest
+
+from tamp.execution.executor import Executor
+from tamp.pipeline.job import ASTRAY, Job
+from tamp.pipeline.setup import prepare
+from tamp.pipeline.solving import carry_out
+from tamp.task import At, Box, Object, Plan, Pose, Task
+
+RED = Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, 0.2, 0.04)), At(Pose((0.1, -0.2, 0.04))))
+
+
+def shifted(pose, distance):
+    return Pose(tuple(np.add(pose.xyz, (distance, 0.0, 0.0))), pose.quat)
+
+
+@pytest.mark.parametrize(("off", "astray", "missed"), [(0.0, 0, 0), (1.5 * ASTRAY, 1, 0), (0.05, 1, 1)])
+def test_what_is_a_little_off_is_astray_and_what_is_far_off_is_missed(off, astray, missed):
+    task = Task("near", (RED,))
+    setup = prepare(task)
+    job = Job(task, 0, 60.0, None, "adaptive")
+    job.final_poses = {"red": shifted(setup.goals["red"].pose, off)}
+    assert (len(job.astray(setup)), len(job.missed)) == (astray, missed)
+
+
+def test_what_a_plan_leaves_is_not_astray():
+    task = Task("left", (RED,))
+    setup = prepare(task)
+    job = Job(task, 0, 60.0, None, "adaptive")
+    job.final_poses = dict(setup.start)
+    job.plans.append(Plan("left", "panda", 0, setup.start, (0.0,) * 7, {}, (), {"left": {"red": "no grasp"}}))
+    assert job.astray(setup) == set()
+
+
+def test_an_object_that_ends_a_little_off_is_corrected(monkeypatch):
+    """The first plan is made to end 15 mm beside the goal, as if a gripper had been off."""
+    true, calls = Executor.carry_out, []
+
+    def nudged(self, plan):
+        execution = true(self, plan)
+        calls.append(plan)
+        if len(calls) == 1:
+            body = self._simulator.bodies["red"]
+            position, turn = pybullet.getBasePositionAndOrientation(body.id, physicsClientId=self._simulator._client)
+            beside = (position[0] + 0.015, *position[1:])
+            pybullet.resetBasePositionAndOrientation(body.id, beside, turn, physicsClientId=self._simulator._client)
+            self._simulator.step(60)
+            execution = replace(execution, final_poses=self.poses())
+        return execution
+
+    monkeypatch.setattr(Executor, "carry_out", nudged)
+    run = carry_out(Task("nudged", (RED,)), seed=0, timeout=300.0)
+    assert len(calls) == 2
+    assert run.result.status == "solved"
+    assert run.result.ede_m < 0.5 * ASTRAY
+    assert run.result.n_replans == 1
