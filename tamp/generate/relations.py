@@ -34,6 +34,8 @@ LEAN = (0.2, 0.35)
 """How far what leans is tilted [rad]."""
 OVERHANG = 1.05
 """How much wider than a place a thing's foot may be."""
+WALL = 0.02
+"""How far from the walls of a hollow a thing lies where there is room, so that a finger gets between [m]."""
 CHOICE = 4
 """Of how many places in a hollow the lowest is taken."""
 LIFT = 0.0005
@@ -125,7 +127,7 @@ def _in(wish: Wish) -> Matrix | None:
     places = []
     for _ in range(CHOICE):
         R = wish.turned(wish.quarter())
-        sides = wish.thing.outline(yawed(R, -wish.heading))[:2]
+        sides = wish.thing.outline(yawed(R, -wish.heading))[:2] + 2 * WALL
         places.append(_within(wish, R, wish.parent.model.hollow, sides))
     return min(places, key=lambda T: float(T[2, 3]))
 
