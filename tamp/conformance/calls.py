@@ -16,7 +16,7 @@ from tamp.language import Stream
 from tamp.planning import Problem
 from tamp.planning.context import Context, generator_for
 
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
 """A call that gives nothing back for so long is broken off [s]."""
 
 

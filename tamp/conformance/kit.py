@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tamp.conformance.bench import Bench, default_tasks, set_up
-from tamp.conformance.calls import PATIENCE_S, Call, call
+from tamp.conformance.calls import Call, call
 from tamp.conformance.downstream import shares
 from tamp.conformance.findings import Finding, Judgement
+from tamp.conformance.form import malformed, shown
 from tamp.conformance.plausible import implausible
 from tamp.conformance.sameness import same
 from tamp.domains.catalog import Contract, contract, load_domain, type_name
@@ -23,6 +24,7 @@ from tamp.task import Task
 
 CALLS = 6
 OUTPUTS = 12
+SLOW_S = 5.0  # a single draw that takes longer is worth a note [s]
 
 
 def check_sampler(
@@ -81,14 +83,16 @@ class _Trial:
         self.calls = self._run(self.bench.problem)
         for made in self.calls:
             if made.error:
-                yield Finding("calls", "wrong", f"raised for {_shown(made.inputs)}: {made.error}")
+                yield Finding("calls", "wrong", f"raised for {shown(made.inputs)}: {made.error}")
                 return
         self.numbers |= {"calls": len(self.calls), "outputs": sum(len(c.raw) for c in self.calls)}
         yield Finding("calls", "ok", f"{len(self.calls)} calls on {self.bench.task}")
 
     def outputs(self) -> Iterator[Finding]:
         """Everything that comes has the stream's form and types."""
-        wrong = dict.fromkeys(text for made in self.calls for value in made.raw for text in self._malformed(value))
+        wrong = dict.fromkeys(
+            text for made in self.calls for value in made.raw for text in malformed(value, self.stream, self.contract)
+        )
         if wrong:
             yield from (Finding("outputs", "wrong", text) for text in wrong)
             return
@@ -121,7 +125,7 @@ class _Trial:
             if not same(first.raw, second.raw):
                 yield Finding(
                     "determinism", "wrong",
-                    f"other outputs for {_shown(first.inputs)} at the second call with the same seed: draw from "
+                    f"other outputs for {shown(first.inputs)} at the second call with the same seed: draw from "
                     "context.rng only, and keep nothing between calls that depends on their order",
                 )  # fmt: skip
                 return
@@ -146,7 +150,7 @@ class _Trial:
         self.numbers |= {"ms_an_output": mine, "ms_an_output_default": theirs}
         longest = max(s for made in self.calls for s in made.seconds)
         text = f"{mine:.3g} ms an output, the domain's own {theirs:.3g} ms; longest draw {longest:.2g} s"
-        yield Finding("time", "ok" if longest < PATIENCE_S / 4 else "note", text)
+        yield Finding("time", "ok" if longest < SLOW_S else "note", text)
 
     def use(self) -> Iterator[Finding]:
         """How many of its outputs pass the streams that use them, beside the domain's own."""
@@ -174,31 +178,6 @@ class _Trial:
         }
         return [made[number] for number, _ in numbered]
 
-    def _malformed(self, value: Any) -> Iterator[str]:
-        """What is wrong with the form of something yielded or answered."""
-        if self.stream.is_test:
-            if type(value).__name__ not in ("bool", "bool_"):
-                yield f"a test must answer True or False, not {value!r}"
-            return
-        value = getattr(value, "outputs", value)
-        kinds = self.contract.outputs
-        if len(kinds) > 1 and (not isinstance(value, tuple | list) or len(value) != len(kinds)):
-            yield f"expected a tuple of {len(kinds)} outputs ({', '.join(kinds)}), found {_short(value)}"
-            return
-        values = (value,) if len(kinds) == 1 else value
-        for (name, kind), part in zip(kinds.items(), values, strict=True):
-            if isinstance(kind, type) and not isinstance(part, kind):
-                yield f"{name} must be a {type_name(kind)}, found {_short(part)}"
-
 
 def _seconds_an_output(calls: Sequence[Call]) -> float:
     return statistics.fmean(s for made in calls for s in made.seconds) if any(c.seconds for c in calls) else 0.0
-
-
-def _shown(values: Sequence[Any]) -> str:
-    return f"({', '.join(map(_short, values))})"
-
-
-def _short(value: Any) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -80,11 +80,11 @@ def _(value: Handling, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterato
     yield from limits
     if limits:
         return
-    T_meant = value.placement.pose.matrix @ value.grasp.T_object_tool.matrix
+    T_meant = value.let_go.matrix @ value.grasp.T_object_tool.matrix
     for name, q in (("approach ends", value.approach[-1]), ("lift begins", value.lift[0])):
         off = float(np.linalg.norm((workspace.world.robot.forward(q) - T_meant)[:3, 3]))
         if off > SAME_TOOL:
-            yield f"the {name} {1000 * off:.0f} mm from where the grasp has the tool at this placement"
+            yield f"the {name} {1000 * off:.0f} mm from where the grasp has the tool"
 
 
 @implausible.register
