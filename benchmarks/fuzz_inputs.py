@@ -67,7 +67,7 @@ def _change_tree(tree: Any, random: Random) -> None:
         node.insert(key, copy.deepcopy(node[key]))
     elif what == 2 and isinstance(node, dict):
         node[random.choice(("extra", "object", "pose", ""))] = node[key]
-    elif what == 3 and isinstance(node[key], int | float):
+    elif what == 3 and isinstance(node[key], float):
         node[key] *= random.choice((-1, 0, 1.01, 2, 1e9, 1e-9, 1e300))
     else:
         node[key] = copy.deepcopy(random.choice(VALUES))

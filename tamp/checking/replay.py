@@ -112,7 +112,8 @@ class Replay:
         self._check_on(name, action.arguments[1:])
 
     def _check_after(self, action: Action) -> None:
-        if action.name in (*PLACES, *LAYS) and self.state.held is None and action.arguments:
+        about = action.arguments[0] if action.arguments else None
+        if action.name in (*PLACES, *LAYS) and self.state.held is None and about in self.state.poses:
             self._check_on(action.arguments[0], action.arguments[1:])
             self._check_clear(action.arguments[0])
 

@@ -48,3 +48,11 @@ def test_a_problem_names_action_time_bodies_and_depth(valid: tuple[Task, Plan]) 
     assert hit.depth > 0.001
     assert str(plan.actions[hit.action]) == hit.name
     assert hit.sentence in str(verdict)
+
+
+def test_an_action_about_the_table_is_refused(valid: tuple[Task, Plan]) -> None:
+    task, plan = valid
+    i = next(i for i, action in enumerate(plan.actions) if action.name == "place")
+    changed = replace(plan.actions[i], arguments=("table",))
+    verdict = check(task, replace(plan, actions=(*plan.actions[:i], changed, *plan.actions[i + 1 :])))
+    assert {problem.kind for problem in verdict.problems} >= {"precondition"}
