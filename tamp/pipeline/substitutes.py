@@ -48,14 +48,15 @@ def substitutes(workspace: Workspace, name: str, count: int) -> list[Placement]:
 
 def _rotations(workspace: Workspace, name: str) -> Iterator[NDArray[np.float64]]:
     """Each stable orientation (3, 3), turned about the vertical as near to the goal's as it comes."""
-    wanted = workspace.goals[name].pose.matrix[:3, :3]
-    for pose in stable_poses(workspace.world.geometries[name]):
-        if pose.probability > LIKELY:
-            M = pose.R @ wanted.T
-            # The angle that maximises the trace of Rz(angle) M.
-            angle = np.arctan2(M[0, 1] - M[1, 0], M[0, 0] + M[1, 1])
-            c, s = np.cos(angle), np.sin(angle)
-            yield np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ pose.R
+    wanted, here = workspace.goals[name].pose.matrix[:3, :3], workspace.start[name]
+    faces = [pose.R for pose in stable_poses(workspace.world.geometries[name]) if pose.probability > LIKELY]
+    # A ball has many faces, none of them likely, but it rests as it lies now.
+    for R in [here.pose.matrix[:3, :3], *faces] if here.on == (TABLE,) else faces:
+        M = R @ wanted.T
+        # The angle that maximises the trace of Rz(angle) M.
+        angle = np.arctan2(M[0, 1] - M[1, 0], M[0, 0] + M[1, 1])
+        c, s = np.cos(angle), np.sin(angle)
+        yield np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
 
 
 def _around(workspace: Workspace, name: str, R: NDArray[np.float64]) -> Iterator[Placement]:

@@ -6,7 +6,7 @@ from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.setup import prepare
 from tamp.pipeline.substitutes import GAIN, substitutes
 from tamp.scoring.ede import ede, mean_edge
-from tamp.task import At, Box, Object, Pose, Task, load_robot
+from tamp.task import At, Box, Object, Pose, Sphere, Task, load_robot
 
 LOW = Object("low", Box((0.12, 0.12, 0.06)), Pose((0.1, 0.3, 0.03)), At(Pose((0.1, -0.1, 0.03))))
 HIGH = Object("high", Box((0.05, 0.05, 0.08)), Pose((0.0, 0.2, 0.04)), At(Pose((0.1, -0.1, 0.1))))
@@ -41,6 +41,13 @@ def test_what_stands_there_is_avoided(workspace):
     now = replace(workspace, start={**workspace.start, "low": goal})
     for place in substitutes(now, "high", 4):
         assert not now.world.overlap("high", place.pose.matrix, "low", goal.pose.matrix, tolerance=0.0)
+
+
+def test_a_ball_has_some_too():
+    ball = Object("ball", Sphere(0.03), Pose((0.0, 0.2, 0.03)), At(Pose((0.1, -0.1, 0.09))))
+    setup = prepare(Task("ball", (LOW, ball)))
+    workspace = Attempt.of(setup, setup.start, load_robot("panda").home, None).workspace
+    assert substitutes(workspace, "ball", 4)
 
 
 def test_an_object_near_its_goal_has_none(workspace):
