@@ -52,4 +52,6 @@ def _general(text: str, names: Sequence[str]) -> str:
         return "goals not reached"
     for name in names:
         text = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", "an object", text)
+    # Runs without execution do not list their objects: what a part begins with is one, if it is no exception.
+    text = re.sub(r"^(?!\w+Error:)\S+(?=( left)?: )", "an object", text)
     return re.sub(r"\d+(\.\d+)?", "#", text)

@@ -86,6 +86,11 @@ def test_reasons_are_counted_without_names_and_numbers() -> None:
         ("goals not reached", 2),
     ]
     assert ("timeout", 1) in reasons([again])
+    unlisted = Result(
+        "planned", 0, "timeout", message="no plan (timeout); cup_2: no time was left; mug-1: no time was left"
+    )
+    assert reasons([unlisted]) == [("an object: no time was left", 1), ("no plan (timeout)", 1)]
+    assert reasons([Result("bug", 0, "error", message="ValueError: a bug")]) == [("ValueError: a bug", 1)]
 
 
 def test_results_as_a_table_and_as_a_line() -> None:
