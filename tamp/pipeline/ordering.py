@@ -17,6 +17,7 @@ from tamp.domains.tabletop import tabletop_problem
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, supports_first
 from tamp.pipeline.progress import Progress
+from tamp.pipeline.reasons import reason
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import GroundAction, Report, Solution
 from tamp.planning import solve as solve_problem
@@ -194,16 +195,3 @@ class Ordering:
             seed=self._seed + self._refusals * ANOTHER_SEED,
             max_iterations=iterations,
         )
-
-
-def reason(solution: Solution) -> str:
-    """Where the skeleton that was tried most broke; without one, the commonest failure of any stream; in words."""
-    broken = [skeleton for skeleton in solution.report.skeletons if skeleton.reason]
-    if broken:
-        most = max(broken, key=lambda skeleton: skeleton.attempts)
-        return f"{solution.status}; {most.broke_at}: {most.reason}"
-    streams = [s for s in solution.report.streams if s.failures]
-    if not streams:
-        return solution.status
-    worst = max(streams, key=lambda s: s.failures[0][1])
-    return f"{solution.status}; {worst.name}: {worst.failures[0][0]}"
