@@ -27,23 +27,25 @@ ROOMS = (0.004, 0.04)  # kept from everything that stands there: hardly any, or 
 
 
 def substitutes(workspace: Workspace, name: str, count: int) -> list[Placement]:
-    """Free stable placements on the table, the nearest to an object's goal pose first; few for each stable face.
+    """Free stable placements on the table, the nearest to an object's goal first; half with room for the hand.
 
     Args:
         workspace: what stands where, and what the goals mean.
         name: an object whose goal is a pose.
-        count: how many at most.
+        count: how many at most, 2 or more.
     """
     edge = mean_edge(workspace.task.object(name).shape)
     goal, start = workspace.goals[name].pose, workspace.start[name].pose
     enough = ede(edge, start, goal) - GAIN
-    best = [
-        next((p for p in _around(workspace, name, R) if _free(workspace, name, p.pose, room)), None)
-        for R in _rotations(workspace, name)
-        for room in ROOMS
-    ]
-    near = [(ede(edge, place.pose, goal), place) for place in dict.fromkeys(best) if place is not None]
-    return [place for error, place in sorted(near, key=lambda pair: pair[0]) if error < enough][:count]
+    found: dict[Placement, float] = {}
+    for room in ROOMS:
+        best = (
+            next((p for p in _around(workspace, name, R) if _free(workspace, name, p.pose, room)), None)
+            for R in _rotations(workspace, name)
+        )
+        near = {place: ede(edge, place.pose, goal) for place in best if place is not None}
+        found |= dict(sorted(near.items(), key=lambda item: item[1])[: count // len(ROOMS)])
+    return [place for place, error in sorted(found.items(), key=lambda item: item[1]) if error < enough]
 
 
 def _rotations(workspace: Workspace, name: str) -> Iterator[NDArray[np.float64]]:

@@ -31,7 +31,7 @@ def test_they_stand_on_the_table_clear_of_all_and_nearer_to_the_goal(workspace):
 
 
 def test_with_the_support_missing_the_nearest_is_right_under_the_goal(workspace):
-    best = substitutes(workspace, "high", 1)[0]
+    best = substitutes(workspace, "high", 2)[0]
     assert best.pose.xyz[:2] == pytest.approx((0.1, -0.1), abs=2e-3)
     assert best.pose.xyz[2] == pytest.approx(0.041, abs=1e-3)
 
