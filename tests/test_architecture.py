@@ -47,7 +47,7 @@ ALLOWED = {
 
 # Heavy library -> the modules that may import it.
 HOMES = {
-    "coacd": {"task.surface"},
+    "coacd": {"task.decompose"},
     "distributed": {"batch.dask"},
     "submitit": {"batch.slurm"},
     "imageio_ffmpeg": {"report.images"},

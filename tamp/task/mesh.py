@@ -1,8 +1,7 @@
 """Shapes as convex parts: the one place where every room of the house gets its geometry from.
 
 A primitive is one part, or the polytope inscribed in it. An OBJ's groups are taken as the convex parts they are;
-whatever is not convex is decomposed (CoACD: Wei et al., "Approximate convex decomposition for 3D meshes with
-collision-aware concavity and tree search", SIGGRAPH 2022) and kept in the user's cache folder by content.
+whatever is not convex is decomposed and kept in the user's cache folder by content.
 """
 
 from __future__ import annotations
@@ -159,14 +158,18 @@ def _mesh_parts(path: Path, scale: float, changed: int) -> tuple[Part, ...]:
 def _decomposed(path: Path, vertices: Points, faces: Faces) -> tuple[Part, ...]:
     import numpy as np
 
-    from tamp.task.surface import decompose, self_intersection
+    from tamp.task.decompose import decompose
+    from tamp.task.surface import self_intersection
 
     kept = np.unique(faces)
     vertices, faces = vertices[kept], np.searchsorted(kept, faces)
     if (pair := self_intersection(vertices, faces)) is not None:
         raise TaskError(f"{path}: the mesh intersects itself (triangles {pair[0]} and {pair[1]}); repair it first")
     key = content_key("coacd-1", vertices.tobytes(), faces.tobytes())
-    stored = cached("parts", key, lambda: {f"{i:04d}": p for i, p in enumerate(decompose(vertices, faces))})
+    try:
+        stored = cached("parts", key, lambda: {f"{i:04d}": p for i, p in enumerate(decompose(vertices, faces))})
+    except ValueError as error:
+        raise TaskError(f"{path}: the mesh is not convex, and {error}; give its convex parts as groups") from error
     return tuple(convex_hull(np.asarray(stored[name], dtype=np.float64)) for name in sorted(stored))
 
 

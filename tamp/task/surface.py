@@ -1,4 +1,4 @@
-"""Questions about a triangulated surface: is it closed, does it intersect itself, which convex parts make it up."""
+"""Questions about a triangulated surface: is it closed, does it intersect itself."""
 
 from __future__ import annotations
 
@@ -85,12 +85,3 @@ def _edges_pierce(triangles: Points, others: Points) -> NDArray[np.bool_]:
         inside = inside & (x > eps) & (y > eps) & (x + y < 1 - eps) & (t > eps) & (t < 1 - eps)
         hit |= inside
     return hit
-
-
-def decompose(vertices: Points, faces: Faces) -> list[Points]:
-    """Vertices of convex parts that together approximate a closed surface to 5 % of its size; fixed seed."""
-    import coacd
-
-    coacd.set_log_level("error")
-    mesh = coacd.Mesh(vertices, faces)
-    return [part for part, _ in coacd.run_coacd(mesh, threshold=0.05, max_convex_hull=32, seed=0)]
