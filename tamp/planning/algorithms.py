@@ -38,12 +38,14 @@ def adaptive(session: Session) -> None:
 
 
 def focused(session: Session) -> None:
-    """Search under hopes and bind once with few samples; what was sampled and failed is avoided, never tried longer."""
+    """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided."""
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
+    failures = 0
     while True:
         skeleton = _next_skeleton(session)
         if skeleton is not None:
-            _bind(session, skeleton, budget)
+            _bind(session, skeleton, budget.grown(failures // 8))
+            failures += 1
 
 
 def incremental(session: Session) -> None:
@@ -109,7 +111,7 @@ def _expand(session: Session) -> None:
     if not session.expand() and not session.grounder.deepen():
         if session.best is not None:
             raise Ended("solved", "No better plan exists.")
-        if session.connectors.fluent and session.unexplained:
+        if session.connectors.fluent and session.failed_moves:
             raise Restart(replace(session.options, connectors=False))
         if session.schema.ambivalent and session.options.lazy_tests:
             raise Restart(replace(session.options, lazy_tests=False))

@@ -23,7 +23,8 @@ class Connector:
         before, after: the fluent's patterns; they differ only at `position`.
         streams: the streams that certify its static conditions, in an order in which inputs come first, each with
             the pattern that it must certify.
-        fluents: the part of its condition that the state decides.
+        fluents: the part of its condition that the state decides and that must hold.
+        negative: what must not hold, in the state from which it leads away.
         static: the rest.
     """
 
@@ -33,6 +34,7 @@ class Connector:
     position: int
     streams: tuple[tuple[External, Pattern], ...]
     fluents: Condition
+    negative: tuple[Pattern, ...]
     static: tuple[Pattern, ...]
 
     @property
@@ -42,7 +44,12 @@ class Connector:
 
 
 class Connectors:
-    """The connectors of a domain; none where it has none or the planner was told to keep every action in the search."""
+    """The connectors of a domain; none where it has none or the planner was told to keep every action in the search.
+
+    Attributes:
+        fluent: the predicate whose argument they change; empty without connectors.
+        private: derived predicates that nothing else asks for; the search need not see them either.
+    """
 
     def __init__(self, schema: Schema, enabled: bool = True) -> None:
         self.schema = schema
@@ -56,6 +63,7 @@ class Connectors:
         self.connectors = found
         self.fluent = found[0].fluent if found else ""
         self._names = {c.schema.name for c in found}
+        self.private = _private(schema, found)
         self.spent = {str(e.atom[0]) for c in found for e in c.schema.effects if e.atom[0] != self.fluent}
 
     def is_connector(self, name: str) -> bool:
@@ -83,7 +91,7 @@ def _recognise(schema: Schema, action: ActionSchema) -> Connector | None:
     after = added[0]
     deleted = [e.atom for e in plain if not e.positive]
     before = next((p for p in deleted if p[0] == after[0]), None)
-    if before is None or before not in action.condition.positive or action.condition.negative:
+    if before is None or before not in action.condition.positive:
         return None
     if any(len(p) > 1 for p in deleted if p is not before):
         return None
@@ -97,7 +105,7 @@ def _recognise(schema: Schema, action: ActionSchema) -> Connector | None:
         return None
     fluents = Condition(positive=tuple(p for p in action.condition.positive if p[0] in schema.fluents))
     static = tuple(p for p in action.condition.positive if p[0] not in schema.fluents)
-    return Connector(action, before, after, differ[0], streams, fluents, static)
+    return Connector(action, before, after, differ[0], streams, fluents, action.condition.negative, static)
 
 
 def _streams(
@@ -145,27 +153,39 @@ def _only_between_actions(schema: Schema, group: tuple[Connector, ...]) -> bool:
     if len({c.position for c in group}) != 1:
         return False
     names = {c.schema.name for c in group}
+    others = [action for action in schema.actions if action.name not in names]
     outputs = {str(p[0]) for c in group for external, _ in c.streams for p in external.certified}
     spent = {str(e.atom[0]) for c in group for e in c.schema.effects} - {fluent}
-    conditions = [axiom.condition for axiom in schema.axioms]
-    conditions += [e.condition for a in schema.actions for e in a.effects]
-    if any(fluent == p[0] for c in conditions for p in c.positive + c.negative):
+    effects = [e.condition for a in schema.actions for e in a.effects]
+    everywhere = [c.negative for c in group] + [schema.goal.negative]
+    everywhere += [c.positive + c.negative for c in (*effects, *(axiom.condition for axiom in schema.axioms))]
+    if any(p[0] == fluent for patterns in everywhere for p in patterns):
         return False
-    if any(fluent == p[0] for p in schema.goal.negative):
+    elsewhere = [*effects, schema.goal, *(action.condition for action in others)]
+    elsewhere += [axiom.condition for axiom in schema.axioms if axiom.head[0] not in _private(schema, group)]
+    if any(p[0] in outputs for c in elsewhere for p in c.positive + c.negative):
         return False
-    if any(p[0] in outputs for c in (*conditions, schema.goal) for p in c.positive + c.negative):
+    return all(_tolerates(action, fluent, spent) for action in others)
+
+
+def _private(schema: Schema, group: tuple[Connector, ...]) -> frozenset[str]:
+    """Derived predicates that only connectors want to be false, such as "something is in this path's way"."""
+    names = {c.schema.name for c in group}
+    elsewhere = [schema.goal, *(axiom.condition for axiom in schema.axioms)]
+    elsewhere += [a.condition for a in schema.actions if a.name not in names]
+    elsewhere += [e.condition for a in schema.actions for e in a.effects]
+    shared = {p[0] for c in elsewhere for p in c.positive + c.negative}
+    return frozenset(str(p[0]) for c in group for p in c.negative if p[0] in schema.derived and p[0] not in shared)
+
+
+def _tolerates(action: ActionSchema, fluent: str, spent: set[str]) -> bool:
+    """Whether another action works with moves put in before it."""
+    condition = action.condition
+    if any(p[0] == fluent for p in condition.negative) or any(p[0] in spent for p in condition.positive):
         return False
-    for action in schema.actions:
-        if action.name in names:
-            continue
-        used = {p[0] for p in action.condition.positive}
-        if fluent in {p[0] for p in action.condition.negative} or used & (outputs | spent):
-            return False
-        touched = [e for e in action.effects if e.atom[0] == fluent]
-        wanted = [p for p in action.condition.positive if p[0] == fluent]
-        if (touched and not wanted) or any(not e.positive and e.atom[0] in spent for e in action.effects):
-            return False
-        covered = {t for p in action.condition.positive if p[0] != fluent for t in p[1:]}
-        if not {t for p in wanted for t in p[1:] if isinstance(t, str)} <= covered:
-            return False
-    return True
+    touched = [e for e in action.effects if e.atom[0] == fluent]
+    wanted = [p for p in condition.positive if p[0] == fluent]
+    if (touched and not wanted) or any(not e.positive and e.atom[0] in spent for e in action.effects):
+        return False
+    covered = {t for p in condition.positive if p[0] != fluent for t in p[1:]}
+    return {t for p in wanted for t in p[1:] if isinstance(t, str)} <= covered

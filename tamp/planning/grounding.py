@@ -62,7 +62,7 @@ class Grounder:
 
     def _rules(self) -> list[JoinRule]:
         rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
-        rules += [self._axiom_rule(axiom) for axiom in self.schema.axioms]
+        rules += [self._axiom_rule(axiom) for axiom in self._axioms()]
         rules += [self._stream_rule(external) for external in self._joined()]
         self._with_objects = any(p[0] == "object" for rule in rules for p in rule.body)
         return rules
@@ -141,6 +141,9 @@ class Grounder:
             (negative if pattern[0] in changing else absent).append(ground(pattern, binding))
         return tuple(static), tuple(absent), tuple(positive), tuple(negative)
 
+    def _axioms(self) -> list[AxiomSchema]:
+        return [axiom for axiom in self.schema.axioms if axiom.head[0] not in self.connectors.private]
+
     def _axiom_rule(self, axiom: AxiomSchema) -> JoinRule:
         condition = self.connectors.without(self._doubted(axiom))
         variables = _variables(condition)
@@ -174,9 +177,8 @@ class Grounder:
                 used |= {
                     str(p[0]) for c in (action.condition, *(e.condition for e in action.effects)) for p in c.positive
                 }
-        for axiom in self.schema.axioms:
-            condition = self._doubted(axiom)
-            used |= {str(p[0]) for p in condition.positive}
+        for axiom in self._axioms():
+            used |= {str(p[0]) for p in self._doubted(axiom).positive}
         used |= {str(p[0]) for p in self.schema.goal.positive}
         joined: dict[str, External] = {}
         while True:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from tamp.planning.attempt import BoundStep, FailedMove
 from tamp.planning.connectors import Connector, Connectors
 from tamp.planning.evaluate import Evaluator
 from tamp.planning.instances import Instance, ground
+from tamp.planning.join import Pattern
 from tamp.planning.knowledge import Knowledge
 from tamp.planning.objects import Fact
 from tamp.planning.sampling import Sampling
+from tamp.planning.schema import External
 from tamp.planning.state import State
 
 
@@ -27,6 +30,13 @@ class Stuck:
     facts: dict[Fact, None] = field(default_factory=dict)
     failed: list[FailedMove] = field(default_factory=list)
     reason: str = "no action leads from one to the other"
+
+    def fail(self, connector: Connector, binding: dict[str, int], facts: tuple[Fact, ...], reason: str) -> None:
+        """Note a move that is not possible, with the facts that are known to bar it."""
+        source, target = (binding[str(p[connector.position])] for p in (connector.before, connector.after))
+        self.reason = reason
+        self.facts.update(dict.fromkeys(facts))
+        self.failed.append(FailedMove(source, target, facts))
 
 
 class Mover:
@@ -52,46 +62,64 @@ class Mover:
         A stream is asked until it misses `patience` times in a row.
         """
         stuck = Stuck()
-        given = self._evaluator.given
         for connector in self._connectors.connectors:
             terms = zip(connector.after[1:], target[1:], strict=True)
             start: dict[str, int] = {t: h for t, h in terms if isinstance(t, str)}
             for found, support in list(self._evaluator.satisfy(connector.fluents, start, state)):
-                complete = self._sampled(connector, found, state, patience, stuck)
-                if complete is None:
-                    stuck.facts.update(dict.fromkeys(support))
-                elif all(given(ground(p, complete)) for p in connector.static):
-                    return BoundStep(connector.schema, complete)
+                for complete in self._sampled(connector, connector.streams, found, state, patience, stuck):
+                    if self._holds(connector, complete, state, stuck):
+                        return BoundStep(connector.schema, complete)
+                stuck.facts.update(dict.fromkeys(support))
         return stuck
 
-    def _sampled(
-        self, connector: Connector, binding: dict[str, int], state: State, patience: int, stuck: Stuck
-    ) -> dict[str, int] | None:
-        """The binding with the outputs of the connector's streams; None where one of them has nothing to give."""
-        for external, pattern in connector.streams:
-            certified = next(c for c in external.certified if c[0] == pattern[0])
-            terms = dict(zip(certified[1:], pattern[1:], strict=True))
-            inputs = tuple(binding[str(terms[v])] for v in external.inputs)
-            fluents = tuple(f for f in state if f[0] in external.fluents)
-            instance = self._knowledge.instance(external, inputs, fluents)
-            if all(map(self._evaluator.given, instance.domain)):
-                self._draw(instance, state, patience)
-            if not instance.results:
-                reason, facts = instance.main_reason
-                stuck.reason = f"{external.name}: {reason}"
-                stuck.facts.update(dict.fromkeys(facts or fluents))
-                source, target = (binding[str(p[connector.position])] for p in (connector.before, connector.after))
-                stuck.failed.append(FailedMove(source, target, facts))
-                return None
-            outputs = dict(zip(external.outputs, instance.results[0], strict=True))
-            for variable, term in terms.items():
-                if variable in outputs and isinstance(term, str):
-                    binding = {**binding, term: outputs[str(variable)]}
-        return binding
+    def _holds(self, connector: Connector, binding: dict[str, int], state: State, stuck: Stuck) -> bool:
+        """Whether the rest of a connector's condition holds; what the state has to do with it where not."""
+        if not all(self._evaluator.given(ground(p, binding)) for p in connector.static):
+            return False
+        for pattern in connector.negative:
+            violation = self._evaluator.violation(ground(pattern, binding), False, state)
+            if violation is not None:
+                causes = tuple(fact for fact in violation.facts if fact in state)
+                stuck.fail(connector, binding, causes, violation.reason)
+                return False
+        return True
 
-    def _draw(self, instance: Instance, state: State, patience: int) -> None:
+    def _sampled(
+        self,
+        connector: Connector,
+        streams: tuple[tuple[External, Pattern], ...],
+        binding: dict[str, int],
+        state: State,
+        patience: int,
+        stuck: Stuck,
+    ) -> Iterator[dict[str, int]]:
+        """Bindings with outputs of the connector's streams; none where one of them has nothing to give."""
+        if not streams:
+            yield binding
+            return
+        external, pattern = streams[0]
+        certified = next(c for c in external.certified if c[0] == pattern[0])
+        terms = dict(zip(certified[1:], pattern[1:], strict=True))
+        inputs = tuple(binding[str(terms[v])] for v in external.inputs)
+        fluents = tuple(f for f in state if f[0] in external.fluents)
+        instance = self._knowledge.instance(external, inputs, fluents)
+        for outputs in self._results(instance, state, patience):
+            named = dict(zip(external.outputs, outputs, strict=True))
+            chosen = {t: named[str(v)] for v, t in terms.items() if v in named and isinstance(t, str)}
+            yield from self._sampled(connector, streams[1:], {**binding, **chosen}, state, patience, stuck)
+        if not instance.results:
+            reason, facts = instance.main_reason
+            stuck.fail(connector, binding, facts, f"{external.name}: {reason}")
+            stuck.facts.update(dict.fromkeys(fluents if not facts else ()))
+
+    def _results(self, instance: Instance, state: State, patience: int) -> Iterator[tuple[int, ...]]:
+        """Up to `patience` results of a stream, with as many calls in vain on the way."""
+        if not all(map(self._evaluator.given, instance.domain)):
+            return
         misses = 0
-        while not instance.results and not instance.exhausted and misses < patience:
-            misses += not self._sampling.draw(instance, tuple(state))
-            if time.monotonic() > self._deadline:
-                return
+        for number in range(patience):
+            while number >= len(instance.results):
+                if instance.exhausted or misses >= patience or time.monotonic() > self._deadline:
+                    return
+                misses += not self._sampling.draw(instance, tuple(state))
+            yield instance.results[number]

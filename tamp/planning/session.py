@@ -85,7 +85,8 @@ class Session:
         self.iterations = 0
         self.rounds = 0  # how often all streams were drawn from
         self.proofs = True  # whether everything that bars a plan is certain
-        self.unexplained = 0  # moves between actions that failed for no named reason
+        self.failed_moves = 0  # moves between actions that failed
+        self.unexplained = 0  # those that failed for no named reason
         self.operators = 0
         self._next_prospects = 0
         self._search = search
@@ -269,6 +270,7 @@ class Session:
             self.proofs &= nogood.named
             self.knowledge.version += 1
         for move in attempt.moves:
+            self.failed_moves += 1
             self.unexplained += not move.facts
             blame = self.blames.setdefault(move.target, Blame(move.target))
             blame.facts.update(dict.fromkeys(move.facts))

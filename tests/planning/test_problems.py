@@ -8,6 +8,7 @@ from tests.planning.problems import (
     continuous,
     costs,
     fluents,
+    guarded,
     kitchen,
     negation,
     ported,
@@ -26,6 +27,8 @@ SOLVABLE = {
     "line 2": lambda: continuous.line(2),
     "line 2, forall": lambda: continuous.line(2, continuous.DOMAIN.replace(continuous.UNSAFE, continuous.FORALL)),
     "line 2, effects": lambda: continuous.line(2, continuous.conditional_effects()),
+    "guarded 1": lambda: guarded.line(1),
+    "guarded 2": lambda: guarded.line(2),
     "plane 1": lambda: continuous.plane(1),
     "plane 2": lambda: continuous.plane(2),
     "occupied 2": lambda: continuous.occupied(2),
@@ -132,6 +135,14 @@ def test_more_blocks_on_the_line(n):
     solution = solve(problem, timeout=20.0)
     assert solution.status == "solved", str(solution.report)
     check(problem, solution, observe=lambda name, args, facts: overlap_free(facts))
+
+
+def test_moves_past_obstacles_take_the_free_path():
+    problem = guarded.line(3)
+    solution = solve(problem, timeout=20.0, seed=1)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution, observe=lambda name, args, facts: overlap_free(facts))
+    assert {action.args[1][1][-1] for action in solution.plan if action.name == "move"} == {1.0, 2.0}
 
 
 def test_the_same_seed_gives_the_same_plan():
