@@ -102,3 +102,15 @@ def test_negation_waits_for_the_stratum_below():
     assert validate(domain, facts, [], goal) == 0
     with pytest.raises(InvalidPlanError):
         validate(domain, facts, [], ("lonely", 2))
+
+
+def test_rules_derive_facts_and_nothing_else():
+    domain = "(define (domain d) (:predicates (a ?x) (b ?x ?y) (c ?x) (done ?x)) (:action go :parameters (?x)"
+    domain += " :precondition (c ?x) :effect (done ?x)))"
+    streams = parse_streams(
+        "(define (stream s) (:rule :inputs (?x ?y) :domain (and (a ?x) (b ?x ?y)) :certified (and (c ?y) (b ?y ?y))))"
+    )
+    facts = [("a", 1), ("b", 1, 2)]
+    assert validate(domain, facts, [("go", (2,))], ("and", ("done", 2), ("b", 2, 2)), streams) == 1.0
+    with pytest.raises(InvalidPlanError, match=r"step 1, \(go 1\): not met"):
+        validate(domain, facts, [("go", (1,))], ("done", 1), streams)

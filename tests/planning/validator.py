@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from tamp.language import (
     OBJECT,
     And,
     Atom,
+    Axiom,
     Constant,
     Domain,
     Equal,
@@ -22,6 +24,7 @@ from tamp.language import (
     Or,
     Parameter,
     PredicateStream,
+    Rule,
     Stream,
     StreamFile,
     Variable,
@@ -67,6 +70,8 @@ def validate(
         InvalidPlanError: with the step and the condition that is not met.
     """
     domain = domain if isinstance(domain, Domain) else parse_domain(domain)
+    if streams is not None:
+        domain = replace(domain, axioms=(*domain.axioms, *(a for rule in streams.rules for a in axioms_of(rule))))
     steps = [(name.lower(), tuple(domain.constant(arg) for arg in args)) for name, args in plan]
     formula, initial = parse_goal(goal, domain), parse_init(facts, domain)
     relation = relation_of(initial.facts)
@@ -95,6 +100,15 @@ def validate(
         relation = successor(state, relation, action.effects, env)
     explain(State(domain, objects, relation).derive(), formula, {}, "the goal")
     return cost
+
+
+def axioms_of(rule: Rule) -> Iterator[Axiom]:
+    """A rule of a stream file derives each fact that it certifies wherever its domain holds."""
+    for atom in rule.certified:
+        parameters = tuple(Parameter(Variable(f"?arg{i}")) for i in range(len(atom.args)))
+        same = tuple(Equal(p.variable, arg) for p, arg in zip(parameters, atom.args, strict=True))
+        body = Exists(tuple(map(Parameter, rule.inputs)), And((*rule.domain, *same)))
+        yield Axiom(atom.predicate, parameters, body)
 
 
 def ask_again(
