@@ -10,10 +10,11 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from tamp.errors import DomainError
-from tamp.language.domain import Domain, FunctionTerm, Signature
+from tamp.language.domain import Domain, FunctionTerm
 from tamp.language.formula import TRUE, Atom, Formula
 from tamp.language.read_formula import FormulaReader
 from tamp.language.sexpr import MAX_DEPTH, Group, Leaf, Node, Symbol
+from tamp.language.streams import StreamFile
 
 
 @dataclass(frozen=True)
@@ -34,10 +35,11 @@ class InitialState:
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
 
-def parse_goal(goal: object, domain: Domain) -> Formula:
+def parse_goal(goal: object, domain: Domain, streams: StreamFile | None = None) -> Formula:
     """Read a goal such as `("and", ("On", a, b), ("exists", ("?p",), ("AtPose", c, "?p")))`.
 
-    Strings that begin with `?` are variables; all other arguments are objects. None is always true.
+    Strings that begin with `?` are variables; all other arguments are objects. None is always true. Predicates are
+    those of the domain, and those that only the stream file names.
 
     Raises:
         DomainError: with the part that cannot be read.
@@ -45,13 +47,13 @@ def parse_goal(goal: object, domain: Domain) -> Formula:
     if goal is None:
         return TRUE
     tuples = _Tuples("goal", domain)
-    return _reader(tuples, dict(domain.predicates)).formula(tuples.node(goal), {})
+    return _reader(tuples, streams).formula(tuples.node(goal), {})
 
 
-def parse_init(init: Iterable[object], domain: Domain) -> InitialState:
+def parse_init(init: Iterable[object], domain: Domain, streams: StreamFile | None = None) -> InitialState:
     """Read facts such as `("On", a, b)`, function values `("=", ("Distance", a, b), 5)`, and `("not", fact)`.
 
-    Predicates that the domain does not declare are allowed: streams may ask for them.
+    Predicates that neither the domain nor the stream file names are allowed.
 
     Raises:
         DomainError: with the fact that cannot be read.
@@ -59,7 +61,7 @@ def parse_init(init: Iterable[object], domain: Domain) -> InitialState:
     if isinstance(init, str) or not isinstance(init, Iterable):
         raise DomainError(f"init: expected a list of facts such as ('On', a, b), found {reprlib.repr(init)}")
     tuples = _Tuples("init", domain)
-    reader = _reader(tuples, dict(domain.predicates), open_world=True)
+    reader = _reader(tuples, streams, open_world=True)
     facts: dict[Atom, None] = {}
     negated: dict[Atom, None] = {}
     values: dict[FunctionTerm, float] = {}
@@ -74,8 +76,9 @@ def parse_init(init: Iterable[object], domain: Domain) -> InitialState:
     return InitialState(tuple(facts), tuple(negated), values)
 
 
-def _reader(tuples: _Tuples, predicates: dict[str, Signature], open_world: bool = False) -> FormulaReader:
-    return FormulaReader(tuples, tuples.domain.types, None, predicates, open_world)
+def _reader(tuples: _Tuples, streams: StreamFile | None, open_world: bool = False) -> FormulaReader:
+    predicates = {s.name: s for s in streams.signatures} if streams is not None else {}
+    return FormulaReader(tuples, tuples.domain.types, None, {**predicates, **tuples.domain.predicates}, open_world)
 
 
 def _function(tuples: _Tuples, reader: FormulaReader, term: object) -> FunctionTerm:

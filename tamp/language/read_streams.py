@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tamp.language.domain import Domain
-from tamp.language.formula import OBJECT, Atom, Variable
+from tamp.language.domain import Domain, Signature
+from tamp.language.formula import OBJECT, Atom, Parameter, Variable
 from tamp.language.read_action import read_attributes
 from tamp.language.read_domain import read_define
 from tamp.language.read_formula import FormulaReader, Scope
@@ -37,8 +37,9 @@ def parse_streams(text_or_path: str | Path | None, domain: Domain | None = None)
     )
     for head, group in sections:
         reader.section(head, group)
+    signatures = tuple(s for key, s in reader.formulas.predicates.items() if key not in known.predicates)
     return StreamFile(
-        name, tuple(reader.streams), tuple(reader.functions), tuple(reader.predicates), tuple(reader.rules)
+        name, tuple(reader.streams), tuple(reader.functions), tuple(reader.predicates), tuple(reader.rules), signatures
     )
 
 
@@ -110,6 +111,8 @@ class _StreamReader:
         table = self.domain.functions if what == "function" else reader.predicates
         if symbol.text in table:
             reader.arity(symbol, len(inputs), table[symbol.text])
+        elif what == "predicate":
+            reader.predicates[symbol.text] = Signature(symbol.text, tuple(map(Parameter, inputs)))
         if len(group.items) == 3:
             facts += self._facts(group.items[2], scope)
         return symbol.text, inputs, facts

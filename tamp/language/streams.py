@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tamp.language.domain import Signature
 from tamp.language.formula import Atom, Variable
 
 
@@ -62,10 +63,15 @@ class Rule:
 
 @dataclass(frozen=True, slots=True)
 class StreamFile:
-    """All that a stream file declares, each in the order of the file."""
+    """All that a stream file declares, each in the order of the file.
+
+    Attributes:
+        signatures: predicates that the file names and the domain does not declare.
+    """
 
     name: str
     streams: tuple[Stream, ...] = ()
     functions: tuple[FunctionStream, ...] = ()
     predicates: tuple[PredicateStream, ...] = ()
     rules: tuple[Rule, ...] = ()
+    signatures: tuple[Signature, ...] = ()

@@ -95,12 +95,12 @@ class Problem:
     @cached_property
     def initial_state(self) -> InitialState:
         """The initial facts as data."""
-        return parse_init(self.init, self.parsed_domain)
+        return parse_init(self.init, self.parsed_domain, self.parsed_streams)
 
     @cached_property
     def goal_formula(self) -> Formula:
         """The goal as data."""
-        return parse_goal(self.goal, self.parsed_domain)
+        return parse_goal(self.goal, self.parsed_domain, self.parsed_streams)
 
 
 @dataclass(frozen=True, slots=True)

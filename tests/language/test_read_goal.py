@@ -19,9 +19,11 @@ from tamp.language import (
     Or,
     Parameter,
     Variable,
+    atoms,
     parse_domain,
     parse_goal,
     parse_init,
+    parse_streams,
 )
 from tests.language.texts import DOMAIN
 
@@ -92,6 +94,24 @@ def test_a_text_that_spells_a_constant_is_it(domain):
 def test_mistakes(domain, goal, message):
     with pytest.raises(DomainError, match="^goal: .*" + message):
         parse_goal(goal, domain)
+
+
+def test_predicates_that_only_the_stream_file_names(domain):
+    streams = parse_streams(
+        "(define (stream s) (:predicate (Near ?a ?b)) (:stream confs :outputs (?q) :certified (BConf ?q)))", domain
+    )
+    assert [s.name for s in streams.signatures] == ["near", "bconf"]
+    goal = ("exists", ("?q",), ("and", ("BConf", "?q"), ("Near", "?q", 1)))
+    assert [atom.predicate for atom in atoms(parse_goal(goal, domain, streams))] == ["bconf", "near"]
+    assert parse_init([("BConf", 1)], domain, streams).facts[0].predicate == "bconf"
+    with pytest.raises(DomainError, match=r"^goal: .*undeclared predicate 'bconf'"):
+        parse_goal(goal, domain)
+    for parse in (
+        lambda: parse_goal(("BConf", 1, 2), domain, streams),
+        lambda: parse_init([("Near", 1)], domain, streams),
+    ):
+        with pytest.raises(DomainError, match=r"takes [12] arguments?, found [12]"):
+            parse()
 
 
 def test_depth_is_limited(domain):

@@ -73,7 +73,7 @@ def validate(
     if streams is not None:
         domain = replace(domain, axioms=(*domain.axioms, *(a for rule in streams.rules for a in axioms_of(rule))))
     steps = [(name.lower(), tuple(domain.constant(arg) for arg in args)) for name, args in plan]
-    formula, initial = parse_goal(goal, domain), parse_init(facts, domain)
+    formula, initial = parse_goal(goal, domain, streams), parse_init(facts, domain, streams)
     relation = relation_of(initial.facts)
     add_types(domain, relation)
     values: Values = dict(initial.values)
