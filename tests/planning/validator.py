@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from tamp.language import (
@@ -128,7 +129,7 @@ def ask_again(
             continue
         for found in list(state.solutions(list(external.domain), [Parameter(v) for v in external.inputs], {})):
             args = tuple(found[variable] for variable in external.inputs)
-            answer = sampler(None, *(arg.value for arg in args))
+            answer = sampler(SimpleNamespace(fluents=()), *(arg.value for arg in args))
             if isinstance(external, FunctionStream):
                 values[FunctionTerm(external.name, args)] = float(answer)
             elif isinstance(external, PredicateStream):

@@ -1,0 +1,98 @@
+"""Samplers in PDDLStream's form: each wrapper, and a whole stream map."""
+
+from itertools import count
+
+import pytest
+
+from tamp.errors import SamplerError
+from tamp.planning import (
+    Context,
+    Problem,
+    from_fn,
+    from_gen_fn,
+    from_list_fn,
+    from_list_gen_fn,
+    from_sampler,
+    from_stream_map,
+    from_test,
+    solve,
+)
+from tests.planning.problems import continuous
+from tests.planning.test_problems import check
+
+
+def context(fluents=()):
+    return Context(None, lambda: pytest.fail("PDDLStream's samplers know no generator"), 0.0, fluents)
+
+
+def pairs(x):
+    yield (x, 1)
+    yield None
+    yield [x, 2]
+
+
+@pytest.mark.parametrize(
+    ("sampler", "outputs"),
+    [
+        (from_gen_fn(pairs), [(7, 1), None, (7, 2)]),
+        (from_gen_fn(lambda x: ((i,) for i in range(x - 5))), [0, 1]),
+        (from_list_gen_fn(lambda x: iter([[(x,), ((1, 2),)], []])), [7, (1, 2), None]),
+        (from_list_fn(lambda x: [(x,), (x + 1,)]), [7, 8]),
+        (from_list_fn(lambda x: []), [None]),
+        (from_fn(lambda x: (x, x)), [(7, 7)]),
+        (from_fn(lambda x: None), [None]),
+        (from_sampler(lambda x: (x,), max_attempts=3), [7, 7, 7]),
+        (from_sampler(lambda x: None, max_attempts=2), [None, None]),
+    ],
+)
+def test_generators_and_functions(sampler, outputs):
+    assert list(sampler(context(), 7)) == outputs
+
+
+def test_sampling_goes_on_without_end():
+    numbers = count()
+    outputs = from_sampler(lambda: (next(numbers),))(context())
+    assert [next(outputs) for _ in range(50)] == list(range(50))
+
+
+def test_tests_answer_with_a_bool_and_may_see_fluents():
+    empty = from_test(lambda x, fluents=(): [f for f in fluents if f[1] == x])
+    assert empty(context(), 1) is False
+    assert empty(context([("on", 1)]), 1) is True
+
+
+@pytest.mark.parametrize(
+    "wrapped", [from_fn(lambda x: x), from_gen_fn(lambda x: iter([x])), from_list_fn(lambda x: [x])]
+)
+def test_an_output_that_is_no_tuple_is_refused(wrapped):
+    with pytest.raises(SamplerError, match=r"expected a tuple of outputs such as \(x,\).* found 7"):
+        list(wrapped(context(), 7))
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+def test_a_stream_map_works_as_it_is(algorithm):
+    line = continuous.line(2)
+    lower, upper = line.scene["goal"]
+    numbers = count()
+    stream_map = {
+        "sample-pose": from_gen_fn(lambda b, r: ((lower + 0.5 + 0.37 * i % (upper - lower - 1.0),) for i in numbers)),
+        "inverse-kinematics": from_fn(lambda b, p: (p + 1.0,)),
+        "plan-motion": from_sampler(lambda q1, q2: ([q1, q2],), max_attempts=1),
+        "test-cfree": from_test(continuous.collision_free),
+        "distance": lambda q1, q2: float(abs(q1 - q2).sum()),
+    }
+    domain = continuous.DOMAIN.replace(
+        "(not (CanMove)))", "(not (CanMove)) (increase (total-cost) (Distance ?q1 ?q2)))"
+    )
+    domain = domain.replace("(:action move", "(:functions (Distance ?q1 ?q2)) (:action move")
+    function = "(:function (Distance ?q1 ?q2) (and (Conf ?q1) (Conf ?q2)))"
+    problem = Problem(
+        domain=domain,
+        streams=continuous.STREAMS.rstrip()[:-1] + function + ")",
+        samplers=from_stream_map(stream_map),
+        init=line.init,
+        goal=line.goal,
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
