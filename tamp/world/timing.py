@@ -12,7 +12,7 @@ from tamp.task.plan import Trajectory
 from tamp.task.robot import RobotSpec
 from tamp.world.paths import Array, without_duplicates
 from tamp.world.rounding import RoundedPath, rounded
-from tamp.world.trajectories import ConfigurationTest, accelerations, first_blocked, stretched
+from tamp.world.trajectories import ConfigurationTest, accelerations, first_blocked
 
 SAMPLE_S = 0.02
 """Longest time between two samples of a trajectory [s]."""
@@ -61,7 +61,7 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
         float((np.abs(trajectory.velocities) / velocity).max()),
         float(np.sqrt((np.abs(accelerations(trajectory)) / acceleration).max())),
     )
-    return trajectory if excess <= 1.0 + SLACK / 2 else stretched(trajectory, excess)
+    return trajectory if excess <= 1.0 + SLACK / 2 else _sample(curve, grid, rates / excess)
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,8 +63,3 @@ def largest_jerk(trajectory: Trajectory) -> Array:
 def largest_deviation(trajectory: Trajectory, path: Array) -> float:
     """Largest distance of the sampled trajectory to the polyline [rad]."""
     return float(deviation(trajectory.positions, np.asarray(path, dtype=float)).max())
-
-
-def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
-    """The same motion in `factor` times the time."""
-    return Trajectory(trajectory.times * factor, trajectory.positions.copy(), trajectory.velocities / factor)

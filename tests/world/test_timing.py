@@ -15,8 +15,6 @@ from tamp.world.trajectories import (
     first_blocked,
     largest_deviation,
     largest_jerk,
-    positions_at,
-    stretched,
 )
 
 PANDA = load_robot("panda")
@@ -82,14 +80,6 @@ def test_slower_is_longer_and_gentler():
     fast, slow = time_path(path, PANDA), time_path(path, PANDA, speed=0.25)
     assert slow.duration > 1.9 * fast.duration
     assert (largest_jerk(slow) < largest_jerk(fast)).all()
-
-
-def test_stretching_keeps_the_curve():
-    trajectory = time_path(random_path(2, 3, 0.5), PANDA)
-    slow = stretched(trajectory, 2.0)
-    times = np.linspace(0.0, trajectory.duration, 50)
-    assert positions_at(slow, 2 * times) == pytest.approx(positions_at(trajectory, times))
-    assert accelerations(slow) == pytest.approx(accelerations(trajectory) / 4)
 
 
 @pytest.mark.parametrize(
