@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 STOP_EARLY = 0.003  # how far the fingers may stop from where they are meant to touch [m]
 WIDTH_RESOLUTION = 0.0004  # [m]
+LEAST_OPENING = 0.001  # fingers that let go move apart by this at least [m]
 PAD_EDGE = 0.001  # the outermost part of a pad is not trusted to hold anything [m]
 PAD_POINTS = 4000  # on the surface of an object that is felt for between the pads
 
@@ -51,7 +52,7 @@ def closed(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], w
 
 
 def _stop(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:
-    """Where the closing fingers stop, looked for from `width` [m]; None where they cannot be opened around it."""
+    """Where the closing fingers stop, looked for from `width` [m]; None where they cannot be opened from there."""
     alone = Scene(poses={obj: np.eye(4)})
     stroke = workspace.world.robot.spec.gripper.stroke
 
@@ -66,7 +67,7 @@ def _stop(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], wi
     while high - low > WIDTH_RESOLUTION:
         middle = (low + high) / 2
         low, high = (low, middle) if free(middle) else (middle, high)
-    return high if free(min(stroke, high + 2 * CLEARANCE)) else None
+    return high if high + LEAST_OPENING <= stroke and free(min(stroke, high + 2 * CLEARANCE)) else None
 
 
 def _between_pads(

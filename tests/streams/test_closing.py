@@ -45,6 +45,13 @@ def test_a_rim_above_the_pads_stops_the_fingers_where_they_hold_nothing(tmp_path
     assert closed(workspace, "wall", tool, 0.004) is None
 
 
+@pytest.mark.parametrize(("rim", "held"), [(0.077, True), (0.0798, False)])
+def test_what_fills_the_whole_hand_is_not_held_as_the_fingers_could_not_let_go(tmp_path: Path, rim, held):
+    workspace = workspace_of(Object("wall", _rimmed(tmp_path / "wall.obj", rim), Pose((0.0, 0.0, 0.05))))
+    tool = Pose.from_rpy((0.0, 0.0, 0.04), (np.pi, 0.0, 0.0)).matrix
+    assert (closed(workspace, "wall", tool, 0.004) is not None) is held
+
+
 def _rimmed(path: Path, width: float) -> Mesh:
     """A wall 4 mm thick with a rim on top, as a mesh of two boxes, centred at the origin and 10 cm high."""
     lines, first = [], 1
