@@ -116,5 +116,5 @@ def _expand(session: Session) -> None:
         if session.schema.ambivalent and session.options.lazy_tests:
             raise Restart(replace(session.options, lazy_tests=False))
         if not session.proofs:
-            raise Ended("failed", "All streams are exhausted; motions failed in every state that was tried.")
+            raise Ended("failed", "All streams are exhausted, but a search gave up or motions failed without a reason.")
         raise Ended("infeasible", "All streams are exhausted and no plan exists.")

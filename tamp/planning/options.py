@@ -16,6 +16,7 @@ class Options:
         max_cost: only plans that cost at most this count.
         success_cost: a plan that costs at most this ends the run; otherwise a better one is looked for.
         max_iterations: searches before giving up.
+        max_memory: resident memory of the process at which to give up [MB].
         connectors: whether moves may be left out of the search.
         lazy_tests: whether tests are only asked when a plan rests on them.
         constraints: what plans must look like.
@@ -28,6 +29,7 @@ class Options:
     success_cost: float = math.inf
     unit_costs: bool = False
     max_iterations: int = 1_000_000
+    max_memory: float = math.inf
     connectors: bool = True
     lazy_tests: bool = True
     constraints: Constraints = field(default_factory=Constraints)

@@ -20,6 +20,7 @@ from tamp.planning.grounding import Grounder
 from tamp.planning.instances import Instance, ground
 from tamp.planning.invariants import find_invariants, groups
 from tamp.planning.knowledge import Knowledge
+from tamp.planning.limits import Limits
 from tamp.planning.objects import Objects
 from tamp.planning.operators import GroundOperator
 from tamp.planning.options import Ended, Options, Restart
@@ -60,12 +61,12 @@ class Session:
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.started = started
         self.options = options
-        self.deadline = self.started + options.timeout
+        self.limits = Limits(options, started)
         self.seconds = {"grounding": 0.0, "search": 0.0, "binding": 0.0}
         self.objects = Objects()
         self.schema = Schema(problem, self.objects)
         self.knowledge = Knowledge(self.schema, self.objects)
-        self.sampling = Sampling(self.knowledge, options.seed, self.deadline)
+        self.sampling = Sampling(self.knowledge, options.seed, self.limits.deadline)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
         self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
         bounded = min(options.max_cost, options.success_cost) < math.inf
@@ -77,12 +78,13 @@ class Session:
         if any(c.schema.name in forbids for c in self.connectors.connectors):
             self.connectors = Connectors(self.schema, enabled=False)
         forbidden = Matcher(options.constraints.forbidden, self.objects)
-        self.binder = Binder(self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, self.deadline)
+        self.binder = Binder(
+            self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, self.limits.deadline
+        )
         self.blames: dict[int, Blame] = {}
         self.tried: dict[Skeleton, _Tried] = {}
         self.best: tuple[BoundStep, ...] | None = None
         self.best_cost = math.inf
-        self.iterations = 0
         self.rounds = 0  # how often all streams were drawn from
         self.proofs = True  # whether everything that bars a plan is certain
         self.failed_moves = 0  # moves between actions that failed
@@ -105,7 +107,7 @@ class Session:
         with self._timed("grounding"):
             self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options.lazy_tests)
         self.grounder.on_instance = self._appear
-        self.grounder.tick = self.check_limits
+        self.grounder.tick = self.limits.check
 
     def begin(self) -> None:
         """Take in what the problem gives.
@@ -115,7 +117,7 @@ class Session:
         """
         with self._timed("grounding"):
             for fact in initial_facts(self.schema, self.objects, self.options.reuse):
-                self.check_limits()
+                self.limits.check()
                 self.knowledge.give(fact)
             for atom in self.schema.problem.initial_state.negated:
                 self.knowledge.refute(given_fact(atom, self.objects))
@@ -162,25 +164,14 @@ class Session:
                 self.knowledge.activate(instance, 1)
             self.knowledge.hope(instance)
 
-    def check_limits(self) -> None:
-        """End the run where a limit is reached.
-
-        Raises:
-            Ended: with the status to report.
-        """
-        if time.monotonic() >= self.deadline:
-            raise Ended("timeout", f"The time limit of {self.options.timeout:g} s was reached.")
-        if self.iterations >= self.options.max_iterations:
-            raise Ended("failed", f"The limit of {self.options.max_iterations} iterations was reached.")
-
     def search(self, novel: bool = False) -> SearchResult:
         """Search for a plan under the hopes of this moment; with `novel`, without what was blamed for a failure.
 
         Raises:
             Ended: at a limit.
         """
-        self.check_limits()
-        self.iterations += 1
+        self.limits.check()
+        self.limits.iterations += 1
         with self._timed("grounding"):
             self.knowledge.refresh()
             task = self._task(novel)
@@ -188,10 +179,11 @@ class Session:
             return SearchResult(None, proven=True)
         with self._timed("search"):
             limit = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
-            result = self._search(task, min(limit, self.deadline - time.monotonic()), self._bound())
+            result = self._search(task, min(limit, self.limits.left), self._bound())
             self._timeouts += result.timed_out and not novel
+            self.proofs &= result.plan is not None or result.proven or result.timed_out or self._bound() is not None
         self.operators = len(task.operators)
-        self.check_limits()
+        self.limits.check()
         return result
 
     def _bound(self) -> int | None:
@@ -232,7 +224,7 @@ class Session:
         self.check_found(attempt)
         with self._timed("grounding"):
             self._learn(attempt)
-        self.check_limits()
+        self.limits.check()
         if attempt.steps is None and self.unexplained >= 3 and self.few_values():
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
@@ -292,7 +284,7 @@ class Session:
             ):
                 continue
             any_left = True
-            self.check_limits()
+            self.limits.check()
             if not instance.exhausted:
                 self.sampling.draw(instance)
             if instance.external.is_test and not instance.results:

@@ -35,6 +35,7 @@ def solve(
     unit_costs: bool = False,
     search: str | Search = "ff",
     max_iterations: int = 1_000_000,
+    max_memory: float = math.inf,
     constraints: Constraints | None = None,
     reuse: Reuse | None = None,
 ) -> Solution:
@@ -50,6 +51,7 @@ def solve(
         unit_costs: let each action cost 1, whatever the domain says.
         search: "builtin", one of Fast Downward's configurations by name, or any function that fits `Search`.
         max_iterations: how many searches may be run.
+        max_memory: resident memory of this process at which to end [MB]; Fast Downward's own is bounded apart from it.
         constraints: a skeleton to follow, actions to avoid.
         reuse: what to keep of an earlier plan, see `Reuse.after`; algorithm "adaptive" tries its actions first.
 
@@ -63,7 +65,15 @@ def solve(
     constraints = constraints or Constraints()
     constraints.check(problem.parsed_domain)
     options = Options(
-        seed, timeout, max_cost, success_cost, unit_costs, max_iterations, constraints=constraints, reuse=reuse
+        seed,
+        timeout,
+        max_cost,
+        success_cost,
+        unit_costs,
+        max_iterations,
+        max_memory,
+        constraints=constraints,
+        reuse=reuse,
     )
     started = time.monotonic()
     session = Session(problem, options, searcher, algorithm == "incremental", started)
@@ -108,7 +118,7 @@ def _solution(session: Session, algorithm: str, status: str, message: str) -> So
         session.sampling.report(),
         session.skeleton_reports(),
         {
-            "iterations": session.iterations,
+            "iterations": session.limits.iterations,
             "operators": session.operators,
             "instances": len(session.knowledge.instances()),
         },
