@@ -32,7 +32,7 @@ def adaptive(session: Session) -> None:
         _bind(session, skeleton, budget)
         failures += 1
         if failures % 4 == 0:
-            oldest = min(session.tried, key=lambda s: session.tried[s].attempts)
+            oldest = min(session.lessons.tried, key=lambda s: session.lessons.tried[s].attempts)
             if oldest is not skeleton:
                 _bind(session, oldest, budget)
 
@@ -80,7 +80,7 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     Raises:
         Ended: where there is nothing more to give.
     """
-    if session.tried:
+    if session.lessons.tried:
         result = session.search(novel=True)
         if result.plan is not None:
             return session.skeleton(op.source for op in result.plan)
@@ -96,25 +96,25 @@ def _next_skeleton(session: Session) -> Skeleton | None:
 
 def _deepen(session: Session) -> bool:
     """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
-    return session.grounder.limit <= AHEAD + session.rounds // 2 and session.grounder.deepen()
+    return session.grounder.limit <= AHEAD + session.rounds.count // 2 and session.grounder.deepen()
 
 
 def _replace_hopes(session: Session) -> None:
     """Sample a while, after a search that took too long: fewer hopes, or the end of all streams, may make it easier."""
     for _ in range(4):
-        if not session.expand() and not session.grounder.deepen():
+        if not session.rounds.expand() and not session.grounder.deepen():
             return
 
 
 def _expand(session: Session) -> None:
     session.check_prospects()
-    if not session.expand() and not session.grounder.deepen():
+    if not session.rounds.expand() and not session.grounder.deepen():
         if session.best is not None:
             raise Ended("solved", "No better plan exists.")
-        if session.connectors.fluent and session.failed_moves:
+        if session.connectors.fluent and session.lessons.failed_moves:
             raise Restart(replace(session.options, connectors=False))
         if session.schema.ambivalent and session.options.lazy_tests:
             raise Restart(replace(session.options, lazy_tests=False))
-        if not session.proofs:
+        if not session.lessons.proofs:
             raise Ended("failed", "All streams are exhausted, but a search gave up or motions failed without a reason.")
         raise Ended("infeasible", "All streams are exhausted and no plan exists.")

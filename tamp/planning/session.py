@@ -3,34 +3,34 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import replace
 
 from tamp.planning.attempt import Attempt, BoundStep, Budget
 from tamp.planning.binding import Binder
-from tamp.planning.builder import Blame, TaskBuilder
+from tamp.planning.builder import TaskBuilder
 from tamp.planning.connectors import Connectors
 from tamp.planning.constraints import Matcher, places
 from tamp.planning.costs import Costs
 from tamp.planning.evaluate import Evaluator
 from tamp.planning.given import given_fact, initial_facts
 from tamp.planning.grounding import Grounder
-from tamp.planning.instances import Instance, ground
+from tamp.planning.instances import ground
 from tamp.planning.invariants import find_invariants, groups
 from tamp.planning.knowledge import Knowledge
+from tamp.planning.lessons import Lessons
 from tamp.planning.limits import Limits
 from tamp.planning.objects import Objects
 from tamp.planning.operators import GroundOperator
 from tamp.planning.options import Ended, Options, Restart
+from tamp.planning.outlook import Outlook
 from tamp.planning.problem import Problem
-from tamp.planning.prospects import out_of_reach
-from tamp.planning.report import SkeletonReport
+from tamp.planning.rounds import Rounds
 from tamp.planning.sampling import Sampling
 from tamp.planning.schema import Schema
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.skeleton import Skeleton, make_skeleton
+from tamp.planning.stopwatch import Stopwatch
 from tamp.planning.task import GroundTask
 
 SEARCH_S = 2.0
@@ -41,18 +41,8 @@ MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
 
 
-ACTIVATED = 6
-"""How many results of a stream enter the search each time that it is blamed."""
-
-
 NOVEL_S = 1.0
 """How long a search may take that leaves out what was blamed for failures, before the full one has its turn [s]."""
-
-
-@dataclass
-class _Tried:
-    attempts: int = 0
-    last: Attempt = field(default_factory=Attempt)
 
 
 class Session:
@@ -62,12 +52,15 @@ class Session:
         self.started = started
         self.options = options
         self.limits = Limits(options, started)
-        self.seconds = {"grounding": 0.0, "search": 0.0, "binding": 0.0}
         self.objects = Objects()
         self.schema = Schema(problem, self.objects)
         self.knowledge = Knowledge(self.schema, self.objects)
         self.sampling = Sampling(self.knowledge, options.seed, self.limits.deadline)
+        self.stopwatch = Stopwatch(self.sampling)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
+        self.rounds = Rounds(
+            self.knowledge, self.sampling, self.evaluator, self.limits, self.stopwatch, eager, options.lazy_tests
+        )
         self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
         bounded = min(options.max_cost, options.success_cost) < math.inf
         if bounded:
@@ -81,19 +74,13 @@ class Session:
         self.binder = Binder(
             self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, self.limits.deadline
         )
-        self.blames: dict[int, Blame] = {}
-        self.tried: dict[Skeleton, _Tried] = {}
+        self.lessons = Lessons(self.knowledge)
         self.best: tuple[BoundStep, ...] | None = None
         self.best_cost = math.inf
-        self.rounds = 0  # how often all streams were drawn from
-        self.proofs = True  # whether everything that bars a plan is certain
-        self.failed_moves = 0  # moves between actions that failed
-        self.unexplained = 0  # those that failed for no named reason
         self.operators = 0
-        self._next_prospects = 0
+        self.outlook = Outlook(self.schema, self.knowledge, self.sampling)
         self._search = search
         self._timeouts = 0
-        self._eager = eager
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         invariants = find_invariants(self.schema, self.connectors.fluent)
         self._builder = TaskBuilder(
@@ -104,9 +91,9 @@ class Session:
             places(options.constraints, self.objects, frozenset(c.schema.name for c in self.connectors.connectors)),
             forbidden,
         )
-        with self._timed("grounding"):
+        with self.stopwatch.timed("grounding"):
             self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options.lazy_tests)
-        self.grounder.on_instance = self._appear
+        self.grounder.on_instance = self.rounds.appear
         self.grounder.tick = self.limits.check
 
     def begin(self) -> None:
@@ -115,21 +102,12 @@ class Session:
         Raises:
             Ended: at a limit.
         """
-        with self._timed("grounding"):
+        with self.stopwatch.timed("grounding"):
             for fact in initial_facts(self.schema, self.objects, self.options.reuse):
                 self.limits.check()
                 self.knowledge.give(fact)
             for atom in self.schema.problem.initial_state.negated:
                 self.knowledge.refute(given_fact(atom, self.objects))
-
-    @contextmanager
-    def _timed(self, phase: str) -> Iterator[None]:
-        sampled, before = self.sampling.seconds, time.perf_counter()
-        try:
-            yield
-        finally:
-            spent = time.perf_counter() - before - (self.sampling.seconds - sampled)
-            self.seconds[phase] += spent
 
     def earlier_plan(self) -> Skeleton | None:
         """The remaining actions of an earlier plan as a skeleton; None where an action is not possible any more."""
@@ -142,28 +120,6 @@ class Session:
         found = [step for step in steps if step is not None]
         return self.skeleton(found) if len(found) == len(steps) else None
 
-    def _appear(self, instance: Instance) -> None:
-        """A stream instance whose domain facts are there: call it, or hope for it."""
-        eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
-        eager |= instance.external.is_test and not self.options.lazy_tests
-        callable_now = all(map(self.objects.is_real, instance.inputs)) and all(
-            f in self.knowledge.real or f in self.knowledge.state or f[0] == "object" for f in instance.domain
-        )
-        if eager and callable_now and instance.external.is_test:
-            self.sampling.draw(instance)
-            self.knowledge.announce(instance)
-            if not instance.results:
-                for fact in instance.certified(()):
-                    if fact not in self.knowledge.real:
-                        self.knowledge.refute(fact)
-        elif eager and self._eager:
-            self.knowledge.templates.append(instance)
-        else:
-            if eager and callable_now:
-                self.sampling.draw(instance)
-                self.knowledge.activate(instance, 1)
-            self.knowledge.hope(instance)
-
     def search(self, novel: bool = False) -> SearchResult:
         """Search for a plan under the hopes of this moment; with `novel`, without what was blamed for a failure.
 
@@ -172,16 +128,18 @@ class Session:
         """
         self.limits.check()
         self.limits.iterations += 1
-        with self._timed("grounding"):
+        with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             task = self._task(novel)
         if not task.solvable:
             return SearchResult(None, proven=True)
-        with self._timed("search"):
+        with self.stopwatch.timed("search"):
             limit = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
             result = self._search(task, min(limit, self.limits.left), self._bound())
             self._timeouts += result.timed_out and not novel
-            self.proofs &= result.plan is not None or result.proven or result.timed_out or self._bound() is not None
+            self.lessons.proofs &= (
+                result.plan is not None or result.proven or result.timed_out or self._bound() is not None
+            )
         self.operators = len(task.operators)
         self.limits.check()
         return result
@@ -203,7 +161,7 @@ class Session:
             tuple(f for f in positive if f[0] in changing),
             tuple(f for f in negative if f[0] in changing),
         )
-        return self._builder.build(self.grounder.operators, self.grounder.axioms, literals, self.blames, novel)
+        return self._builder.build(self.grounder.operators, self.grounder.axioms, literals, self.lessons.blames, novel)
 
     def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
         """The skeleton of a symbolic plan; the same object for the same plan."""
@@ -216,16 +174,16 @@ class Session:
         Raises:
             Ended: where a plan as good as wanted is found, or at a limit.
         """
-        record = self.tried.setdefault(skeleton, _Tried())
-        with self._timed("binding"):
-            attempt = self.binder.bind(skeleton, budget.grown(record.attempts))
-        record.attempts += 1
-        record.last = attempt
+        trial = self.lessons.trial(skeleton)
+        with self.stopwatch.timed("binding"):
+            attempt = self.binder.bind(skeleton, budget.grown(trial.attempts))
+        trial.attempts += 1
+        trial.last = attempt
         self.check_found(attempt)
-        with self._timed("grounding"):
-            self._learn(attempt)
+        with self.stopwatch.timed("grounding"):
+            self.lessons.learn(attempt)
         self.limits.check()
-        if attempt.steps is None and self.unexplained >= 3 and self.few_values():
+        if attempt.steps is None and self.lessons.unexplained >= 3 and self.few_values():
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
 
@@ -252,91 +210,12 @@ class Session:
         if self.best is not None and self.best_cost <= self.options.success_cost:
             raise Ended("solved", "")
 
-    def _learn(self, attempt: Attempt) -> None:
-        """Tell the search what a failed attempt has taught: sampled values, and what to avoid."""
-        for instance in attempt.blamed:
-            instance.failures += 1
-            self.knowledge.activate(instance, ACTIVATED * instance.failures)
-        for nogood in attempt.nogoods:
-            self.knowledge.instance(nogood.external, nogood.inputs).nogoods[nogood.facts] = None
-            self.proofs &= nogood.named
-            self.knowledge.version += 1
-        for move in attempt.moves:
-            self.failed_moves += 1
-            self.unexplained += not move.facts
-            blame = self.blames.setdefault(move.target, Blame(move.target))
-            blame.facts.update(dict.fromkeys(move.facts))
-            blame.failures += 1
-
-    def expand(self) -> bool:
-        """Draw once more from every stream that has more to give, and show it to the search; whether any had.
-
-        Raises:
-            Ended: at a limit.
-        """
-        any_left = False
-        self.rounds += 1
-        for instance in self.knowledge.instances():
-            if instance.fluents or instance.external.fluents or not instance.unfinished:
-                continue
-            if not all(map(self.objects.is_real, instance.inputs)) or not all(
-                map(self.evaluator.given, instance.domain)
-            ):
-                continue
-            any_left = True
-            self.limits.check()
-            if not instance.exhausted:
-                self.sampling.draw(instance)
-            if instance.external.is_test and not instance.results:
-                for fact in instance.certified(()):
-                    if fact not in self.knowledge.real:
-                        self.knowledge.refute(fact)
-            with self._timed("grounding"):
-                self.knowledge.activate(instance, len(instance.results))
-        return any_left
-
     def check_prospects(self) -> None:
-        """End the run where the goal is out of reach; looked into again whenever twice as much was sampled.
+        """End the run where the goal is out of reach.
 
         Raises:
             Ended: "infeasible".
         """
-        if self.best is not None or self.sampling.draws < self._next_prospects or self._may_surprise():
-            return
-        self._next_prospects = 2 * self.sampling.draws
-        with self._timed("grounding"):
-            lost = out_of_reach(self.schema, self.knowledge)
-        if lost is not None:
-            raise Ended("infeasible", f"{self.objects.text(lost)} is out of reach: the streams it needs are exhausted.")
-
-    def _may_surprise(self) -> bool:
-        """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""
-        self.knowledge.refresh()
-        return self.sampling.wild or any(
-            not instance.exhausted
-            and instance.alive
-            and all(support.alive for support in instance.supports)
-            and instance.external.outputs
-            and not instance.external.fluents
-            and instance.external.name not in self.sampling.tame
-            for instance in self.knowledge.instances()
-        )
-
-    def skeleton_reports(self) -> tuple[SkeletonReport, ...]:
-        """What was tried, in order."""
-        found = []
-        for skeleton, record in self.tried.items():
-            actions = tuple(
-                f"{step.schema.name}({', '.join(map(self.objects.name, step.args))})" for step in skeleton.steps
-            )
-            bound = record.last.steps is not None
-            found.append(
-                SkeletonReport(
-                    actions,
-                    record.attempts,
-                    bound,
-                    "" if bound else record.last.broke_at,
-                    "" if bound else record.last.reason,
-                )
-            )
-        return tuple(found)
+        if self.best is None:
+            with self.stopwatch.timed("grounding"):
+                self.outlook.check()

@@ -108,7 +108,7 @@ def _solution(session: Session, algorithm: str, status: str, message: str) -> So
         plan = tuple(GroundAction(step.schema.name, tuple(map(objects.value, step.args))) for step in best)
         if status != "interrupted":
             status = "solved"
-    seconds = {**session.seconds, "sampling": session.sampling.seconds}
+    seconds = {**session.stopwatch.seconds, "sampling": session.sampling.seconds}
     report = Report(
         algorithm,
         status,
@@ -116,7 +116,7 @@ def _solution(session: Session, algorithm: str, status: str, message: str) -> So
         time.monotonic() - session.started,
         seconds,
         session.sampling.report(),
-        session.skeleton_reports(),
+        tuple(session.lessons.reports()),
         {
             "iterations": session.limits.iterations,
             "operators": session.operators,
