@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
 BALANCE = 0.002  # the centre of mass lies at least this far inside the base [m]
+STEADY = 0.09  # and this far for each metre above it: opening fingers tip what five degrees would overturn
 
 
 def base(vertices: Array) -> Array:
@@ -43,11 +44,12 @@ def outline(points: Array) -> Array:
 
 
 def stands(geometry: Geometry, R: Array) -> bool:
-    """Whether a body turned by R, shape (3, 3), stays as it is on a plane."""
-    corners = outline(base(geometry.hull.vertices @ R.T))
+    """Whether a body turned by R, shape (3, 3), stays as it is on a plane when a hand lets go of it there."""
+    turned, center = geometry.hull.vertices @ R.T, R @ geometry.center_of_mass
+    corners = outline(base(turned))
     if len(corners) < 3:
         return False
     edges = np.roll(corners, -1, axis=0) - corners
     inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
-    inside = np.einsum("ij,ij->i", inward, (R @ geometry.center_of_mass)[:2] - corners)
-    return bool(inside.min() > BALANCE)
+    inside = np.einsum("ij,ij->i", inward, center[:2] - corners)
+    return bool(inside.min() > max(BALANCE, STEADY * (center[2] - turned[:, 2].min())))

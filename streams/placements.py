@@ -105,10 +105,11 @@ def _stable_rotations(workspace: Workspace, obj: str) -> list[NDArray[np.float64
 
     key = ("stable", obj)
     if key not in workspace.memory:
-        poses = stable_poses(workspace.world.geometries[obj])
+        geometry = workspace.world.geometries[obj]
+        poses = stable_poses(geometry)
+        steady = [pose.R for pose in poses if pose.probability > 0.02 and stands(geometry, pose.R)]
         # A ball has many faces, none of them likely: any will do.
-        likely = [pose for pose in poses if pose.probability > 0.02] or poses[:1]
-        workspace.memory[key] = [pose.R for pose in likely]
+        workspace.memory[key] = steady or [pose.R for pose in poses[:1]]
     rotations: list[NDArray[np.float64]] = workspace.memory[key]
     return rotations
 

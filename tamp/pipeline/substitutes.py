@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.scoring.ede import ede, mean_edge
+from tamp.streams.footing import stands
 from tamp.streams.placements import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -51,7 +52,8 @@ def substitutes(workspace: Workspace, name: str, count: int) -> list[Placement]:
 def _rotations(workspace: Workspace, name: str) -> Iterator[NDArray[np.float64]]:
     """Each stable orientation (3, 3), turned about the vertical as near to the goal's as it comes."""
     wanted, here = workspace.goals[name].pose.matrix[:3, :3], workspace.start[name]
-    faces = [pose.R for pose in stable_poses(workspace.world.geometries[name]) if pose.probability > LIKELY]
+    geometry = workspace.world.geometries[name]
+    faces = [pose.R for pose in stable_poses(geometry) if pose.probability > LIKELY and stands(geometry, pose.R)]
     # A ball has many faces, none of them likely, but it rests as it lies now.
     for R in [here.pose.matrix[:3, :3], *faces] if here.on == (TABLE,) else faces:
         M = R @ wanted.T

@@ -1,9 +1,9 @@
 import numpy as np
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tamp.streams.footing import outline, stands
+from tamp.streams.footing import BALANCE, STEADY, outline, stands
 from tamp.task import Box, Cylinder
 from tamp.world.geometry import load_geometry, stable_poses
 
@@ -40,3 +40,10 @@ def test_a_disc_stands_flat_and_not_on_its_rim():
     assert stands(disc, np.eye(3))
     leaning = np.array([[1.0, 0, 0], [0, np.cos(1.4), -np.sin(1.4)], [0, np.sin(1.4), np.cos(1.4)]])
     assert not stands(disc, leaning)
+
+
+@given(height=st.floats(0.1, 0.3), slope=st.floats(0.02, 0.3))
+def test_a_board_on_its_edge_stands_only_where_it_is_not_easily_tipped(height, slope):
+    assume(abs(slope - STEADY) > 1e-3 and slope * height / 2 > 2 * BALANCE)
+    board = load_geometry(Box((slope * height, 0.2, height)))
+    assert stands(board, np.eye(3)) == (slope > STEADY)
