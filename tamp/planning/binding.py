@@ -9,19 +9,20 @@ attempt to the next.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
+from tamp.planning.assignment import Assignment
 from tamp.planning.attempt import Attempt, BoundStep, Budget, Frame, Nogood
 from tamp.planning.connectors import Connectors
 from tamp.planning.constraints import Matcher
 from tamp.planning.evaluate import Evaluator
-from tamp.planning.instances import Instance, ground
+from tamp.planning.instances import Instance
 from tamp.planning.knowledge import Knowledge
 from tamp.planning.moves import Mover
-from tamp.planning.normal_schemas import ActionSchema, Condition
 from tamp.planning.objects import Fact
+from tamp.planning.progress import progress
 from tamp.planning.sampling import Sampling
-from tamp.planning.skeleton import Apply, Check, Choose, Connect, Item, Rewind, Skeleton
+from tamp.planning.skeleton import Apply, Check, Choose, Connect, Rewind, Skeleton
 from tamp.planning.state import State, Violation
 
 
@@ -48,23 +49,6 @@ class Binder:
         """Try to find values for everything that a skeleton leaves open."""
         return _Run(self, skeleton, budget).run()
 
-    def progress(self, step: ActionSchema, binding: dict[str, int], state: State) -> State:
-        """The state after an action."""
-        added: dict[Fact, None] = {}
-        deleted: set[Fact] = set()
-        for effect in step.effects:
-            bindings: Iterable[dict[str, int]] = (binding,)
-            if effect.condition != Condition():
-                bindings = [b for b, _ in self.evaluator.satisfy(effect.condition, binding, state)]
-            for found in bindings:
-                fact = ground(effect.atom, found)
-                if effect.positive:
-                    added[fact] = None
-                else:
-                    deleted.add(fact)
-        kept = [fact for fact in state if fact not in deleted or fact in added]
-        return State([*kept, *added])
-
 
 class _Run:
     """One attempt."""
@@ -75,8 +59,7 @@ class _Run:
         self.budget = budget
         self.items = skeleton.items
         self.frames: dict[int, Frame] = {}
-        self.values: dict[int, int] = {}  # placeholder -> handle
-        self.owners: dict[int, list[int]] = {}  # handle -> choices that took it
+        self.values = Assignment()
         self.states: dict[int, State] = {}  # item -> state that holds when it is reached
         self.attempt = Attempt()
         self.first_draw = binder.sampling.draws
@@ -122,7 +105,7 @@ class _Run:
             self.states[i] = state
             handles = item.template.inputs if isinstance(item, Choose) else ()
             handles = item.fact[1:] if isinstance(item, Check) else handles
-            if isinstance(item, Choose | Check | Apply) and all(is_real(self.values.get(h, h)) for h in handles):
+            if isinstance(item, Choose | Check | Apply) and all(is_real(self.values.value(h)) for h in handles):
                 self._advance(i, fresh=True)
             state = self.states.get(i + 1, state) if isinstance(item, Apply) else state
 
@@ -146,9 +129,7 @@ class _Run:
     def _release(self, position: int, frame: Frame) -> None:
         item = self.items[position]
         if isinstance(item, Choose) and frame.outputs:
-            for placeholder, handle in zip(item.template.placeholders, frame.outputs, strict=True):
-                self.values.pop(placeholder, None)
-                self.owners[handle].remove(position)
+            self.values.release(position, item.template.placeholders, frame.outputs)
         frame.outputs = ()
         frame.moves = ()
 
@@ -161,16 +142,18 @@ class _Run:
         if isinstance(item, Connect):
             return self._connect(position, item, fresh, state)
         if isinstance(item, Check):
-            violation = self.binder.evaluator.violation(self._real(item.fact), item.positive, state)
+            violation = self.binder.evaluator.violation(self.values.fact(item.fact), item.positive, state)
             if violation is not None:
                 self._note(position, item.step, violation.reason)
                 return self._blame(position, violation)
         if isinstance(item, Apply):
-            step = BoundStep(self.skeleton.steps[item.step].schema, self._bound(self.skeleton.steps[item.step].binding))
+            step = BoundStep(
+                self.skeleton.steps[item.step].schema, self.values.binding(self.skeleton.steps[item.step].binding)
+            )
             if self.binder.forbidden(step.schema.name, step.args):
                 self._note(position, item.step, "the action is forbidden with these values")
                 return self._blame(position, Violation(((step.schema.name, *step.args),), ""))
-            state = self.binder.progress(step.schema, step.binding, state)
+            state = progress(self.binder.evaluator, step.schema, step.binding, state)
         if isinstance(item, Rewind):
             state = self.states[0]
         self.states[position + 1] = state
@@ -179,13 +162,12 @@ class _Run:
     def _choose(self, position: int, item: Choose, fresh: bool, state: State) -> set[int] | None:
         frame = self.frames.setdefault(position, Frame())
         template = item.template
-        inputs = tuple(self.values.get(h, h) for h in template.inputs)
+        inputs = tuple(map(self.values.value, template.inputs))
         wanted = template.external.fluents
         fluents = tuple(f for f in state if f[0] in wanted) if wanted else ()
         instance = self.binder.knowledge.instance(template.external, inputs, fluents)
         if fresh:
-            parents = {owner for h in inputs for owner in self.owners.get(h, ())}
-            parents |= {owner for f in fluents for h in f[1:] for owner in self.owners.get(h, ())}
+            parents = self.values.owners((*inputs, *(h for f in fluents for h in f[1:])))
             frame.instance, frame.cursor, frame.tried, frame.conflict = instance, 0, 0, parents
             frame.culprits = {}
             frame.visits += 1
@@ -203,9 +185,7 @@ class _Run:
             self._note(position, item.step, f"{template.external.name}: {reason}")
             return set(frame.conflict)
         frame.outputs = outputs
-        for placeholder, handle in zip(template.placeholders, outputs, strict=True):
-            self.values[placeholder] = handle
-            self.owners.setdefault(handle, []).append(position)
+        self.values.take(position, template.placeholders, outputs)
         self.states[position + 1] = state
         return None
 
@@ -233,7 +213,7 @@ class _Run:
         objects = self.binder.knowledge.objects
         for later in reversed(self.skeleton.steps[step:]):
             for effect in later.effects:
-                fact = self._real(effect.atom)
+                fact = self.values.fact(effect.atom)
                 if effect.adds and all(map(objects.is_real, fact[1:])):
                     yield fact
         # A choice that is put off leaves placeholders in the state for a while.
@@ -243,7 +223,7 @@ class _Run:
         frame = self.frames.setdefault(position, Frame())
         if not fresh:
             return set(frame.conflict)
-        target = self._real(item.target)
+        target = self.values.fact(item.target)
         frame.conflict = set()
         self.states[position + 1] = state
         if target in state:
@@ -251,8 +231,8 @@ class _Run:
         found = self.binder.mover.move(target, state, self.budget.patience)
         if isinstance(found, BoundStep):
             frame.moves = (found,)
-            frame.conflict = {owner for h in found.binding.values() for owner in self.owners.get(h, ())}
-            self.states[position + 1] = self.binder.progress(found.schema, found.binding, state)
+            frame.conflict = self.values.owners(found.binding.values())
+            self.states[position + 1] = progress(self.binder.evaluator, found.schema, found.binding, state)
             return None
         self.attempt.moves.extend(found.failed)
         self._note(position, item.step, found.reason)
@@ -261,16 +241,16 @@ class _Run:
     def _blame(self, position: int, violation: Violation) -> set[int]:
         if not violation.exact:
             return {i for i in self._movers(violation.facts[0]) if i < position}
-        handles = {h for fact in violation.facts for h in fact[1:]}
-        return {owner for h in handles for owner in self.owners.get(h, ()) if owner < position}
+        owners = self.values.owners({h for fact in violation.facts for h in fact[1:]})
+        return {owner for owner in owners if owner < position}
 
     def _movers(self, fact: Fact) -> set[int]:
         """The choices that might make a fact come true: of its own objects, or of what steps do about its like."""
         names = self.binder.knowledge.schema.influences(str(fact[0]))
         atoms = [effect.atom for step in self.skeleton.steps for effect in step.effects if effect.atom[0] in names]
-        handles = {self.values.get(h, h) for atom in (fact, *atoms) for h in atom[1:]}
+        handles = {self.values.value(h) for atom in (fact, *atoms) for h in atom[1:]}
         moved = {i for i, frame in self.frames.items() if frame.moves}
-        return moved | {owner for h in handles for owner in self.owners.get(h, ())}
+        return moved | self.values.owners(handles)
 
     def _note(self, position: int, step: int, reason: str) -> None:
         """Remember where the attempt got furthest, for the report."""
@@ -282,12 +262,6 @@ class _Run:
             self.attempt.broke_at = f"step {step + 1}, {steps[step].schema.name}" if step < len(steps) else "the goal"
             self.attempt.reason = reason
 
-    def _real(self, fact: Fact) -> Fact:
-        return (fact[0], *[self.values.get(h, h) for h in fact[1:]])
-
-    def _bound(self, binding: dict[str, int]) -> dict[str, int]:
-        return {name: self.values.get(h, h) for name, h in binding.items()}
-
     def _bound_steps(self) -> Iterator[BoundStep]:
         late = any(isinstance(item, Rewind) for item in self.items)
         for position, item in enumerate(self.items):
@@ -297,7 +271,4 @@ class _Run:
                 yield from self.frames[position].moves
             if isinstance(item, Apply) and not late:
                 step = self.skeleton.steps[item.step]
-                yield BoundStep(step.schema, self._bound(step.binding))
-
-
-__all__ = ["Attempt", "Binder", "BoundStep", "Budget", "Item"]
+                yield BoundStep(step.schema, self.values.binding(step.binding))
