@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
+from tamp.scoring.ede import ede, mean_edge
+from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import In, On
+from tamp.task import At, In, On
 
 
 def goal_names(workspace: Workspace) -> list[str]:
@@ -18,6 +20,17 @@ def goal_names(workspace: Workspace) -> list[str]:
 def goal_supports(workspace: Workspace, name: str) -> list[str]:
     """Objects with goal poses that the goal pose of an object rests on."""
     return [lower for lower in workspace.goals[name].on if lower in workspace.goals] if name in workspace.goals else []
+
+
+def nearly_there(workspace: Workspace, name: str) -> bool:
+    """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs."""
+    obj, here = workspace.task.object(name), workspace.start[name]
+    return (
+        isinstance(obj.goal, At)
+        and here.on == workspace.goals[name].on
+        and ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
+        and all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    )
 
 
 def supports_first(workspace: Workspace, names: Sequence[str]) -> list[str]:

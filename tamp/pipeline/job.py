@@ -103,11 +103,12 @@ class Job:
         return {name for name, met in goals_met.items() if not met} - self._left.keys()
 
     def astray(self, setup: Setup) -> set[str]:
-        """Those, and the objects that are there only nearly."""
+        """Those, and the objects that are there only nearly, as far as the last plan could bring them."""
+        goals = {name: place.pose for name, place in setup.goals.items()}
         nearly = {
             name
-            for name, goal in setup.goals.items()
-            if ede(mean_edge(self.task.object(name).shape), self.final_poses[name], goal.pose) > ASTRAY
+            for name, goal in (goals | dict(self.plans[-1].goals if self.plans else {})).items()
+            if ede(mean_edge(self.task.object(name).shape), self.final_poses[name], goal) > ASTRAY
         }
         return (self.missed | nearly) - self._left.keys()
 

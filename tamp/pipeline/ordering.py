@@ -5,24 +5,23 @@ reached before. First only the object itself may move, which costs little to try
 has to step aside; where nothing goes that way any more, others may be put aside too, with growing effort. Whatever
 brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others
 out of the way is left for last: a task is never abandoned because of one object. What is left in the end, and what
-would have stood on it, is at least brought near its goal.
+would have stood on it, is at least brought near its goal. What puts more aside than it gains is not done.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tamp.domains.tabletop import tabletop_problem
 from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, supports_first
+from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import GroundAction, Report, Solution
 from tamp.planning import solve as solve_problem
-from tamp.scoring.ede import ede, mean_edge
-from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.workspace import Workspace
 
 ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
@@ -94,11 +93,15 @@ class Ordering:
         level = 0
         while self.left and level < len(EFFORTS) and time.monotonic() < self._deadline:
             level = 0 if self._sweep(EFFORTS[level]) else level + 1
+            if level == len(EFFORTS) and self._leave_near(list(self.left)):
+                level = 0
         self._deadline = final
+        self._leave_near(list(self.left))
         if self.left and not persistent:
             self._bring_near()
+            self.progress.cut_back()
         elif self.left:
-            self.progress = replace(self.progress, now=begin, actions=[])
+            self.progress = replace(self.progress, now=begin, actions=[], before=[])
             while time.monotonic() < self._deadline and self.report.status != "infeasible":
                 if self._all_at_once(UNLIMITED):
                     break
@@ -133,7 +136,7 @@ class Ordering:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
             return False
         if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
-            return self._leave_if_near(name)
+            return self._leave_near([name])
         asked = asking_for(workspace, self._reached | {name})
         solution = self._solve(asked, effort.iterations, None if effort.others_move else {name})
         refused = reason(solution) if solution.plan is None else self._refused(solution.plan)
@@ -144,18 +147,17 @@ class Ordering:
         self._reached.add(name)
         return True
 
-    def _leave_if_near(self, name: str) -> bool:
-        """Let an object that cannot be brought nearer count as there where its goal is near: others may rest on it."""
-        workspace = self.progress.now.workspace
-        goal, here = workspace.goals.get(name), workspace.start[name]
-        edge = mean_edge(workspace.task.object(name).shape)
-        if goal is None or here.on != goal.on or ede(edge, here.pose, goal.pose) > SOLVED_WITHIN_M:
-            return False
-        near = replace(workspace, goals={**workspace.goals, name: here})
-        self.progress.now = replace(self.progress.now, workspace=near)
-        del self.left[name]
-        self._reached.add(name)
-        return True
+    def _leave_near(self, names: Sequence[str]) -> bool:
+        """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""
+        before = len(self.left)
+        for name in supports_first(self.progress.now.workspace, names):
+            workspace = self.progress.now.workspace
+            if nearly_there(workspace, name):
+                near = replace(workspace, goals={**workspace.goals, name: workspace.start[name]})
+                self.progress.now = replace(self.progress.now, workspace=near)
+                del self.left[name]
+                self._reached.add(name)
+        return len(self.left) < before
 
     def _bring_near(self) -> None:
         """Put what is left to the best second-best places that can be reached."""

@@ -105,7 +105,8 @@ class Planning:
         if ordering.left and not ordering.progress.actions:
             return None
         start = {name: place.pose for name, place in begin.workspace.start.items()}
-        goals = {name: place.pose for name, place in begin.workspace.goals.items()}
+        # What cannot come nearer to its goal has where it stands for its goal.
+        goals = {name: place.pose for name, place in ordering.progress.now.workspace.goals.items()}
         actions, q = tuple(ordering.progress.actions), begin.configuration.q
         task = begin.setup.task
         found = Plan(task.name, task.robot, self._seed, start, q, goals, actions, ordering.report.as_dict())

@@ -7,9 +7,12 @@ from dataclasses import dataclass, field, replace
 
 from tamp.domains.tabletop import NotFree
 from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.shortfall import shortfall
 from tamp.planning import GroundAction
 from tamp.streams.values import Configuration, Handling, Placement
 from tamp.task import Action
+
+WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
 
 
 @dataclass
@@ -21,12 +24,14 @@ class Progress:
         actions: timed, in order; the checker has accepted each piece of them.
         rejections: the verdict on each piece that the checker sent back; each is a bug of the planner's.
         blocked: why pieces never came before the checker: a timed motion came too near to something.
+        before: for each piece, how many actions came before it, and the state they leave.
     """
 
     now: Attempt
     actions: list[Action] = field(default_factory=list)
     rejections: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
+    before: list[tuple[int, Attempt]] = field(default_factory=list)
 
     @property
     def start(self) -> Mapping[str, Placement]:
@@ -43,11 +48,27 @@ class Progress:
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
+        self.before.append((len(self.actions), self.now))
         self.actions += piece.actions
         start, configuration = _after(self.start, self.now.configuration, solution)
         workspace = replace(self.now.workspace, start=start)
         self.now = replace(self.now, workspace=workspace, configuration=configuration)
         return None
+
+    def cut_back(self) -> None:
+        """Drop the pieces at the end that leave the table no better: what they put aside would stay there."""
+        kept, now, least = len(self.actions), self.now, _shortfall(self.now)
+        for count, state in reversed(self.before):
+            missing = _shortfall(state)
+            if missing < least + WORTH:
+                kept, now, least = count, state, missing
+        self.now = now
+        del self.actions[kept:]
+        self.before = [stage for stage in self.before if stage[0] < kept]
+
+
+def _shortfall(state: Attempt) -> float:
+    return shortfall(state.setup.task, {name: place.pose for name, place in state.workspace.start.items()})
 
 
 def _after(

@@ -1,8 +1,12 @@
 import math
 import time
+from dataclasses import replace
+
+import pytest
 
 import tamp
 from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.job import Job
 from tamp.pipeline.ordering import EFFORTS, Ordering
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
@@ -43,6 +47,27 @@ def test_where_nothing_can_be_done_it_says_why_for_each_object():
     assert list(planning.left) == ["red", "top"]
     assert planning.left["red"].endswith("nobody grasps red")
     assert planning.left["top"] == "its goal rests on red, which is not at its own"
+
+
+@pytest.mark.parametrize(("off", "counts"), [(0.02, True), (0.04, False)])
+def test_what_cannot_be_brought_nearer_counts_as_there_within_what_a_solved_task_asks(off, counts):
+    red = replace(RED, pose=Pose((0.05 + off, -0.2, 0.04)))
+    job = Job(Task("near", (red,)), 0, 300.0, {"sample-grasp": no_grasp}, "adaptive")
+    setup = prepare(job.task)
+    assert job.plan(setup, setup.start, HOME) is counts
+    if counts:
+        assert job.plans[0].actions == ()
+        assert job.plans[0].report["left"] == {}
+        job.final_poses = dict(setup.start)
+        assert job.astray(setup) == set()  # so it is not planned for again
+
+
+def test_what_rests_on_something_that_counts_as_there_is_brought_to_its_goal():
+    board = Object("board", BOARD.shape, Pose((0.07, -0.2, 0.01)), At(Pose((0.05, -0.2, 0.01))))
+    red = replace(RED, goal=At(Pose((0.05, -0.2, 0.06))))
+    plan = search(Task("rest", (board, red)), 300.0).run()
+    assert plan.report["left"] == {}
+    assert [action.arguments[0] for action in plan.actions if action.name == "stack"] == ["red"]
 
 
 def test_what_can_be_done_leaves_nothing():
