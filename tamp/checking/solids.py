@@ -63,7 +63,7 @@ class Piece:
     def surface(self) -> tuple[Array, Array, Mask]:
         """Points all over the surface, the outward normals there, each of shape (n, 3), and which lie on an edge, (n,).
 
-        A lattice on every face; an edge between two faces of about the same direction is none.
+        A lattice on every face, in the order of x; an edge between two faces of about the same direction is none.
         """
         a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
         normals = np.cross(b - a, c - a)
@@ -81,7 +81,15 @@ class Piece:
             directions.append(np.broadcast_to(normals[chosen], lattice.shape).reshape(-1, 3))
             on_side = np.concatenate([v < 1e-9, 1 - u - v < 1e-9, u < 1e-9], axis=2)  # ab, bc, ca
             edges.append((on_side & sharp[chosen]).any(axis=2).reshape(-1))
-        return np.vstack(points), np.vstack(directions), np.concatenate(edges)
+        order = np.argsort(np.vstack(points)[:, 0], kind="stable")
+        return np.vstack(points)[order], np.vstack(directions)[order], np.concatenate(edges)[order]
+
+    def surface_within(self, center: Array, radius: float) -> tuple[Array, Array, Mask]:
+        """Of `surface`, what lies in a ball."""
+        points, directions, edges = self.surface
+        slab = slice(*np.searchsorted(points[:, 0], [center[0] - radius, center[0] + radius]))
+        inside = np.einsum("ij,ij->i", points[slab] - center, points[slab] - center) <= radius * radius
+        return points[slab][inside], directions[slab][inside], edges[slab][inside]
 
     @cached_property
     def volume_and_centroid(self) -> tuple[float, Array]:

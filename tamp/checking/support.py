@@ -106,12 +106,15 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[A
     Both in the frame of `other`, shape (n, 3).
     """
     points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    ball = _world(other.center[None], inverse(T_other_body))[0], other.radius + gap
     for a in body.pieces:
         center = T_other_body[:3, :3] @ a.center + T_other_body[:3, 3]
         reach = np.flatnonzero(np.linalg.norm(other.centers - center, axis=1) < other.radii + a.radius + gap)
         if not len(reach):
             continue
-        surface, directions, edges = a.surface
+        surface, directions, edges = a.surface_within(*ball)
+        if not len(surface):
+            continue
         moved, turned = _world(surface, T_other_body), directions @ T_other_body[:3, :3].T
         least = np.where(edges, FACING, PARALLEL)
         for j in reach:
