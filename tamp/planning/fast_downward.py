@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import math
 import os
 import signal
 import subprocess
@@ -30,6 +31,8 @@ CONFIGURATIONS = {
 """Name -> Fast Downward's search; see its documentation of search algorithms and evaluators."""
 
 MEMORY_KB = 2_000_000
+OUT_OF_TIME = 23
+"""Fast Downward's exit status where its processor time ran out."""
 
 
 @cache
@@ -59,8 +62,13 @@ class FastDownward:
             raise DomainError(f"unknown search {name!r}; there are: builtin, {', '.join(CONFIGURATIONS)}")
         self._search = CONFIGURATIONS[name]
 
-    def __call__(self, task: GroundTask, timeout: float, bound: int | None = None) -> SearchResult:
-        """Search for a plan that costs less than `bound`; after `timeout` seconds the program is killed."""
+    def __call__(
+        self, task: GroundTask, timeout: float, bound: int | None = None, effort: float = math.inf
+    ) -> SearchResult:
+        """Search for a plan that costs less than `bound`.
+
+        After `timeout` seconds the program is killed; after `effort` seconds of processor time, rounded up, it ends.
+        """
         if not task.goal_positive and not task.goal_negative:
             return SearchResult(())
         search = self._search.format(bound="" if bound is None else f", bound={bound}")
@@ -69,19 +77,21 @@ class FastDownward:
             text = write_sas(task)
             if text is None:
                 return SearchResult(None, proven=True)
-            code = _run(text, search, folder, max(0.01, deadline - time.monotonic()))
+            code = _run(text, search, folder, max(0.01, deadline - time.monotonic()), effort)
             plan = Path(folder) / "plan"
             if plan.is_file() and code is not None:
                 names = [line[1:-1].split() for line in plan.read_text().splitlines() if line.startswith("(")]
                 return SearchResult(tuple(task.operators[int(name[0][1:])] for name in names), proven=False)
             # 11 and 12: the whole space was seen; 12 also where a bound cut it, which proves nothing.
-            return SearchResult(None, proven=code in (11, 12) and bound is None, timed_out=code is None)
+            timed_out = code in (None, OUT_OF_TIME, -signal.SIGXCPU)
+            return SearchResult(None, proven=code in (11, 12) and bound is None, timed_out=timed_out)
 
 
-def _run(text: str, search: str, folder: str, timeout: float) -> int | None:
+def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> int | None:
     """Run the binary in its own process group; its exit code, or None where time ran out."""
-    # `ulimit` bounds the child's memory without code between fork and exec.
-    script = f'ulimit -v {MEMORY_KB}; exec "$0" "$@"'
+    # `ulimit` bounds the child's memory and processor time without code between fork and exec.
+    seconds = "unlimited" if effort == math.inf else math.ceil(effort)
+    script = f'ulimit -v {MEMORY_KB}; ulimit -S -t {seconds}; exec "$0" "$@"'
     command = ["/bin/sh", "-c", script, str(binary()), "--internal-plan-file", "plan", "--search", search]
     process = subprocess.Popen(
         command,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -24,8 +25,13 @@ class SearchResult:
 class Search(Protocol):
     """Finds a plan of a ground task."""
 
-    def __call__(self, task: GroundTask, timeout: float, bound: int | None = None) -> SearchResult:
-        """Search for at most `timeout` seconds for a plan that costs less than `bound`."""
+    def __call__(
+        self, task: GroundTask, timeout: float, bound: int | None = None, effort: float = math.inf
+    ) -> SearchResult:
+        """Search for a plan that costs less than `bound`, for at most `timeout` seconds.
+
+        `effort` [s] is bounded by processor time, so that a busy machine finds what an idle one finds.
+        """
         ...
 
 
@@ -36,9 +42,11 @@ class BuiltinSearch:
     "The FF planning system", 2001).
     """
 
-    def __call__(self, task: GroundTask, timeout: float, bound: int | None = None) -> SearchResult:
-        """Search for at most `timeout` seconds for a plan that costs less than `bound`."""
-        deadline = time.monotonic() + timeout
+    def __call__(
+        self, task: GroundTask, timeout: float, bound: int | None = None, effort: float = math.inf
+    ) -> SearchResult:
+        """Search for a plan that costs less than `bound`, for `timeout` seconds or `effort` of processor time."""
+        deadline, enough = time.monotonic() + timeout, time.process_time() + effort
         space = _Space(task)
         start = space.close(sum(1 << atom for atom in task.initial))
         estimate = space.estimate(start)
@@ -48,7 +56,7 @@ class BuiltinSearch:
         queue = [(estimate, next(order), start, 0)]
         parents: dict[int, tuple[int, int] | None] = {start: None}
         while queue:
-            if time.monotonic() > deadline:
+            if time.monotonic() > deadline or time.process_time() > enough:
                 return SearchResult(None, timed_out=True)
             _, _, state, cost = heapq.heappop(queue)
             if space.is_goal(state):

@@ -34,7 +34,7 @@ from tamp.planning.stopwatch import Stopwatch
 from tamp.planning.task import GroundTask
 
 SEARCH_S = 2.0
-"""How long the first search may take before more is sampled instead; doubled each time that it was not enough [s]."""
+"""Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
 
 
 MOVES_IN_SEARCH = 4000
@@ -42,7 +42,7 @@ MOVES_IN_SEARCH = 4000
 
 
 NOVEL_S = 1.0
-"""How long a search may take that leaves out what was blamed for failures, before the full one has its turn [s]."""
+"""Processor time of a search that leaves out what was blamed for failures, before the full one has its turn [s]."""
 
 
 class Session:
@@ -134,8 +134,8 @@ class Session:
         if not task.solvable:
             return SearchResult(None, proven=True)
         with self.stopwatch.timed("search"):
-            limit = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
-            result = self._search(task, min(limit, self.limits.left), self._bound())
+            effort = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
+            result = self._search(task, self.limits.left, self._bound(), effort)
             self._timeouts += result.timed_out and not novel
             self.lessons.proofs &= (
                 result.plan is not None or result.proven or result.timed_out or self._bound() is not None

@@ -22,10 +22,10 @@ class Interrupted:
         self.last = calls
         self.how = how
 
-    def __call__(self, task, timeout, bound=None):
+    def __call__(self, task, timeout, bound=None, effort=math.inf):
         if next(self.calls) > self.last:
             return self.how()
-        return BuiltinSearch()(task, timeout, bound)
+        return BuiltinSearch()(task, timeout, bound, effort)
 
 
 def interrupt():
@@ -43,7 +43,7 @@ def test_no_time_at_all(algorithm):
 def test_searches_are_told_how_much_time_is_left(algorithm):
     given = []
 
-    def search(task, timeout, bound=None):
+    def search(task, timeout, bound=None, effort=math.inf):
         given.append(timeout)
         return SearchResult(None, timed_out=True)
 

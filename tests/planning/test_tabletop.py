@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import os
 import subprocess
 import sys
@@ -151,11 +152,11 @@ def test_an_interrupt_keeps_the_best_plan():
         def __init__(self, inner):
             self.inner, self.calls = inner, 0
 
-        def __call__(self, task, timeout, bound=None):
+        def __call__(self, task, timeout, bound=None, effort=math.inf):
             self.calls += 1
             if bound is not None:
                 raise KeyboardInterrupt
-            return self.inner(task, timeout, bound)
+            return self.inner(task, timeout, bound, effort)
 
     from tamp.planning.fast_downward import FastDownward
 
