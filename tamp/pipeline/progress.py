@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from tamp.checking import Verdict
 from tamp.domains.tabletop import NotFree
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.shortfall import shortfall
 from tamp.planning import GroundAction
 from tamp.streams.values import Configuration, Handling, Placement
-from tamp.task import Action
+from tamp.task import Action, Plan
 
 WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
 
@@ -25,6 +26,7 @@ class Progress:
         rejections: the verdict on each piece that the checker sent back; each is a bug of the planner's.
         blocked: why pieces never came before the checker: a timed motion came too near to something.
         before: for each piece, how many actions came before it, and the state they leave.
+        first: the first piece as a plan, and the checker's word on it.
     """
 
     now: Attempt
@@ -32,6 +34,7 @@ class Progress:
     rejections: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
     before: list[tuple[int, Attempt]] = field(default_factory=list)
+    first: tuple[Plan, Verdict] | None = None
 
     @property
     def start(self) -> Mapping[str, Placement]:
@@ -48,12 +51,21 @@ class Progress:
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
+        self.first = (piece, verdict) if not self.actions else self.first
         self.before.append((len(self.actions), self.now))
         self.actions += piece.actions
         start, configuration = _after(self.start, self.now.configuration, solution)
         workspace = replace(self.now.workspace, start=start)
         self.now = replace(self.now, workspace=workspace, configuration=configuration)
         return None
+
+    def checked(self, plan: Plan) -> Verdict | None:
+        """The checker's word on the whole plan, where it is one piece and has been heard already."""
+        if self.first is None:
+            return None
+        piece, verdict = self.first
+        same = [id(action) for action in piece.actions] == [id(action) for action in plan.actions]
+        return verdict if same and piece.goals == plan.goals else None
 
     def cut_back(self) -> None:
         """Drop the pieces at the end that leave the table no better: what they put aside would stay there."""
