@@ -67,8 +67,15 @@ def support_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placem
     supports = Scene(poses={name: around[name].pose.matrix for name in place.on if name in around})
     if not supports.poses:
         return np.zeros(len(pinches))
-    hands = zip(place.pose.matrix @ pinches.T_object_tool, _openings(workspace, pinches), strict=True)
-    return HINDERED * np.array([hand_hits(workspace, *hand, supports) for hand in hands])
+    T, openings = place.pose.matrix @ pinches.T_object_tool, _openings(workspace, pinches)
+    lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
+    near = lower[:, :, 2].min(axis=1) < 0.0
+    for name in supports.poses:
+        low, high = workspace.bounds(name, around[name].pose)
+        near |= np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
+    cost = np.zeros(len(pinches))
+    cost[near] = [HINDERED * hand_hits(workspace, T[i], openings[i], supports) for i in np.flatnonzero(near)]
+    return cost
 
 
 def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:

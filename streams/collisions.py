@@ -24,13 +24,20 @@ ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
 def test_cfree_placements(context: Context, obj: str, placement: Placement, other: str, standing: Placement) -> bool:
     """Whether two objects can stand at these placements together."""
-    if obj == other:
-        return True
     workspace: Workspace = context.scene
+    if obj == other or _apart(workspace, obj, placement, other, standing):
+        return True
     overlap = workspace.world.overlap(obj, placement.pose.matrix, other, standing.pose.matrix, tolerance=CONTACT_DEPTH)
     if overlap:
         context.fail(f"{obj} would overlap {other}")
     return not overlap
+
+
+def _apart(workspace: Workspace, obj: str, placement: Placement, other: str, standing: Placement) -> bool:
+    """Whether the boxes around two objects do not meet, which settles it for most."""
+    lower, upper = workspace.bounds(obj, placement.pose)
+    low, high = workspace.bounds(other, standing.pose)
+    return bool((lower > high).any() or (low > upper).any())
 
 
 def test_cfree_handling(context: Context, obj: str, handling: Handling, other: str, standing: Placement) -> bool:
@@ -61,11 +68,14 @@ def _may_meet(workspace: Workspace, handling: Handling, name: str, standing: Pla
     """Whether the boxes around an object and around all that moves in a handling come near each other."""
     lower, upper = _room(workspace, handling)
     low, high = workspace.bounds(name, standing.pose)
-    return bool(((lower < high + ARM_MARGIN) & (low - ARM_MARGIN < upper)).all(axis=1).any())
+    # The last box is round all others.
+    if (lower[-1] > high + ARM_MARGIN).any() or (low - ARM_MARGIN > upper[-1]).any():
+        return False
+    return bool(((lower[:-1] < high + ARM_MARGIN) & (low - ARM_MARGIN < upper[:-1])).all(axis=1).any())
 
 
 def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of boxes that all that moves in a handling stays within, each of shape (n, 3) [m]; remembered."""
+    """Corners of boxes that all that moves in a handling stays within, (n, 3) each [m], last one round all of them."""
     key = ("room", handling)
     if key not in workspace.memory:
         robot, T_tool_object = workspace.world.robot, handling.grasp.T_object_tool.inverse().matrix
@@ -73,7 +83,8 @@ def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64]
         empty = swept_boxes(robot, handling.approach, handling.opening)
         holding = swept_boxes(robot, handling.lift, handling.grasp.width, held)
         falling = (workspace.bounds(handling.object, pose) for pose in handling.fall)
-        workspace.memory[key] = tuple(map(np.vstack, zip(empty, holding, *falling, strict=True)))
+        lower, upper = map(np.vstack, zip(empty, holding, *falling, strict=True))
+        workspace.memory[key] = np.vstack([lower, lower.min(axis=0)]), np.vstack([upper, upper.max(axis=0)])
     room: tuple[NDArray[np.float64], NDArray[np.float64]] = workspace.memory[key]
     return room
 
