@@ -44,7 +44,7 @@ def _gone(pid: int) -> bool:
         return True
 
 
-def test_a_job_that_goes_wrong_costs_only_itself(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_job_that_goes_wrong_costs_only_itself() -> None:
     results = _run("ok_1", "crash", "exit", "raise", "kill", "ok_2", workers=2, seeds=(0, 7))
     assert len(results) == 12
     assert {name: results[name, 7].status for name in ("ok_1", "crash", "exit", "raise", "kill", "ok_2")} == {
@@ -54,7 +54,26 @@ def test_a_job_that_goes_wrong_costs_only_itself(capfd: pytest.CaptureFixture[st
     assert results["kill", 0].message == "the worker was ended by SIGKILL"
     assert "exit status 3" in results["exit", 0].message
     assert results["raise", 0].message == "ValueError: a bug in two lines"
-    assert "Traceback" in capfd.readouterr().err
+
+
+RAISING = """
+from pathlib import Path
+from tamp.batch import Batch
+from tamp.task import Task
+
+if __name__ == "__main__":
+    list(Batch([Task("raise", (), path=Path("t"))], work="tests.batch.toys:work", preload=()).run())
+"""
+
+
+def test_a_bug_in_a_job_shows_its_traceback(tmp_path: Path) -> None:
+    """In a process of its own: workers write to the standard error that the first batch of a process had."""
+    (tmp_path / "batch.py").write_text(RAISING, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    command = [sys.executable, str(tmp_path / "batch.py")]
+    run = subprocess.run(command, env=environment, check=True, capture_output=True, text=True, timeout=60)
+    assert "Traceback" in run.stderr
+    assert "a bug" in run.stderr
 
 
 @needs_proc
