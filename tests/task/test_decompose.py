@@ -25,16 +25,21 @@ def test_an_angle_comes_apart_in_convex_parts() -> None:
     np.testing.assert_allclose(together.max(axis=0), CORNERS.max(axis=0), atol=0.01)
 
 
-def test_what_the_library_refuses_comes_back_as_a_sentence() -> None:
+def answer(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let another program stand where the library is called."""
+    run = module.subprocess.run
+    monkeypatch.setattr(
+        module.subprocess, "run", lambda _, **options: run([module.sys.executable, "-c", program], **options)
+    )
+
+
+def test_a_crash_of_the_library_comes_back_as_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    answer("import os; os.abort()", monkeypatch)
     with pytest.raises(ValueError, match=r"cannot be decomposed into convex parts$"):
-        decompose(CORNERS, FACES + 100)
+        decompose(CORNERS, FACES)
 
 
 def test_a_decomposition_ends_at_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    spin = "import resource; resource.setrlimit(resource.RLIMIT_CPU, (1, 2))\nwhile True: pass"
-    run = module.subprocess.run
-    monkeypatch.setattr(
-        module.subprocess, "run", lambda _, **options: run([module.sys.executable, "-c", spin], **options)
-    )
+    answer("import resource; resource.setrlimit(resource.RLIMIT_CPU, (1, 2))\nwhile True: pass", monkeypatch)
     with pytest.raises(ValueError, match="in 60 s"):
         decompose(CORNERS, FACES)
