@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from tamp.task.mesh import Part
     from tamp.task.model import Task
     from tamp.task.plan import Attachment
 
@@ -47,8 +49,8 @@ class Scene:
     def of(task: Task) -> Scene:
         """The scene of a task; TaskError or RobotError where a mesh or the robot cannot be used."""
         table = task.table
-        solids = {o.name: Solid.of(o.name, parts(o.shape)) for o in task.objects}
-        solids[TABLE] = Solid.of(TABLE, parts(Box((*table.size, table.thickness))))
+        solids = {o.name: _solid(o.name, parts(o.shape)) for o in task.objects}
+        solids[TABLE] = _solid(TABLE, parts(Box((*table.size, table.thickness))))
         T = np.eye(4)
         T[:3, 3] = (*table.center, -table.thickness / 2)
         return Scene(task, read_links(load_robot(task.robot)), solids, T)
@@ -72,6 +74,12 @@ class Scene:
         """An object's centre of mass in the world, shape (3,), where it stands at T."""
         center: Array = T[:3, :3] @ self.solids[name].center_of_mass + T[:3, 3]
         return center
+
+
+@lru_cache(maxsize=256)
+def _solid(name: str, pieces: tuple[Part, ...]) -> Solid:
+    """Made once a process: hulls and surface points cost more than the rest of a small plan's check."""
+    return Solid.of(name, pieces)
 
 
 @dataclass

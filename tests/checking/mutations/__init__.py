@@ -1,0 +1,86 @@
+"""Corruptions of valid plans, each with the kind of problem that the checker must find in it.
+
+A mutation takes a task, a valid plan and a random generator and returns the corrupted pair, or None where the plan
+gives it nothing to corrupt. `MUTATIONS` names them all with the kinds of problem that are the right reason for
+rejecting them: the checker must name at least one of those.
+"""
+
+from __future__ import annotations
+
+from tests.checking.mutations.editing import Mutation
+from tests.checking.mutations.ends import goal_missed, other_home, stale_start, start_in_the_air
+from tests.checking.mutations.grips import (
+    grasp_air,
+    grasp_beside,
+    keep_holding,
+    never_grip,
+    slip_in_hand,
+    wrong_object,
+    wrong_width,
+)
+from tests.checking.mutations.motions import (
+    beyond_joint_limit,
+    closed_fingers,
+    drop_waypoints,
+    hurry,
+    not_at_rest,
+    object_in_the_way,
+    shift_into_table,
+    shift_waypoint,
+    speed_up,
+    teleport,
+)
+from tests.checking.mutations.order import (
+    drop_action,
+    repeat_action,
+    stop_early,
+    swap_actions,
+    unknown_action,
+    wrong_argument,
+)
+from tests.checking.mutations.places import (
+    drop_from_height,
+    forget_to_retreat,
+    half_off_the_table,
+    place_elsewhere,
+    place_in_the_air,
+    release_another,
+)
+
+__all__ = ["MUTATIONS", "Mutation"]
+
+MUTATIONS: dict[Mutation, tuple[str, ...]] = {
+    swap_actions: ("continuity", "precondition"),
+    drop_action: ("continuity", "precondition"),
+    repeat_action: ("continuity", "precondition"),
+    shift_into_table: ("collision",),
+    object_in_the_way: ("collision",),
+    speed_up: ("limits",),
+    hurry: ("limits",),
+    drop_waypoints: ("limits",),
+    shift_waypoint: ("limits", "continuity"),
+    beyond_joint_limit: ("limits",),
+    not_at_rest: ("limits",),
+    teleport: ("continuity",),
+    grasp_beside: ("grasp",),
+    grasp_air: ("grasp",),
+    wrong_width: ("grasp",),
+    wrong_object: ("grasp",),
+    wrong_argument: ("precondition",),
+    keep_holding: ("precondition", "continuity"),
+    never_grip: ("continuity", "precondition"),
+    slip_in_hand: ("continuity",),
+    place_in_the_air: ("support",),
+    drop_from_height: ("release",),
+    place_elsewhere: ("release",),
+    half_off_the_table: ("support",),
+    forget_to_retreat: ("release",),
+    release_another: ("precondition",),
+    stale_start: ("start",),
+    start_in_the_air: ("start",),
+    other_home: ("continuity",),
+    goal_missed: ("goal",),
+    stop_early: ("goal",),
+    closed_fingers: ("collision",),
+    unknown_action: ("precondition",),
+}

@@ -1,0 +1,59 @@
+"""Looking up and replacing steps of a plan: what every corruption is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import Action, Move, Plan, Pose, Step, Task
+
+Pair = tuple[Task, Plan]
+Mutation = Callable[[Task, Plan, np.random.Generator], Pair | None]
+
+
+def steps_of(plan: Plan, kind: type, *phases: str) -> list[tuple[int, int]]:
+    """Indices (action, step) of steps of a kind, of moves in certain phases."""
+    return [
+        (i, j)
+        for i, action in enumerate(plan.actions)
+        for j, step in enumerate(action.steps)
+        if isinstance(step, kind) and (not phases or (isinstance(step, Move) and step.phase in phases))
+    ]
+
+
+def step_at(plan: Plan, where: tuple[int, int]) -> Step:
+    return plan.actions[where[0]].steps[where[1]]
+
+
+def put(plan: Plan, where: tuple[int, int], *steps: Step) -> Plan:
+    """The plan with one step replaced by others."""
+    i, j = where
+    action = plan.actions[i]
+    return put_action(plan, i, replace(action, steps=(*action.steps[:j], *steps, *action.steps[j + 1 :])))
+
+
+def put_action(plan: Plan, i: int, action: Action) -> Plan:
+    """The plan with another action in place of its i-th."""
+    return replace(plan, actions=(*plan.actions[:i], action, *plan.actions[i + 1 :]))
+
+
+def stand(task: Task, plan: Plan, name: str, pose: Pose) -> Pair:
+    """Task and plan with an object that stands elsewhere at the start."""
+    objects = tuple(replace(o, pose=pose) if o.name == name else o for o in task.objects)
+    return replace(task, objects=objects), replace(plan, start={**plan.start, name: pose})
+
+
+def choose(options: list, rng: np.random.Generator):
+    return options[int(rng.integers(len(options)))] if options else None
+
+
+def shifted(pose: Pose, by: np.ndarray) -> Pose:
+    return Pose(tuple(np.array(pose.xyz) + by), pose.quat)
+
+
+def sideways(rng: np.random.Generator, low: float, high: float) -> np.ndarray:
+    """A horizontal vector of random direction and length [m]."""
+    angle, length = rng.uniform(0, 2 * np.pi), rng.uniform(low, high)
+    return length * np.array([np.cos(angle), np.sin(angle), 0.0])

@@ -1,0 +1,39 @@
+"""Corruptions of a plan's two ends: the scene it starts from, and the goals it should reach."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import At, Plan, Task
+from tests.checking.mutations.editing import Pair, choose, shifted, sideways
+
+
+def stale_start(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The scene has changed since the plan was made."""
+    name = choose(sorted(plan.start), rng)
+    pose = shifted(plan.start[name], sideways(rng, 0.04, 0.2))
+    return task, replace(plan, start={**plan.start, name: pose})
+
+
+def start_in_the_air(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    name = choose(sorted(plan.start), rng)
+    pose = shifted(plan.start[name], np.array([0.0, 0.0, rng.uniform(0.01, 0.1)]))
+    return task, replace(plan, start={**plan.start, name: pose})
+
+
+def other_home(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    home = list(plan.home)
+    home[int(rng.integers(len(home)))] += rng.choice([-1, 1]) * rng.uniform(0.01, 0.3)
+    return task, replace(plan, home=tuple(home))
+
+
+def goal_missed(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The task asks for something else than the plan does."""
+    name = choose([o.name for o in task.objects if isinstance(o.goal, At)], rng)
+    if name is None:
+        return None
+    goal = At(shifted(task.object(name).goal.pose, sideways(rng, 0.035, 0.3)))
+    objects = tuple(replace(o, goal=goal) if o.name == name else o for o in task.objects)
+    return replace(task, objects=objects), plan

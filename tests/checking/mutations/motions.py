@@ -1,0 +1,143 @@
+"""Corruptions of the arm's motions: their way, their speed, their samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.checking.kinematics import read_kinematics
+from tamp.task import Move, Plan, Pose, Task, Trajectory, load_robot
+from tests.checking.mutations.editing import Pair, choose, put, stand, step_at, steps_of
+
+
+def shift_into_table(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A smooth detour of a free motion through the table top."""
+    where = choose(steps_of(plan, Move, "transit", "transfer"), rng)
+    if where is None:
+        return None
+    move, tree = step_at(plan, where), read_kinematics(load_robot(task.robot))
+    middle = move.trajectory.positions[len(move.trajectory.times) // 2]
+    for angle in np.linspace(0.1, 2.0, 40):
+        offset = np.zeros(len(middle))
+        offset[1] = angle
+        if tree.tool((middle + offset)[None])[0, 2, 3] < -rng.uniform(0.02, 0.05):
+            return task, put(plan, where, replace(move, trajectory=bumped(move.trajectory, offset)))
+    return None
+
+
+def object_in_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Another object stands where the tool passes."""
+    where = choose(steps_of(plan, Move, "transit", "transfer"), rng)
+    handled = {a.arguments[0] for a in plan.actions if a.arguments}
+    name = choose([thing.name for thing in task.objects if thing.name not in handled], rng)
+    if where is None or name is None:
+        return None
+    path = step_at(plan, where).trajectory.positions
+    T = read_kinematics(load_robot(task.robot)).tool(path[int(rng.integers(len(path)))][None])[0]
+    pose = Pose(tuple(T[:3, 3]), plan.start[name].quat)
+    return stand(task, plan, name, pose)
+
+
+def speed_up(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Everything faster, by at least a tenth over what the fastest motion of the plan may be."""
+    factor = rng.uniform(1.1, 2.0)
+    for i, j in steps_of(plan, Move):
+        move = step_at(plan, (i, j))
+        t = move.trajectory
+        faster = Trajectory(t.times / factor, t.positions.copy(), t.velocities * factor)
+        plan = put(plan, (i, j), replace(move, trajectory=faster))
+    return task, plan
+
+
+def hurry(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The clock runs faster, the velocities stay as they were."""
+    where = choose(steps_of(plan, Move, "transit", "transfer"), rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    t = move.trajectory
+    rushed = Trajectory(t.times / rng.uniform(1.3, 2.0), t.positions.copy(), t.velocities.copy())
+    return task, put(plan, where, replace(move, trajectory=rushed))
+
+
+def drop_waypoints(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Samples are missing from the middle of a motion, and the time they took with them."""
+    where = choose([w for w in steps_of(plan, Move) if len(step_at(plan, w).trajectory.times) >= 20], rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    t = move.trajectory
+    n = len(t.times)
+    first = int(rng.integers(n // 3, n // 2))
+    count = int(rng.integers(2, max(3, n // 8)))
+    keep = np.r_[0 : first + 1, first + count + 1 : n]
+    times = t.times.copy()
+    times[first + count + 1 :] -= times[first + count] - times[first]
+    return task, put(
+        plan, where, replace(move, trajectory=Trajectory(times[keep], t.positions[keep], t.velocities[keep]))
+    )
+
+
+def shift_waypoint(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """One sample is elsewhere."""
+    where = choose(steps_of(plan, Move), rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    t = move.trajectory
+    q = t.positions.copy()
+    q[int(rng.integers(len(q))), int(rng.integers(q.shape[1]))] += rng.choice([-1, 1]) * rng.uniform(0.02, 0.5)
+    return task, put(plan, where, replace(move, trajectory=Trajectory(t.times.copy(), q, t.velocities.copy())))
+
+
+def beyond_joint_limit(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    where = choose(steps_of(plan, Move, "transit", "transfer"), rng)
+    if where is None:
+        return None
+    spec, move = load_robot(task.robot), step_at(plan, where)
+    middle = move.trajectory.positions[len(move.trajectory.times) // 2]
+    offset, joint = np.zeros(len(middle)), int(rng.integers(len(middle)))
+    offset[joint] = spec.upper[joint] - middle[joint] + rng.uniform(0.1, 0.5)
+    return task, put(plan, where, replace(move, trajectory=bumped(move.trajectory, offset)))
+
+
+def not_at_rest(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A motion is cut off while the arm moves, and the next goes on from where it should have ended."""
+    where = choose([w for w in steps_of(plan, Move) if len(step_at(plan, w).trajectory.times) >= 10], rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    t, n = move.trajectory, len(move.trajectory.times)
+    cut = slice(0, int(rng.integers(n // 3, 2 * n // 3)))
+    shorter = Trajectory(t.times[cut].copy(), t.positions[cut].copy(), t.velocities[cut].copy())
+    return task, put(plan, where, replace(move, trajectory=shorter))
+
+
+def teleport(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A motion is missing: the arm is suddenly elsewhere."""
+    where = choose([w for w in steps_of(plan, Move) if len(plan.actions) - 1 > w[0]], rng)
+    return None if where is None else (task, put(plan, where))
+
+
+def closed_fingers(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The fingers are closed already when the hand comes down on the object."""
+    where = choose(steps_of(plan, Move, "approach"), rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    return task, put(plan, where, replace(move, opening=rng.uniform(0.0, 0.015)))
+
+
+def bumped(trajectory: Trajectory, offset: np.ndarray) -> Trajectory:
+    """The motion with a smooth detour by `offset` [rad] in its middle, slowed until it is easy for the joints."""
+    spec = load_robot("panda")
+    share = trajectory.times / trajectory.duration
+    size, rate = np.sin(np.pi * share) ** 2, np.sin(2 * np.pi * share) * np.pi / trajectory.duration
+    q = trajectory.positions + size[:, None] * offset
+    v = trajectory.velocities + rate[:, None] * offset
+    a = np.diff(v, axis=0) / np.diff(trajectory.times)[:, None]
+    slower = 1.05 * max(1.0, (np.abs(v) / spec.velocity).max(), np.sqrt((np.abs(a) / spec.acceleration).max()))
+    v = v / slower
+    v[[0, -1]] = 0.0
+    return Trajectory(trajectory.times * slower, q, v)

@@ -1,0 +1,54 @@
+"""Corruptions of what is done in which order, and of what actions say of themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import Action, Plan, Task
+from tests.checking.mutations.editing import Pair, choose, put_action
+
+
+def swap_actions(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    if len(plan.actions) < 2:
+        return None
+    i = int(rng.integers(len(plan.actions) - 1))
+    actions = list(plan.actions)
+    actions[i], actions[i + 1] = actions[i + 1], actions[i]
+    return task, replace(plan, actions=tuple(actions))
+
+
+def drop_action(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Any action but the last, whose loss may go unnoticed where it only returns home."""
+    if len(plan.actions) < 2:
+        return None
+    i = int(rng.integers(len(plan.actions) - 1))
+    return task, replace(plan, actions=plan.actions[:i] + plan.actions[i + 1 :])
+
+
+def repeat_action(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    i = choose([i for i, action in enumerate(plan.actions) if action.name != "move"], rng)
+    return None if i is None else (task, replace(plan, actions=plan.actions[: i + 1] + plan.actions[i:]))
+
+
+def unknown_action(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    i = int(rng.integers(len(plan.actions)))
+    changed = Action("push", plan.actions[i].arguments, plan.actions[i].steps)
+    return task, put_action(plan, i, changed)
+
+
+def wrong_argument(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The action's name speaks of another object than its steps."""
+    i = choose([i for i, action in enumerate(plan.actions) if action.arguments], rng)
+    others = [o.name for o in task.objects if i is not None and o.name != plan.actions[i].arguments[0]]
+    if not others:
+        return None
+    changed = replace(plan.actions[i], arguments=(choose(others, rng), *plan.actions[i].arguments[1:]))
+    return task, put_action(plan, i, changed)
+
+
+def stop_early(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The last object stays where it is."""
+    picks = [i for i, action in enumerate(plan.actions) if action.name in ("pick", "unstack")]
+    return None if not picks else (task, replace(plan, actions=plan.actions[: picks[-1]]))
