@@ -7,7 +7,7 @@ from tamp.pipeline.attempt import Samplers
 from tamp.pipeline.job import Job, Run
 from tamp.pipeline.setup import Setup, prepare
 from tamp.results import Result
-from tamp.task import Grip, Plan, Task, load_robot
+from tamp.task import Grip, Move, Plan, Task, load_robot
 
 __all__ = ["Run", "carry_out", "solve"]
 
@@ -86,5 +86,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
 
 
 def _moved(plan: Plan) -> set[str]:
-    """Objects that a plan takes into the hand."""
-    return {step.attachment.object for step in plan.steps if isinstance(step, Grip)}
+    """Objects that a plan takes into the hand or pushes."""
+    gripped = {step.attachment.object for step in plan.steps if isinstance(step, Grip)}
+    pushed = {step.pushed.object for step in plan.steps if isinstance(step, Move) and step.pushed is not None}
+    return gripped | pushed

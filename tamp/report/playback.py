@@ -130,6 +130,6 @@ class _Stage:
 
     def _follow(self, q: NDArray[np.float64], move: Move) -> None:
         self._q = tuple(q.tolist())
-        if move.held is not None:
-            T_world_object = self._robot.forward(q) @ move.held.T_tool_object.matrix
-            self._poses[move.held.object] = Pose.from_matrix(T_world_object)
+        for carried in filter(None, (move.held, move.pushed)):
+            T_world_object = self._robot.forward(q) @ carried.T_tool_object.matrix
+            self._poses[carried.object] = Pose.from_matrix(T_world_object)

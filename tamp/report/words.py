@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from tamp.results import Result
 from tamp.task import Action, Move, Plan, Release
 
-LINKS = {"pick": "from", "unstack": "from", "place": "on", "stack": "on"}
+LINKS = {"pick": "from", "unstack": "from", "place": "on", "stack": "on", "slide": "over"}
 
 
 def sentences(plan: Plan) -> list[str]:
@@ -18,7 +18,7 @@ def sentences(plan: Plan) -> list[str]:
     since = 0.0
     for action in plan.actions:
         since += sum(step.trajectory.duration for step in action.steps if isinstance(step, Move))
-        if all(isinstance(step, Move) for step in action.steps):
+        if all(isinstance(step, Move) and step.pushed is None for step in action.steps):
             continue
         told.append(f"{_sentence(action)} ({since:.1f} s)")
         since = 0.0

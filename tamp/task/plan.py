@@ -40,7 +40,7 @@ class Trajectory:
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """A held object, rigid in the tool frame from grasp to release."""
+    """An object at rest in the tool frame: a held one from grasp to release, a pushed one while it is pushed."""
 
     object: str
     T_tool_object: Pose
@@ -52,12 +52,14 @@ class Move:
 
     Attributes:
         phase: "transit" (empty hand, free), "transfer" (holding, free), "approach" (empty hand to the grasp),
-            "lift" (holding, away from the support), "lower" (holding, onto the support), "retreat" (empty hand away).
+            "lift" (holding, away from the support), "lower" (holding, onto the support), "retreat" (empty hand away),
+            "push" (empty hand, with an object before it).
         trajectory: the motion.
         opening: distance between the finger pads [m].
         held: what the gripper holds, or None.
         contacts: pairs of bodies that may touch during this motion, such as the held object and its support;
             every other contact is a collision. The table is "table", the robot "robot".
+        pushed: what the empty hand pushes along the table, at rest in the tool frame while it does, or None.
     """
 
     phase: str
@@ -65,6 +67,7 @@ class Move:
     opening: float
     held: Attachment | None = None
     contacts: frozenset[tuple[str, str]] = frozenset()
+    pushed: Attachment | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +113,8 @@ class Action:
     """One symbolic action and the steps that carry it out.
 
     Attributes:
-        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "move".
+        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "slide",
+            "move".
         arguments: names of the objects and regions it is about, the moved object first.
         steps: what the robot does, in order.
     """

@@ -14,7 +14,8 @@
      "report": {...}}
 
 Metres, radians, seconds, as in tamp.task.plan. Numbers are written so that they read back to the last bit. `report` is
-free JSON and no part of a plan's identity; everything else is required, and nothing else is allowed.
+free JSON and no part of a plan's identity. A move that pushes an object has it as `pushed`, written as `held` is.
+Everything else is required, and nothing else is allowed.
 """
 
 from __future__ import annotations
@@ -117,6 +118,7 @@ def _step(step: Step) -> dict[str, Any]:
             "times": step.trajectory.times.tolist(),
             "positions": step.trajectory.positions.tolist(),
             "velocities": step.trajectory.velocities.tolist(),
+            **({} if step.pushed is None else {"pushed": _attachment(step.pushed)}),
         }
     }
 

@@ -88,8 +88,8 @@ class PlanReader:
 
     def move(self, value: Any, field: str) -> Move:
         """A motion."""
-        keys = ("phase", "opening", "held", "contacts", "times", "positions", "velocities")
-        given = self.record(value, field, keys)
+        keys = ("phase", "opening", "held", "contacts", "times", "positions", "velocities", "pushed")
+        given = self.record({"pushed": None, **self.mapping(value, field)}, field, keys)
         pairs = [
             self.sequence(p, f"{field}.contacts[{i}]") for i, p in enumerate(self.sequence(given["contacts"], field))
         ]
@@ -105,6 +105,7 @@ class PlanReader:
             opening=self.number(given["opening"], f"{field}.opening"),
             held=None if given["held"] is None else self.attachment(given["held"], f"{field}.held"),
             contacts=frozenset((pair[0], pair[1]) for pair in pairs),
+            pushed=None if given["pushed"] is None else self.attachment(given["pushed"], f"{field}.pushed"),
         )
 
     def attachment(self, value: Any, field: str) -> Attachment:

@@ -34,7 +34,13 @@ def trajectories(draw: st.DrawFn) -> Trajectory:
 
 
 moves = st.builds(
-    Move, names, trajectories(), numbers, st.none() | attachments, st.frozensets(st.tuples(names, names), max_size=3)
+    Move,
+    names,
+    trajectories(),
+    numbers,
+    st.none() | attachments,
+    st.frozensets(st.tuples(names, names), max_size=3),
+    st.none() | attachments,
 )
 steps = moves | st.builds(Grip, attachments, numbers) | st.builds(Release, names, poses, numbers)
 actions = st.builds(Action, names, st.lists(names, max_size=3).map(tuple), st.lists(steps, max_size=3).map(tuple))
@@ -56,7 +62,7 @@ def same_step(a: object, b: object) -> bool:
         return a == b
     arrays = ("times", "positions", "velocities")
     equal = all(np.array_equal(getattr(a.trajectory, k), getattr(b.trajectory, k)) for k in arrays)
-    rest = ("phase", "opening", "held", "contacts")
+    rest = ("phase", "opening", "held", "contacts", "pushed")
     return equal and all(getattr(a, k) == getattr(b, k) for k in rest)
 
 
