@@ -19,7 +19,7 @@ from tamp.generate.thing import Thing
 from tamp.scenarios.library.model import SETS, Model
 from tamp.task import At, Task
 
-VERSION = 1
+VERSION = 2
 """Of the generator: the same version, seed and library give the same tasks."""
 ATTEMPTS = 400
 """Choices of objects before a task is given up."""

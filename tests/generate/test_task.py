@@ -51,6 +51,12 @@ def test_scenes_stay_where_they_are(made):
             assert max(settled.moved.values()) < 0.005
 
 
+def test_what_rolls_on_slowly_is_rejected():
+    made = make_task(Recipe(0, "contest", 4, 4, "food"), read_library())  # an apple crept through a basket here
+    goals = {item.name: item.goal.pose for item in made.task.objects}
+    assert max(settle(made.task, goals, limit_s=6.0).moved.values()) < 0.002
+
+
 def test_objects_are_apart_and_within_reach(made):
     for one in made:
         things = {name: thing(model) for name, model in models(one).items()}
