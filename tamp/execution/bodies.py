@@ -58,10 +58,14 @@ class Body:
 
     Attributes:
         id: PyBullet's number of it.
+        mass: [kg]; 0 for what cannot move.
+        friction: coefficient of lateral friction.
         T_object_inertial: centre of mass and principal axes in the object's frame, the frame PyBullet reports.
     """
 
     id: int
+    mass: float
+    friction: float
     T_object_inertial: Pose
 
     def pose(self, client: int) -> Pose:
@@ -118,7 +122,7 @@ def create_body(client: int, folder: Path, shape: Shape, material: Material, T_w
         physicsClientId=client,
         **dynamics,
     )
-    return Body(body, T_object_inertial)
+    return Body(body, material.mass, material.friction, T_object_inertial)
 
 
 @lru_cache(maxsize=1024)

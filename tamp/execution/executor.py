@@ -8,15 +8,22 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 
 import numpy as np
 
 from tamp.errors import PlanError
 from tamp.execution.monitor import Monitor
 from tamp.execution.operator import Operator
+from tamp.execution.performer import Performer
 from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Status
+from tamp.execution.recovery import way_out
 from tamp.execution.simulator import STEP, Simulator
-from tamp.task import Action, Fall, Grip, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task import Move, Plan, Pose, Task, load_robot
+from tamp.world.geometry import load_geometry
+from tamp.world.robot_model import robot_model
+from tamp.world.timing import time_path
+from tamp.world.world import World
 
 START_TOLERANCE = 0.05
 """How far the arm may stand from where a plan starts [rad]."""
@@ -24,21 +31,24 @@ START_TOLERANCE = 0.05
 SETTLE_S = 1.0
 """How long the scene settles at the end [s]."""
 
+DRAWN_OUT = 0.2
+"""Share of its limits at which the arm leaves what it touches."""
+
 WATCHFUL = Monitor()
 
 
 class Executor:
     """A running execution: one simulated world that several plans may be carried out in, one after the other.
 
-    Between plans the hand is empty and the scene at rest, so that `poses()` and `configuration()` are what a new plan
-    may start from.
+    Between plans the hand is empty and out of what a fault made it touch, and the scene is at rest, so that `poses()`
+    and `configuration()` are what a new plan may start from.
     """
 
     def __init__(self, task: Task, simulator: Simulator, monitor: Monitor | None, frame_s: float | None = None) -> None:
         self._task = task
         self._simulator = simulator
         self._operator = Operator(simulator)
-        self._monitor = monitor
+        self._performer = Performer(simulator, self._operator, monitor)
         self._frames: list[Frame] = []
         if frame_s is not None:
             self._record(max(1, round(frame_s / STEP)))
@@ -75,7 +85,8 @@ class Executor:
         """Run a plan to its end, or until something is off by more than the monitor tolerates.
 
         A disturbed object stops the plan once the hand is empty: what is held is put down first. An object that the
-        fingers missed or lost stops it at once.
+        fingers missed or lost stops it at once, and so does one that turned between them as it was lifted: it is put
+        back. After a stop the hand is drawn out of what it touches.
 
         Raises:
             PlanError: where the plan is for other objects, or starts from another arm configuration.
@@ -87,7 +98,7 @@ class Executor:
         stop: Deviation | None = None
         status: Status = "done"
         for action in plan.actions:
-            entry, lost = self._carry_out_action(action, expected)
+            entry, lost = self._performer.perform(action, expected)
             log.append(entry)
             if lost is not None or (entry.deviations and self._operator.held is None):
                 stop, status = lost or entry.deviations[0], "deviated"
@@ -96,6 +107,8 @@ class Executor:
                 status = "timeout"
                 break
         self._simulator.step(round(SETTLE_S / STEP))
+        if status == "deviated":
+            self._draw_out()
         return Execution(
             status=status,
             final_poses=self.poses(),
@@ -115,52 +128,19 @@ class Executor:
         if off > START_TOLERANCE:
             raise PlanError(f"the plan starts {off:.3f} rad from where the arm stands; {START_TOLERANCE} is tolerated")
 
-    def _carry_out_action(self, action: Action, expected: dict[str, Pose]) -> tuple[ActionLog, Deviation | None]:
-        """One action; updates `expected`. The second result is a grasp that failed."""
-        began = self._simulator.time
-        self._operator.tracking_error = 0.0
-        attempted = succeeded = 0
-        proven = self._operator.held is not None
-        lost: Deviation | None = None
-        placed = []
-        for step in action.steps:
-            if lost is not None and not (isinstance(step, Move) and step.phase == "lift"):
-                continue  # with nothing in the hand, what is left to do is to draw back
-            if isinstance(step, Grip):
-                attempted += 1
-                expected.pop(step.attachment.object, None)
-                lost = self._operator.grip(step)
-            elif isinstance(step, Release):
-                self._operator.release(step)
-                expected[step.object] = step.pose
-                placed.append(step.object)
-            elif isinstance(step, Fall):
-                self._operator.await_fall(step.object)
-                expected[step.object] = step.pose
-            else:
-                self._operator.move(step)
-                lost = lost or self._operator.lost()
-                if self._operator.held is not None and not proven:
-                    succeeded, proven = succeeded + 1, True
-        poses = self.poses()
-        deviations = (*self._held_deviation(), *self._compare(expected, poses, placed))
-        elapsed = self._simulator.time - began
-        return (
-            ActionLog(str(action), elapsed, attempted, succeeded, poses, deviations, self._operator.tracking_error),
-            lost if self._monitor is not None else None,
-        )
+    def _draw_out(self) -> None:
+        """Move the empty hand away from what it is too near to plan from."""
+        path = way_out(self._world, self.poses(), self._operator.robot.configuration())
+        if path is not None:
+            opening = max(0.0, self._operator.robot.opening())
+            self._operator.move(Move("retreat", time_path(path, self._world.robot.spec, speed=DRAWN_OUT), opening))
+            self._simulator.step(round(SETTLE_S / STEP))
 
-    def _held_deviation(self) -> tuple[Deviation, ...]:
-        held = self._operator.held
-        if held is None or self._monitor is None:
-            return ()
-        slipped = self._monitor.slipped(held.object, held.T_tool_object, self._operator.in_tool(held.object))
-        return () if slipped is None else (slipped,)
-
-    def _compare(
-        self, expected: Mapping[str, Pose], poses: Mapping[str, Pose], placed: Sequence[str]
-    ) -> tuple[Deviation, ...]:
-        return () if self._monitor is None else self._monitor.compare(expected, poses, placed)
+    @cached_property
+    def _world(self) -> World:
+        """The planner's picture of the scene; made only where something went wrong."""
+        geometries = {obj.name: load_geometry(obj.shape) for obj in self._task.objects}
+        return World(robot_model(self._operator.robot.spec), geometries, self._task.table)
 
 
 @contextmanager

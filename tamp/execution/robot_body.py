@@ -22,6 +22,9 @@ POSITION_GAIN = 0.3
 FINGER_SPEED = 0.1
 """How fast a finger moves [m/s]."""
 
+GENTLE_FORCE = 20.0
+"""Force of a finger that opens, or that holds something light [N]."""
+
 
 @dataclass(frozen=True)
 class RobotBody:
@@ -92,27 +95,27 @@ class RobotBody:
         )
 
     def open_to(self, opening: float) -> None:
-        """Send the fingers to `opening` [m]; they push with the gripper's force at most."""
+        """Send the fingers to `opening` [m]; they push gently."""
         for joint in self.fingers:
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.POSITION_CONTROL,
                 targetPosition=opening / 2,
-                force=self.spec.gripper.force,
+                force=GENTLE_FORCE,
                 maxVelocity=FINGER_SPEED,
                 physicsClientId=self.client,
             )
 
-    def squeeze(self) -> None:
-        """Close the fingers with the gripper's force until told otherwise."""
+    def squeeze(self, force: float) -> None:
+        """Close the fingers until told otherwise, each with `force` [N] or what the gripper has, if that is less."""
         for joint in self.fingers:
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.VELOCITY_CONTROL,
                 targetVelocity=-FINGER_SPEED / 2,
-                force=self.spec.gripper.force,
+                force=min(force, self.spec.gripper.force),
                 physicsClientId=self.client,
             )
 

@@ -22,8 +22,8 @@ REST_SPEED, REST_TURN = 0.002, 0.02
 REST_STEPS = 60
 """How long it must rest."""
 
-UPRIGHT = 0.3
-"""A contact supports where its normal's vertical share is over this."""
+UPRIGHT = 0.2
+"""A contact supports where its normal's vertical share is over this: a bowl in a bowl hangs on walls of 75 degrees."""
 
 
 @dataclass(frozen=True)

@@ -42,3 +42,9 @@ def set_points(trajectory: Trajectory, step: float) -> tuple[Array, Array]:
     count = max(1, math.ceil(trajectory.duration / step - 1e-9))
     q = positions_at(trajectory, np.arange(count + 1, dtype=np.float64) * step)
     return q[:-1], np.diff(q, axis=0) / step
+
+
+def backwards(trajectory: Trajectory) -> Trajectory:
+    """The same motion from its end to its start."""
+    end = trajectory.times[-1]
+    return Trajectory(end - trajectory.times[::-1], trajectory.positions[::-1], -trajectory.velocities[::-1])

@@ -1,0 +1,88 @@
+"""Getting the arm out after a fault: taking back what was done, and drawing the hand out of what it touches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.execution.tracking import backwards
+from tamp.task import Grip, Move, Pose, Release, Step
+from tamp.world.kinematics import straight_line
+from tamp.world.robot_model import RobotModel
+from tamp.world.scene import Scene
+from tamp.world.world import World
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+CLEAR = 0.003
+"""Distance at which a hand counts as out of what it touched; motions from there ask for a little less [m]."""
+
+DISTANCES = (0.03, 0.06, 0.1, 0.15, 0.2)
+"""How far the hand is drawn out, the shortest that frees it [m]."""
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def undone(steps: Sequence[Step], pose: Pose) -> Iterator[Step]:
+    """The steps that take back an approach, a grip and a lift: the same motions backwards, the object let go between.
+
+    Args:
+        steps: the steps to take back, in the order in which they were done.
+        pose: where the object stood (world frame).
+    """
+    opening = next(step.opening for step in steps if isinstance(step, Move))
+    for step in reversed(steps):
+        if isinstance(step, Move):
+            phase = "retreat" if step.held is None else "lower"
+            yield Move(phase, backwards(step.trajectory), step.opening, step.held, step.contacts)
+        elif isinstance(step, Grip):
+            yield Release(step.attachment.object, pose, opening)
+
+
+def way_out(world: World, poses: Mapping[str, Pose], q: Array) -> Array | None:
+    """The path that frees an arm with empty, open fingers from what it is too near to.
+
+    What is touched already may be touched on the way; of the lines back along the approach, straight up, and between
+    the two, and of the way home, the one is taken that is free soonest.
+
+    Args:
+        world: robot, table and objects.
+        poses: object -> pose (world frame).
+        q: where the arm is, shape (dof,) [rad].
+
+    Returns:
+        Shape (n, dof) [rad], its last configuration free; None where `q` is free already, or none of these ends free.
+    """
+    robot = world.robot
+    q = np.clip(q, robot.lower, robot.upper)
+    scene = Scene({name: pose.matrix for name, pose in poses.items()}, opening=robot.spec.gripper.stroke)
+    checker = world.checker(scene, margin=CLEAR)
+    if checker.free(q):
+        return None
+    best: Array | None = None
+    for line in _lines(robot, q):
+        freed = next((i for i, waypoint in enumerate(line) if checker.free(waypoint)), None)
+        if freed is not None and (best is None or freed < len(best) - 1):
+            best = line[: freed + 1]
+    return best
+
+
+def _lines(robot: RobotModel, q: Array) -> Iterator[Array]:
+    """Ways to leave, in waypoints a centimetre or less apart."""
+    T = robot.forward(q)
+    back = -T[:3, 2]
+    for direction in (back, UP, back + UP):
+        length = float(np.linalg.norm(direction))
+        for distance in DISTANCES if length > 1e-6 else ():
+            T_goal = T.copy()
+            T_goal[:3, 3] += distance / length * direction
+            line = straight_line(robot, q, T_goal)
+            if line is not None:
+                yield line
+    home = np.array(robot.home)
+    yield np.linspace(q, home, max(2, round(float(np.abs(home - q).max()) / 0.02)))

@@ -1,0 +1,111 @@
+import math
+
+import numpy as np
+import pytest
+
+from tamp.execution.executor import execute, open_execution
+from tamp.execution.monitor import Monitor
+from tamp.execution.operator import Operator
+from tamp.execution.performer import PUT_BACK
+from tamp.execution.record import Deviation
+from tamp.execution.recovery import CLEAR, undone, way_out
+from tamp.execution.settling import settle
+from tamp.execution.tracking import backwards, positions_at
+from tamp.task import Box, Grip, Move, Object, Pose, Release, Task, load_robot
+from tamp.world.geometry import load_geometry
+from tamp.world.robot_model import robot_model
+from tamp.world.scene import Scene
+from tamp.world.world import World
+from tests.execution.planning_by_hand import DOWN, HandPlanner
+
+BLOCK = Object("block", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)))
+GRASP = Pose((0, 0, 0.02)) @ DOWN
+GOAL = Pose((0.1, -0.2, 0.04))
+
+
+def planned(task, name, grasp, width, goal):
+    hand = HandPlanner(task, settle(task).poses)
+    hand.pick(name, grasp, width)
+    hand.place(goal)
+    return hand.plan()
+
+
+def test_a_motion_backwards_passes_the_same_places():
+    plan = planned(Task("one", (BLOCK,)), "block", GRASP, 0.05, GOAL)
+    there = plan.actions[0].steps[1].trajectory
+    back = backwards(there)
+    times = np.linspace(0.0, there.duration, 50)
+    assert back.times[0] == 0.0
+    assert positions_at(back, times) == pytest.approx(positions_at(there, there.duration - times))
+
+
+def test_a_pick_is_taken_back_step_by_step():
+    approach, grip, lift = planned(Task("one", (BLOCK,)), "block", GRASP, 0.05, GOAL).actions[0].steps[1:]
+    lower, release, retreat = undone((approach, grip, lift), BLOCK.pose)
+    assert isinstance(lower, Move) and (lower.phase, lower.held) == ("lower", lift.held)
+    assert isinstance(release, Release) and (release.object, release.pose) == ("block", BLOCK.pose)
+    assert isinstance(retreat, Move) and (retreat.phase, retreat.opening) == ("retreat", approach.opening)
+    assert (lower.trajectory.positions[-1] == lift.trajectory.positions[0]).all()
+    assert (retreat.trajectory.positions[-1] == approach.trajectory.positions[0]).all()
+    assert isinstance(grip, Grip) and release.opening == approach.opening
+
+
+def test_what_turns_in_the_fingers_is_put_back_and_only_so_often():
+    """A monitor for whom whatever is held has slipped."""
+    task = Task("one", (BLOCK,))
+    with open_execution(task, settle(task).poses, monitor=Monitor(slip=-1.0)) as execution:
+        for attempt in range(PUT_BACK + 1):
+            hand = HandPlanner(task, execution.poses(), q=execution.configuration())
+            hand.pick("block", GRASP, 0.05)
+            hand.place(GOAL)
+            run = execution.carry_out(hand.plan())
+            if attempt < PUT_BACK:
+                assert run.status == "deviated"
+                assert run.deviation is not None and (run.deviation.object, run.deviation.kind) == ("block", "slipped")
+                assert [entry.name for entry in run.log] == ["pick(block)"]
+                assert math.dist(run.final_poses["block"].xyz, BLOCK.pose.xyz) < 0.003
+    assert run.status == "done"
+    assert math.dist(run.final_poses["block"].xyz, GOAL.xyz) < 0.003
+
+
+def test_a_hand_that_lost_its_object_on_the_way_down_draws_back(monkeypatch):
+    task = Task("one", (BLOCK,))
+    plan = planned(task, "block", GRASP, 0.05, GOAL)
+    lost, move, phases = Operator.lost, Operator.move, []
+
+    def noted(self, step):
+        phases.append(step.phase)
+        move(self, step)
+
+    def dropped(self, kind="dropped"):
+        if phases[-1] != "lower" or self.held is None:
+            return lost(self, kind)
+        self.held = None
+        return Deviation("block", kind, 0.03, 0.0)
+
+    monkeypatch.setattr(Operator, "move", noted)
+    monkeypatch.setattr(Operator, "lost", dropped)
+    run = execute(task, plan)
+    assert run.status == "deviated"
+    assert run.deviation is not None and run.deviation.kind == "dropped"
+    end = plan.actions[1].steps[-1].trajectory.positions[-1]
+    assert np.abs(np.array(run.configuration) - end).max() < 0.01
+
+
+def test_an_arm_that_touches_something_leaves_it_by_the_shortest_way():
+    world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
+    hand = HandPlanner(Task("one", (BLOCK,)), {"block": BLOCK.pose})
+    hand.pick("block", GRASP, 0.05)
+    inside = hand.actions[0].steps[1].trajectory.positions[-1]
+    beside = {"block": Pose((0.1, 0.23, 0.04))}  # a finger is in it by now
+    path = way_out(world, beside, inside)
+    assert path is not None
+    assert path[0] == pytest.approx(inside)
+    checker = world.checker(Scene({"block": beside["block"].matrix}, opening=0.08), margin=CLEAR)
+    assert checker.free(path[-1]) and not checker.free(path[-2])
+    assert way_out(world, beside, path[-1]) is None
+
+
+def test_an_arm_that_is_free_stays():
+    world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
+    assert way_out(world, {"block": BLOCK.pose}, np.array(world.robot.home)) is None
