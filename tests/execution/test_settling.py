@@ -1,11 +1,13 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
 
-from tamp.execution.settling import settle
+from tamp.execution.settling import settle, supports
+from tamp.execution.simulator import Touch
 from tamp.task import Box, Cylinder, Mesh, Object, Pose, Task
 
 OCRTOC = Path(__file__).parents[3] / "shared" / "ocrtoc" / "2021"
@@ -99,3 +101,9 @@ def test_what_falls_off_the_table_is_caught_by_the_floor():
     settled = settle(task)
     assert settled.poses["box"].xyz[2] == pytest.approx(-0.725, abs=0.01)
     assert settled.supports == ()
+
+
+def test_steep_walls_carry_what_is_wedged_between_them():
+    walls = [Touch("cup", "bowl", (side, 0.0, 0.22), 0.0, 1.0) for side in (-0.975, 0.975)]
+    beside = Touch("cup", "jug", (0.0, 0.995, 0.1), 0.0, 0.1)
+    assert supports(SimpleNamespace(touches=lambda: [*walls, beside])) == (("cup", "bowl"),)
