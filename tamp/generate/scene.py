@@ -76,7 +76,8 @@ def settled_scene(
         The scene and "", or None and why it is rejected: "fell apart", "overlap", "out of reach", "drift".
     """
     drawn = {name: Pose.from_matrix(T) for name, T in layout.items()}
-    task = Task("scene", tuple(things[name].object(name, pose) for name, pose in drawn.items()))
+    # In the order that the task will have: physics gives each order another creeping.
+    task = Task("scene", tuple(things[name].object(name, pose) for name, pose in sorted(drawn.items())))
     first = settle(task, limit_s=SETTLE_S)
     poses = {name: rounded(pose) for name, pose in first.poses.items()}
     matrices = {name: pose.matrix for name, pose in poses.items()}
