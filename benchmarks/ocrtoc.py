@@ -1,4 +1,4 @@
-"""OCRTOC's public tasks of 2021, from settled start scenes to a score, and the means that rank a solution.
+"""OCRTOC's public tasks of 2021 or 2020, from settled start scenes to a score, and the means that rank a solution.
 
 Every result is on disk before the next task begins; with --output, a run that was interrupted goes on where it was, and
 with --pictures each task's start, goal and end are rendered side by side beside it.
@@ -19,22 +19,30 @@ from tamp.results import Result
 from tamp.task import Task
 from tamp.task.load import load_task
 
-DATA = Path(__file__).parents[2] / "shared" / "ocrtoc" / "2021"
-QUICK = ("0-0", "1-1-1", "6-1-1")
+DATA = Path(__file__).parents[2] / "shared" / "ocrtoc"
+QUICK = {2020: ("1-24", "1-26", "1-241"), 2021: ("0-0", "1-1-1", "6-1-1")}
 
 
 def rows(
-    quick: bool, tasks: Sequence[str], seeds: Sequence[int], timeout: float, output: Path | None, pictures: bool
+    quick: bool,
+    year: int,
+    levels: Sequence[int],
+    tasks: Sequence[str],
+    seeds: Sequence[int],
+    timeout: float,
+    output: Path | None,
+    pictures: bool,
 ) -> Iterator[Row]:
-    """One row for each task and seed, and the means over all; reasons are printed as they come."""
-    if not DATA.is_dir():
-        sys.exit(f"the tasks are not there: {DATA}")
+    """One row for each task and seed, and the means over each level and all; reasons are printed as they come."""
+    data = DATA / str(year)
+    if not data.is_dir():
+        sys.exit(f"the tasks are not there: {data}")
     with tempfile.TemporaryDirectory() as scratch:
         folder = output or Path(scratch)
-        import_ocrtoc(DATA, folder / "tasks")
-        wanted = set(tasks or (QUICK if quick else ()))
+        import_ocrtoc(data, folder / "tasks")
+        wanted = set(tasks or (QUICK[year] if quick else ()))
         files = [f for f in sorted((folder / "tasks").glob("*.yaml")) if not wanted or f.stem in wanted]
-        loaded = {task.name: task for task in map(load_task, files)}
+        loaded = {task.name: task for task in map(load_task, files) if not levels or task.level in levels}
         batch = Batch(list(loaded.values()), seeds, {"timeout": timeout}, output=folder, resume=True)
         results = []
         for result in batch.run():
@@ -43,7 +51,9 @@ def rows(
             print(f"{result.task} (seed {result.seed}): {result.status}. {result.message}", flush=True)
             if pictures:
                 _picture(loaded[result.task], result, folder)
-    yield _means(results)
+    for level in sorted({result.level for result in results if result.level is not None}):
+        yield _means(f"level {level}", [result for result in results if result.level == level])
+    yield _means("all", results)
 
 
 def _row(result: Result) -> Row:
@@ -63,13 +73,13 @@ def _row(result: Result) -> Row:
     }
 
 
-def _means(results: Sequence[Result]) -> Row:
-    """The last row: what a solution is ranked by. A task without a score counts as untouched."""
+def _means(name: str, results: Sequence[Result]) -> Row:
+    """What a solution is ranked by. A task without a score counts as untouched."""
     idle = [r.do_nothing_ede_m for r in results if r.do_nothing_ede_m is not None]
     error = [r.do_nothing_ede_m if r.ede_m is None else r.ede_m for r in results if r.do_nothing_ede_m is not None]
     attempted = sum(r.grasps_attempted for r in results)
     return {
-        "task": "all",
+        "task": name,
         "status": f"{sum(r.status == 'solved' for r in results)} of {len(results)}",
         "grasps": f"{sum(r.grasps_succeeded for r in results) / max(attempted, 1):.1%}",
         "plan_s": max((r.planning_s for r in results), default=0.0),
@@ -104,6 +114,8 @@ def _run(folder: Path, result: Result) -> Path:
 
 def _options() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--year", type=int, choices=sorted(QUICK), default=2021, help="the contest's")
+    parser.add_argument("--levels", type=int, nargs="*", default=(), metavar="N", help="only these; 2020 has 1 to 5")
     parser.add_argument("--tasks", nargs="*", default=(), metavar="NAME", help="only these, such as 1-1-1")
     parser.add_argument("--seed", dest="seeds", type=int, nargs="*", default=(0,), metavar="N")
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="planning a task")
