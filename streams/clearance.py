@@ -62,20 +62,22 @@ def tilt_cost(pinches: Pinches, place: Placement) -> NDArray[np.float64]:
 
 
 def support_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
-    """HINDERED for each hand that meets what the object stands on or in, which must be there, shape (n,)."""
+    """HINDERED for each hand, open or closed, that meets what the object stands on or in and needs there, (n,)."""
     around = standing_around(workspace, obj, place)
     supports = Scene(poses={name: around[name].pose.matrix for name in place.on if name in around})
     if not supports.poses:
         return np.zeros(len(pinches))
-    T, openings = place.pose.matrix @ pinches.T_object_tool, _openings(workspace, pinches)
-    lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
-    near = lower[:, :, 2].min(axis=1) < 0.0
-    for name in supports.poses:
-        low, high = workspace.bounds(name, around[name].pose)
-        near |= np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
-    cost = np.zeros(len(pinches))
-    cost[near] = [HINDERED * hand_hits(workspace, T[i], openings[i], supports) for i in np.flatnonzero(near)]
-    return cost
+    T = place.pose.matrix @ pinches.T_object_tool
+    hit = np.zeros(len(pinches), bool)
+    for openings in (_openings(workspace, pinches), pinches.widths):  # fingers that close may come over a support
+        lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
+        near = lower[:, :, 2].min(axis=1) < 0.0
+        for name in supports.poses:
+            low, high = workspace.bounds(name, around[name].pose)
+            near |= np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
+        near &= ~hit
+        hit[near] = [hand_hits(workspace, T[i], openings[i], supports) for i in np.flatnonzero(near)]
+    return HINDERED * hit
 
 
 def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
@@ -112,3 +114,13 @@ def standing_around(workspace: Workspace, obj: str, place: Placement) -> dict[st
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
     """Whether the open hand, without an arm, comes too close to the table or to anything in the scene."""
     return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
+
+
+def first_clear(
+    workspace: Workspace, grasp: Grasp, poses: NDArray[np.float64], around: Mapping[str, Placement], obj: str
+) -> int:
+    """The first of some poses of `obj`, shape (n, 4, 4), where the hand that lets go of it is clear; 0 if none is."""
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    scene = Scene({name: place.pose.matrix for name, place in around.items() if name != obj})
+    tools = poses @ grasp.T_object_tool.matrix
+    return next((i for i, tool in enumerate(tools) if not hand_hits(workspace, tool, opening, scene)), 0)

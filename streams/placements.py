@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.clearance import first_clear
 from tamp.streams.footing import stands
 from tamp.streams.values import Placement
-from tamp.streams.workspace import TABLE, Context, Workspace, at_pose
+from tamp.streams.workspace import TABLE, Context, Workspace, at_pose, held, standing
 from tamp.task import Pose
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 RELEASE_HEIGHT = 0.001  # objects are let go this far above what they will stand on [m]
 ROOM_FOR_FINGERS = 0.035  # wanted between an object and its neighbours [m]
 COMPARED = 64  # positions on a region compared at a time
+FITTED = 24  # of those, the best, at which the hand is tried
 DRAWS = 32  # tries before giving up
 EDGE = 0.01  # footprints stay this far inside the table's edge [m]
 REACH = (0.32, 0.68)  # distances from the base, along the table, where an arm of this size works best [m]
@@ -26,9 +28,9 @@ REACH = (0.32, 0.68)  # distances from the base, along the table, where an arm o
 def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placement]:
     """Yield placements of an object on a region of the table ("table" is all of it), without end.
 
-    Positions with room for fingers beside everything that the plan has already placed come first, and, for the
-    table as a buffer, those that no start and no goal will need. Every third draw ignores what is known: what the
-    plan has settled so far is advice, not truth.
+    Positions with room for fingers beside everything that the plan has already placed come first, those where the
+    hand that holds the object fits in before all, and, for the table as a buffer, those that no start and no goal
+    will need. Every third draw ignores what is known: what the plan has settled so far is advice, not truth.
     """
     workspace: Workspace = context.scene
     wanted = _wanted(workspace, obj) if region == TABLE else []
@@ -50,11 +52,14 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
         taken = [_rectangle(workspace, f[1], f[2]) for f in at_pose(context.bound) if f[1] != obj]
         others = [] if blind else taken + wanted
         xy = context.rng.uniform(low, high, size=(COMPARED, 2))
-        best = xy[_ranking(workspace, xy, lower, upper, others)[0]]
-        T = np.eye(4)
-        T[:3, :3] = R
-        T[:3, 3] = (*best, RELEASE_HEIGHT - lower[2])
-        yield Placement(Pose.from_matrix(T), (TABLE,))
+        ranked = xy[_ranking(workspace, xy, lower, upper, others)]
+        T = np.tile(np.eye(4), (COMPARED, 1, 1))
+        T[:, :3, :3] = R
+        T[:, :2, 3] = ranked
+        T[:, 2, 3] = RELEASE_HEIGHT - lower[2]
+        grasp = None if blind else held(context.bound).get(obj)
+        best = 0 if grasp is None else first_clear(workspace, grasp, T[:FITTED], standing(context.bound), obj)
+        yield Placement(Pose.from_matrix(T[best]), (TABLE,))
         draw += 1
 
 

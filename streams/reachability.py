@@ -55,7 +55,8 @@ def handlings(
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     neighbours = Scene(poses={name: place.pose.matrix for name, place in around.items()})
     # Where the hand itself meets others, no other arm configuration will help: one handling stands for all.
-    hand_blocked = world.hand_contact(T_world_tool, opening, neighbours, margin=ARM_MARGIN) is not None
+    widths = (opening, grasp.width)
+    hand_blocked = any(world.hand_contact(T_world_tool, w, neighbours, margin=ARM_MARGIN) is not None for w in widths)
     blocked_by_others = []
     key = ("handlings", obj, placement, grasp, fall)
     for handling in recalled(context, key, lambda first: _alone(first, obj, placement, grasp, fall)):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from tamp.streams.values import Placement
+from tamp.streams.values import Grasp, Placement
 from tamp.task import Pose, Region, Task
 
 if TYPE_CHECKING:
@@ -109,3 +109,8 @@ def at_pose(facts: Any) -> Iterator[Any]:
 def standing(facts: Any) -> dict[str, Placement]:
     """Object -> placement; where `facts` have several for an object, the last, which is the one that holds first."""
     return {fact[1]: fact[2] for fact in at_pose(facts)}
+
+
+def held(facts: Any) -> dict[str, Grasp]:
+    """Object -> the grasp that holds it; where `facts` have several, the last, which is the one that holds first."""
+    return {fact[1]: fact[2] for fact in facts if str(fact[0]).lower() == "atgrasp"}

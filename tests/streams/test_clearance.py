@@ -8,6 +8,7 @@ from tamp.streams.clearance import (
     HINDERED,
     above_table,
     clear_of_object,
+    first_clear,
     hand_hits,
     neighbour_cost,
     opening_for,
@@ -16,7 +17,7 @@ from tamp.streams.clearance import (
     tilt_cost,
 )
 from tamp.streams.pinches import Pinches
-from tamp.streams.values import Grasp
+from tamp.streams.values import Grasp, Placement
 from tamp.task import At, Box, Object, Pose
 from tamp.world.scene import Scene
 from tests.streams.tables import CUBE, RED, SLAB, panda, workspace_of
@@ -90,6 +91,16 @@ def test_meeting_the_support_hinders():
     assert costs.tolist() == [0.0, HINDERED]
 
 
+def test_fingers_that_would_close_over_the_support_are_hindered():
+    post = Object("post", Box((0.03, 0.03, 0.06)), Pose((0.0, 0.0, 0.03)))
+    chip = Object("chip", Box((0.03, 0.03, 0.03)), Pose((0.0, 0.0, 0.075)))
+    workspace = workspace_of(post, chip, on={"chip": ("post",)})
+    low = Pose.from_rpy((0.0, 0.0, -0.012), (np.pi, 0.0, 0.0)).matrix
+    tool, support = chip.pose.matrix @ low, Scene({"post": post.pose.matrix})
+    assert not hand_hits(workspace, tool, opening_for(GRIPPER, Grasp(Pose(), 0.03)), support)
+    assert support_cost(workspace, pinches_at(low, width=0.03), "chip", workspace.start["chip"]).tolist() == [HINDERED]
+
+
 def test_what_stands_on_nothing_but_the_table_has_no_support_in_the_way(table):
     assert support_cost(table, pinches_at(DOWN), "red", table.start["red"]).tolist() == [0.0]
 
@@ -102,3 +113,13 @@ def test_around_a_goal_stand_the_goals_and_around_a_start_the_starts():
         "slab": workspace.start["slab"],
     }
     assert standing_around(workspace, "red", workspace.goals["red"]) == {"cube": workspace.goals["cube"]}
+
+
+def test_the_first_pose_with_room_for_the_hand_is_found(table):
+    grasp = Grasp(Pose.from_matrix(DOWN), 0.05)
+    beside, away = (Pose((0.05, y, 0.04)).matrix for y in (0.252, 0.3))
+    around = {"red": table.start["red"], "cube": Placement(Pose((0.05, 0.2, 0.05)), ("table",))}
+    poses = np.array([beside, away, away])
+    assert first_clear(table, grasp, poses, around, "red") == 1
+    assert first_clear(table, grasp, poses[:1], around, "red") == 0
+    assert first_clear(table, grasp, poses, {"red": Placement(Pose((0.05, 0.3, 0.04)), ("table",))}, "red") == 0

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams.placements import RELEASE_HEIGHT, sample_insertion, sample_placement, sample_stacking
-from tamp.streams.values import Placement
+from tamp.streams.values import Grasp, Placement
 from tamp.task import Box, Cylinder, Object, Pose, Region, Sphere
+from tamp.world.scene import Scene
 from tests.streams.tables import BRICK, CRATE, CUBE, CUP, RED, SLAB, ToldContext, at, corners, workspace_of
 
 SHELF = Region("shelf", (0.05, 0.35), (0.3, 0.25))
@@ -66,6 +67,23 @@ def test_where_there_is_room_a_placement_keeps_clear_of_what_the_plan_has_placed
     ]
     assert clear[0]
     assert sum(clear) >= 4  # every third draw is blind
+
+
+def test_where_the_plan_holds_an_object_the_hand_finds_room_too():
+    grasp = Grasp(Pose.from_rpy((0.0, 0.0, 0.01), (np.pi, 0.0, 0.0)), 0.04)
+    others = [Object(f"cube_{i}", CUBE.shape, CUBE.pose) for i in range(6)]
+    crowded = workspace_of(CUBE, *others, regions=(SHELF,))
+    places = [Placement(Pose((x, y, 0.021)), ("table",)) for x in (-0.06, 0.05, 0.16) for y in (0.29, 0.41)]
+    bound = tuple(at(other.name, place) for other, place in zip(others, places, strict=True))
+    around = Scene({name: place.pose.matrix for _, name, place in bound})
+
+    def blocked(known):
+        placed = [on_region(crowded, "cube", count=1, seed=seed, bound=known)[0] for seed in range(10)]
+        tools = [p.pose.matrix @ grasp.T_object_tool.matrix for p in placed]
+        return sum(crowded.world.hand_contact(tool, 0.056, around, margin=0.0) is not None for tool in tools)
+
+    assert blocked(bound) > 0
+    assert blocked((*bound, ("AtGrasp", "cube", grasp))) == 0
 
 
 def test_the_object_itself_is_not_in_its_own_way(shelved):
