@@ -58,11 +58,11 @@ def asking_for(workspace: Workspace, names: Collection[str]) -> Workspace:
 
 def alone(workspace: Workspace, name: str) -> Workspace:
     """The workspace with one object and what it rests on at its start and its goal; all else is taken away."""
-    start = workspace.start
+    start, below = workspace.start, _all_below(workspace.goals, name)
     standing = {other: start[other] for other in (name, *_all_below(start, name))}
-    for other in _all_below(workspace.goals, name):
-        standing[other] = workspace.goals.get(other, start[other])
-    goals = {other: place for other, place in workspace.goals.items() if other in standing}
+    standing |= {other: workspace.goals.get(other, start[other]) for other in below}
+    # Where it stands on something now, the goal of that does not matter, nor is what that would rest on there.
+    goals = {other: workspace.goals[other] for other in (name, *below) if other in workspace.goals}
     return replace(asking_for(workspace, {name}), start=standing, goals=goals)
 
 
