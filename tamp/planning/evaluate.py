@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tamp.planning.fact_index import FactIndex
-from tamp.planning.instances import Instance, ground
+from tamp.planning.instances import ground
 from tamp.planning.join import Pattern
 from tamp.planning.knowledge import Knowledge
+from tamp.planning.lookups import Lookup, Lookups, differ, order
 from tamp.planning.normal_schemas import AxiomSchema, Condition
 from tamp.planning.objects import Fact
 from tamp.planning.sampling import Sampling
-from tamp.planning.schema import External
 from tamp.planning.state import State, Support, Violation
-
-Pairs = tuple[tuple[str | int, str | int], ...]
-
-
-Order = tuple[tuple[Pattern, Pairs], ...]
-"""The patterns of a condition in the order of evaluation, after an empty first one."""
+from tamp.planning.truth import Truth
 
 
 class Evaluator:
@@ -26,50 +21,12 @@ class Evaluator:
 
     def __init__(self, knowledge: Knowledge, sampling: Sampling) -> None:
         self._knowledge = knowledge
-        self._sampling = sampling
         self._schema = knowledge.schema
         self._axioms: dict[str, list[AxiomSchema]] = {}
         for axiom in self._schema.axioms:
             self._axioms.setdefault(str(axiom.head[0]), []).append(axiom)
-        self._orders: dict[tuple[int, frozenset[str]], tuple[Condition, Order]] = {}
-
-    def truth(self, fact: Fact) -> bool:
-        """Whether a fact without fluents holds; asks the tests that decide it."""
-        if fact in self._knowledge.real:
-            return True
-        if fact in self._knowledge.refuted:
-            return False
-        if fact[0] == "object":
-            return True
-        if fact[0] == "=":
-            return bool(fact[1] == fact[2])
-        tests = self._schema.askable.get(fact[0])
-        if tests is None or not all(self._knowledge.objects.is_real(h) for h in fact[1:]):
-            return False
-        reason = ""
-        for test in tests:
-            for pattern in test.certified:
-                if pattern[0] == fact[0]:
-                    instance = self._ask(test, dict(zip(pattern[1:], fact[1:], strict=True)))
-                    if instance is not None and instance.results:
-                        return True
-                    reason = next((r for r, _ in instance.reasons), reason) if instance is not None else reason
-        if fact[0] in self._schema.tests:  # otherwise another stream may certify it yet
-            self._knowledge.refute(fact, reason)
-        return False
-
-    def _ask(self, test: External, terms: dict[str | int, int]) -> Instance | None:
-        """The instance of a test that decides a fact, after its call; None where it does not apply."""
-        if any(isinstance(t, int) and t != h for t, h in terms.items()) or not all(v in terms for v in test.inputs):
-            return None
-        instance = self._knowledge.instance(test, tuple(terms[v] for v in test.inputs))
-        if not instance.calls:
-            if not all(self.given(f) for f in instance.domain):
-                return None
-            self._sampling.draw(instance)
-            self._knowledge.announce(instance)
-            self._knowledge.version += not instance.results
-        return instance
+        self._orders: dict[tuple[int, frozenset[str]], Lookups] = {}
+        self.truth = Truth(knowledge, sampling, self.given)
 
     def given(self, fact: Fact) -> bool:
         """Whether a domain fact holds: certified, derived without fluents, or a fluent that held at the start."""
@@ -79,7 +36,10 @@ class Evaluator:
 
     def support(self, fact: Fact, state: State) -> Support | None:
         """Facts that make a ground atom true in a state, or None where it is false."""
-        return next(self._atom(fact, {}, state), (None, None))[1]
+        if fact[0] in self._axioms:
+            return next(self._atom(Lookup.of(fact, ()), {}, state), (None, None))[1]
+        holds = fact in state if fact[0] in self._schema.fluents else self.truth(fact)
+        return (fact,) if holds else None
 
     def violation(self, fact: Fact, positive: bool, state: State) -> Violation | None:
         """Why a ground literal does not hold in a state, or None where it does.
@@ -92,7 +52,7 @@ class Evaluator:
             exact = fact[0] in self._schema.tests
             return Violation((fact,), f"{self._knowledge.objects.text(fact)} does not hold", exact)
         causes: dict[Fact, None] = {}
-        for _, support in self._atom(fact, {}, state):
+        for _, support in self._atom(Lookup.of(fact, ()), {}, state):
             causes.update(dict.fromkeys(support))
         if not causes and self.support(fact, state) is None:
             return None
@@ -106,58 +66,44 @@ class Evaluator:
         named = [c for c in causes if c[0] not in self._schema.tests] or list(causes)
         return f"{text(fact)} because of {', '.join(map(text, named[:3]))}"
 
-    def _atom(
-        self, pattern: Pattern, binding: dict[str, int], state: State
-    ) -> Iterator[tuple[dict[str, int], Support]]:
+    def _atom(self, lookup: Lookup, binding: dict[str, int], state: State) -> Iterator[tuple[dict[str, int], Support]]:
         """Every binding that makes an atom true, with its support."""
-        name = str(pattern[0])
-        terms = [binding.get(t, t) if isinstance(t, str) else t for t in pattern[1:]]
-        bound = all(isinstance(t, int) for t in terms)
+        name = str(lookup.pattern[0])
         if name in self._axioms:
-            yield from self._derived(name, terms, binding, state)
+            yield from self._derived(lookup, binding, state)
         if name in self._schema.fluents:
-            yield from self._matches(state.index, name, terms, binding)
-        elif name == "object" and not bound:
+            yield from self._matches(state.index, lookup, binding)
+        elif name == "object" and lookup.open:
             for handle in self._knowledge.objects.real():
-                yield {**binding, str(terms[0]): handle}, ()
-        elif bound:
-            fact: Fact = (name, *terms)
-            if self.truth(fact):
-                yield binding, (fact,)
-        else:
-            yield from self._matches(self._knowledge.real, name, terms, binding)
+                yield {**binding, lookup.open[0][1]: handle}, ()
+        elif lookup.open:
+            yield from self._matches(self._knowledge.real, lookup, binding)
+        elif self.truth(fact := ground(lookup.pattern, binding)):
+            yield binding, (fact,)
 
     def _matches(
-        self, index: FactIndex, name: str, terms: list[int | str], binding: dict[str, int]
+        self, index: FactIndex, lookup: Lookup, binding: dict[str, int]
     ) -> Iterator[tuple[dict[str, int], Support]]:
-        positions = tuple(i for i, t in enumerate(terms, start=1) if isinstance(t, int))
-        for fact in list(index.lookup(name, positions, tuple(t for t in terms if isinstance(t, int)))):
+        for fact in list(index.lookup(str(lookup.pattern[0]), lookup.known, lookup.key(binding))):
             extended = dict(binding)
-            if all(extended.setdefault(t, h) == h for t, h in zip(terms, fact[1:], strict=True) if isinstance(t, str)):
+            if all(extended.setdefault(variable, fact[i]) == fact[i] for i, variable in lookup.open):
                 yield extended, (fact,)
 
     def _derived(
-        self, name: str, terms: list[int | str], binding: dict[str, int], state: State
+        self, lookup: Lookup, binding: dict[str, int], state: State
     ) -> Iterator[tuple[dict[str, int], Support]]:
+        name = str(lookup.pattern[0])
         if name in self._schema.recursive:
-            yield from self._matches(self._extension(name, state), name, terms, binding)
+            yield from self._matches(self._extension(name, state), lookup, binding)
             return
         for axiom in self._axioms[name]:
-            inner: dict[str, int] = {}
-            fits = True
-            for parameter, term in zip(axiom.head[1:], terms, strict=True):
-                if isinstance(term, int):
-                    fits &= (
-                        parameter == term if isinstance(parameter, int) else inner.setdefault(parameter, term) == term
-                    )
-            if not fits:
+            inner = _unified(axiom.head, lookup, binding)
+            if inner is None:
                 continue
             for found, support in self.satisfy(axiom.condition, inner, state):
                 extended = dict(binding)
                 head = ground(axiom.head, found)
-                if all(
-                    extended.setdefault(t, h) == h for t, h in zip(terms, head[1:], strict=True) if isinstance(t, str)
-                ):
+                if all(extended.setdefault(variable, head[i]) == head[i] for i, variable in lookup.open):
                     yield extended, support
 
     def _extension(self, name: str, state: State) -> FactIndex:
@@ -186,61 +132,50 @@ class Evaluator:
     ) -> Iterator[tuple[dict[str, int], Support]]:
         """Every binding of a condition's variables that makes it true, with the facts that it rests on."""
         key = (id(condition), frozenset(binding))
-        if key not in self._orders:
-            self._orders[key] = (condition, self._order(condition, set(binding)))  # keeps the condition, and so its id
-        order = self._orders[key][1]
-        if _differ(order[0][1], binding):
-            yield from self._satisfy(1, order, condition, binding, state, ())
+        if key not in self._orders:  # what is kept holds the condition, and so its id
+            self._orders[key] = order(condition, binding, self._schema)
+        lookups = self._orders[key]
+        if differ(lookups.unequal, binding):
+            yield from self._satisfy(0, lookups, binding, state, ())
 
     def _satisfy(
-        self, depth: int, order: Order, condition: Condition, binding: dict[str, int], state: State, support: Support
+        self, depth: int, lookups: Lookups, binding: dict[str, int], state: State, support: Support
     ) -> Iterator[tuple[dict[str, int], Support]]:
-        if depth == len(order):
-            yield from self._negatives(condition, binding, state, support)
+        if depth == len(lookups.positive):
+            absent = self._absent(lookups.negative, binding, state)
+            if absent is not None:
+                yield binding, support + absent
             return
-        pattern, pairs = order[depth]
-        for extended, facts in self._atom(pattern, binding, state):
-            if _differ(pairs, extended):
-                yield from self._satisfy(depth + 1, order, condition, extended, state, support + facts)
+        lookup = lookups.positive[depth]
+        if not lookup.open and lookup.pattern[0] not in self._axioms:
+            found = self.support(ground(lookup.pattern, binding), state)
+            if found is not None:
+                yield from self._satisfy(depth + 1, lookups, binding, state, support + found)
+            return
+        for extended, facts in self._atom(lookup, binding, state):
+            if differ(lookup.unequal, extended):
+                yield from self._satisfy(depth + 1, lookups, extended, state, support + facts)
 
-    def _order(self, condition: Condition, bound: set[str]) -> Order:
-        """In which order to look literals up, each with the inequalities that can be decided after it."""
-        rest, pairs = list(condition.positive), list(condition.unequal)
-        order: list[tuple[Pattern, Pairs]] = []
-        pattern: Pattern = ()
-        while True:
-            ready = tuple(pair for pair in pairs if all(isinstance(t, int) or t in bound for t in pair))
-            pairs = [pair for pair in pairs if pair not in ready]
-            order.append((pattern, ready))
-            if not rest:
-                return tuple(order)
-            pattern = min(rest, key=lambda p: self._rank(p, bound))
-            rest = [p for p in rest if p is not pattern]
-            bound |= {t for t in pattern[1:] if isinstance(t, str)}
-
-    def _negatives(
-        self, condition: Condition, binding: dict[str, int], state: State, support: Support
-    ) -> Iterator[tuple[dict[str, int], Support]]:
+    def _absent(self, negative: tuple[Pattern, ...], binding: dict[str, int], state: State) -> Support | None:
+        """The facts of negative literals where none of them holds; tests of placeholders are taken to hold."""
         absent: list[Fact] = []
-        for pattern in sorted(condition.negative, key=lambda p: p[0] in self._schema.tests):
+        for pattern in negative:
             fact = ground(pattern, binding)
+            if fact in self._knowledge.real:
+                return None
             if fact[0] in self._schema.tests and not all(map(self._knowledge.objects.is_real, fact[1:])):
-                return  # not bound yet: assumed in the plan's favour
+                return None  # not bound yet: assumed in the plan's favour
             if self.support(fact, state) is not None:
-                return
+                return None
             absent.append(fact)
-        yield binding, (*support, *absent)
-
-    def _rank(self, pattern: Pattern, binding: set[str]) -> tuple[int, int]:
-        """Cheap and selective literals first, tests last."""
-        unbound = sum(isinstance(t, str) and t not in binding for t in pattern[1:])
-        if pattern[0] in self._schema.tests:
-            return (9 if not unbound else 10), unbound
-        if not unbound and pattern[0] not in self._schema.derived:
-            return 0, 0
-        kind = 1 if pattern[0] in self._schema.fluents else 2 if pattern[0] not in self._schema.derived else 3
-        return 1 + (pattern[0] == "object") * 7, unbound * 10 + kind
+        return tuple(absent)
 
 
-def _differ(pairs: Pairs, binding: dict[str, int]) -> bool:
-    return all((binding[a] if isinstance(a, str) else a) != (binding[b] if isinstance(b, str) else b) for a, b in pairs)
+def _unified(head: Pattern, lookup: Lookup, binding: dict[str, int]) -> dict[str, int] | None:
+    """What an axiom's variables are where its head is the atom looked up; None where the two cannot be the same."""
+    inner: dict[str, int] = {}
+    for position, handle in zip(lookup.known, lookup.key(binding), strict=True):
+        term = head[position]
+        if (inner.setdefault(term, handle) if isinstance(term, str) else term) != handle:
+            return None
+    return inner
