@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import islice
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,7 @@ from tamp.streams.closing import closed
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
 from tamp.streams.tilting import layable, tilts
+from tamp.streams.turning import turning
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.kinematics import inverse
@@ -39,6 +41,7 @@ ENOUGH = 40  # clear grasps after which no further round is needed
 SIEVED = 600  # pinches looked at closely in one round
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
+FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
 SIEVING_TILTS = (20, 30, 45, 60)  # at which pinches are asked whether they can lay the object down [degrees]
 
@@ -48,16 +51,17 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
 
     They are ranked among the neighbours as they stood when they were first asked for.
     """
-    key = ("grasps", obj, *context.scene.placements_of(obj), str(context.rng.bit_generator.state))
-    yield from recalled(context, key, lambda first: _grasps(first, obj))
+    places = list(context.scene.placements_of(obj))
+    key = ("grasps", obj, *places, str(context.rng.bit_generator.state))
+    yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
 
 
-def _grasps(context: Context, obj: str) -> Iterator[Grasp]:
+def grasps_at(context: Context, obj: str, places: list[Placement]) -> Iterator[Grasp]:
+    """Yield grasps of obj, best first: those that serve all placements, then those that serve some of them."""
     workspace: Workspace = context.scene
-    places = list(workspace.placements_of(obj))
     found, costs = _candidates(context, workspace, obj, places)
     if len(costs):
-        yield from _reachable_first(context, workspace, found, costs, obj)
+        yield from _reachable_first(context, workspace, found, costs, obj, places)
 
 
 def _candidates(
@@ -148,21 +152,30 @@ def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
 
 
 def _reachable_first(
-    context: Context, workspace: Workspace, pinches: Pinches, costs: NDArray[np.float64], obj: str
+    context: Context,
+    workspace: Workspace,
+    pinches: Pinches,
+    costs: NDArray[np.float64],
+    obj: str,
+    places: list[Placement],
 ) -> Iterator[Grasp]:
-    """Yield grasps that the arm can reach at every known placement as they come; afterwards those of one only."""
-    places = list(workspace.placements_of(obj))
+    """Yield grasps that the arm can reach at every placement as they come; afterwards those of one only.
+
+    Those in which the object would turn come between them, the one in which it turns least first.
+    """
     partly: list[Grasp] = []
+    loose: list[tuple[float, Grasp]] = []
     for index in _spread(pinches, costs)[:LIMIT]:
         grasp = closed(workspace, obj, pinches.T_object_tool[index], float(pinches.widths[index]))
         if grasp is None:
             continue
-        if costs[index] >= HINDERED:
+        if costs[index] >= HINDERED or not all(_reached(context, workspace, obj, place, grasp) for place in places):
             partly.append(grasp)
-        elif all(_reached(context, workspace, obj, place, grasp) for place in places):
-            yield grasp
+        elif (angle := max(turning(workspace, obj, grasp, place.pose) for place in places)) > FIRM:
+            loose.append((angle, grasp))
         else:
-            partly.append(grasp)
+            yield grasp
+    yield from (grasp for _, grasp in sorted(loose, key=itemgetter(0)))
     yield from partly
 
 

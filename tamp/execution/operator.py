@@ -7,11 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tamp.execution.bodies import Body
 from tamp.execution.monitor import deviation
 from tamp.execution.record import Deviation, Kind
-from tamp.execution.robot_body import GENTLE_FORCE
-from tamp.execution.robot_loading import FINGER_FRICTION
 from tamp.execution.simulator import GRAVITY, STEP, Simulator
 from tamp.execution.tracking import set_points
 from tamp.task import Attachment, Grip, Move, Pose, Release
@@ -19,20 +16,11 @@ from tamp.task import Attachment, Grip, Move, Pose, Release
 ARRIVED = 0.002
 """Joint error at which a motion counts as finished [rad]."""
 
-LEVERAGE = 10.0
-"""How many times the force that just carries an object it takes to keep it from turning, held beside its centre."""
-
 FALL_S = 2.0
 """How long an object may take to fall flat [s]."""
 
 FALLEN = 0.02
 """Below this an object that fell counts as lying still [m/s], [rad/s]."""
-
-
-def holding_force(body: Body) -> float:
-    """What a finger presses with to hold a body by friction [N]; the gripper may have less."""
-    carries = body.mass * GRAVITY / (2 * FINGER_FRICTION * body.friction)
-    return max(GENTLE_FORCE, LEVERAGE * carries)
 
 
 class Operator:
@@ -74,7 +62,8 @@ class Operator:
     def grip(self, grip: Grip) -> Deviation | None:
         """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
         before = self.robot.opening()
-        self.robot.squeeze(holding_force(self._simulator.bodies[grip.attachment.object]))
+        body = self._simulator.bodies[grip.attachment.object]
+        self.robot.squeeze(self.robot.spec.gripper.holding_force(body.mass * GRAVITY, body.friction))
         self._simulator.wait(2.0, lambda: self.robot.finger_speed() < 0.001, patience=24)
         self.held = grip.attachment
         lost = self.lost("missed")

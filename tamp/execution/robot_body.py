@@ -10,6 +10,7 @@ import numpy as np
 
 from tamp.execution.bullet import pybullet
 from tamp.task import Pose, RobotSpec
+from tamp.task.robot import GENTLE_FORCE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,9 +22,6 @@ POSITION_GAIN = 0.3
 
 FINGER_SPEED = 0.1
 """How fast a finger moves [m/s]."""
-
-GENTLE_FORCE = 20.0
-"""Force of a finger that opens, or that holds something light [N]."""
 
 
 @dataclass(frozen=True)
@@ -108,14 +106,14 @@ class RobotBody:
             )
 
     def squeeze(self, force: float) -> None:
-        """Close the fingers until told otherwise, each with `force` [N] or what the gripper has, if that is less."""
+        """Close the fingers until told otherwise, each with `force` [N]."""
         for joint in self.fingers:
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.VELOCITY_CONTROL,
                 targetVelocity=-FINGER_SPEED / 2,
-                force=min(force, self.spec.gripper.force),
+                force=force,
                 physicsClientId=self.client,
             )
 

@@ -12,9 +12,9 @@ from tamp.execution.bodies import hulls_as_obj, write_obj
 from tamp.execution.bullet import pybullet
 from tamp.execution.robot_body import RobotBody
 from tamp.task import RobotSpec
+from tamp.task.robot import PAD_FRICTION
 from tamp.world.urdf import link_shapes
 
-FINGER_FRICTION = 1.0
 SPINNING_FRICTION = 0.1
 """Resistance of a pad against turning about the contact's normal, as PyBullet counts it."""
 
@@ -77,7 +77,7 @@ def _set_up(body: RobotBody, q: Sequence[float]) -> None:
         pybullet.changeDynamics(
             body.id,
             finger,
-            lateralFriction=FINGER_FRICTION,
+            lateralFriction=PAD_FRICTION,
             spinningFriction=SPINNING_FRICTION,
             physicsClientId=body.client,
         )

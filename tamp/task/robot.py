@@ -11,6 +11,15 @@ from pathlib import Path
 from tamp.errors import RobotError
 from tamp.task.pose import Pose, Vector3
 
+PAD_FRICTION = 1.0
+"""Coefficient of lateral friction of finger pads; a contact has the product of its two bodies'."""
+
+GENTLE_FORCE = 20.0
+"""Force of a finger that opens, or that holds something light [N]."""
+
+LEVERAGE = 10.0
+"""How many times the force that just carries an object it takes to keep it from turning, held beside its centre."""
+
 
 @dataclass(frozen=True)
 class Gripper:
@@ -20,7 +29,7 @@ class Gripper:
         joints: names of the finger joints; each moves by half of the opening.
         fingers: names of the finger links.
         stroke: largest distance between the pads [m].
-        force: closing force of one finger [N].
+        force: the largest closing force of one finger [N].
         axis: closing direction in the tool frame, a unit vector.
         pad: a pad's size along (closing axis, width, approach) [m].
     """
@@ -31,6 +40,11 @@ class Gripper:
     force: float
     axis: Vector3
     pad: Vector3
+
+    def holding_force(self, weight: float, friction: float) -> float:
+        """What each finger presses with to hold an object of a weight [N] and a friction coefficient [N]."""
+        carries = weight / (2 * PAD_FRICTION * friction)
+        return min(self.force, max(GENTLE_FORCE, LEVERAGE * carries))
 
 
 @dataclass(frozen=True)
