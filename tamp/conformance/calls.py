@@ -68,7 +68,7 @@ def call(
         problem.scene,
         lambda: generator_for(seed, stream.name, [key]),
         time.monotonic() + PATIENCE_S,
-        _fluents(problem, stream, values),
+        _fluents(problem, stream, values) if stream.fluents else None,
     )
     function = problem.samplers[stream.name] if sampler is None else sampler
     raw: list[Any] = []

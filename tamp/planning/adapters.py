@@ -2,8 +2,9 @@
 
 PDDLStream's samplers take no context and give tuples of outputs, also where there is only one; its `stream_map` wraps
 each by what kind of function it is, and holds functions and predicates bare. The wrappers here have the same names:
-`Problem(..., samplers=from_stream_map(stream_map))` takes such a map as it is. Where a stream has `:fluents` and any of
-them hold, its function gets them as the keyword argument `fluents`.
+`Problem(..., samplers=from_stream_map(stream_map))` takes such a map as it is. Where a stream has `:fluents`, its
+function gets those that hold as the keyword argument `fluents`. Where a generator yields a `WildOutput` in place of a
+list, anything with lists `values` and `facts`, the facts are certified with the outputs.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 
 from tamp.errors import SamplerError
 from tamp.planning.context import Context
+from tamp.planning.sampling import Certified
 
 Outputs = tuple[Any, ...] | list[Any]
 
@@ -28,23 +30,20 @@ class Adapted:
 
     def __call__(self, context: Context, *inputs: Any) -> Any:
         """What the stream gets for its inputs."""
-        return self.sampler(*inputs, **({"fluents": context.fluents} if context.fluents else {}))
+        return self.sampler(*inputs, **({"fluents": context.fluents} if context.sees_fluents else {}))
 
 
 def from_stream_map(stream_map: Mapping[str, Callable[..., Any]]) -> dict[str, Adapted]:
-    """The samplers of a `stream_map`: those that are wrapped, and bare functions of a `:function` or `:predicate`."""
-    return {name: made if isinstance(made, Adapted) else Adapted(made) for name, made in stream_map.items()}
+    """The samplers of a `stream_map`: those that are wrapped, and bare ones.
+
+    A bare one is a function of a `:function` or `:predicate`, or a generator function that yields lists of tuples.
+    """
+    return {name: made if isinstance(made, Adapted) else _bare(made) for name, made in stream_map.items()}
 
 
-def from_list_gen_fn(generate: Callable[..., Iterable[Iterable[Outputs]]]) -> Adapted:
-    """A generator function that yields a list of tuples at a time; an empty one for "nothing yet"."""
-
-    def sampler(*inputs: Any, **fluents: Any) -> Iterator[Any]:
-        for several in generate(*inputs, **fluents):
-            found = list(map(_plain, several))
-            yield from found or (None,)
-
-    return Adapted(sampler)
+def from_list_gen_fn(generate: Callable[..., Iterable[Any]]) -> Adapted:
+    """A generator function that yields a list of tuples, or a wild output, at a time; an empty one for "not yet"."""
+    return Adapted(lambda *inputs, **fluents: _one_by_one(generate(*inputs, **fluents)))
 
 
 def from_gen_fn(generate: Callable[..., Iterable[Outputs | None]]) -> Adapted:
@@ -76,6 +75,24 @@ def from_sampler(sample: Callable[..., Outputs | None], max_attempts: float = ma
 def from_test(test: Callable[..., Any]) -> Adapted:
     """A function that says yes or no, for a stream without outputs."""
     return Adapted(lambda *inputs, **fluents: bool(test(*inputs, **fluents)))
+
+
+def _bare(function: Callable[..., Any]) -> Adapted:
+    def sampler(*inputs: Any, **fluents: Any) -> Any:
+        made = function(*inputs, **fluents)
+        return _one_by_one(made) if isinstance(made, Iterator) else made
+
+    return Adapted(sampler)
+
+
+def _one_by_one(generated: Iterable[Any]) -> Iterator[Any]:
+    """The outputs of lists and wild outputs, and None for each that is empty."""
+    for several in generated:
+        if hasattr(several, "facts"):
+            facts = tuple(map(tuple, several.facts))
+            yield from (Certified(outputs, facts) for outputs in [*map(_plain, several.values)] or [None])
+        else:
+            yield from [*map(_plain, several)] or [None]
 
 
 def _listed(outputs: Outputs | None) -> list[Outputs]:

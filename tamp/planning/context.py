@@ -18,17 +18,24 @@ class Context:
         deadline: when planning must end, on the clock of time.monotonic [s].
         fluents: for a stream with `:fluents`, the facts of those predicates at the point of the plan where the output
             is used, in the order in which they became true.
+        sees_fluents: whether the stream has `:fluents` at all; there may be times when none of them holds.
         bound: fluent facts that hold in the plan while this output will be in use, as far as they are settled: first
             those of later states, last those that hold at once. Advice only: it changes between two outputs.
     """
 
     def __init__(
-        self, scene: Any, rng: Callable[[], np.random.Generator], deadline: float, fluents: tuple[Any, ...] = ()
+        self,
+        scene: Any,
+        rng: Callable[[], np.random.Generator],
+        deadline: float,
+        fluents: tuple[Any, ...] | None = None,
     ) -> None:
+        """`fluents`: None for a stream that has none."""
         self.scene = scene
         self._make_rng = rng
         self.deadline = deadline
-        self.fluents = fluents
+        self.fluents = fluents or ()
+        self.sees_fluents = fluents is not None
         self.bound: tuple[Any, ...] = ()
         self.failures: list[tuple[str, tuple[Any, ...]]] = []
 

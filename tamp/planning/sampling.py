@@ -94,7 +94,8 @@ class Sampling:
                 keys += [" ".join((f[0], *map(objects.key, f[1:]))) for f in instance.fluents]
                 return generator_for(self._seed, instance.external.name, keys)
 
-            fluents = tuple(map(objects.values_of, instance.fluents))
+            facts = tuple(map(objects.values_of, instance.fluents))
+            fluents = facts if instance.external.fluents else None
             instance.context = Context(self._problem.scene, rng, self.deadline, fluents)
         return instance.context
 

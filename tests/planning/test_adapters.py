@@ -1,11 +1,13 @@
 """Samplers in PDDLStream's form: each wrapper, and a whole stream map."""
 
+from dataclasses import dataclass
 from itertools import count
 
 import pytest
 
 from tamp.errors import SamplerError
 from tamp.planning import (
+    Certified,
     Context,
     Problem,
     from_fn,
@@ -21,7 +23,15 @@ from tests.planning.problems import continuous
 from tests.planning.test_problems import check
 
 
-def context(fluents=()):
+@dataclass
+class Wild:
+    """What PDDLStream's wild streams yield."""
+
+    values: list
+    facts: list
+
+
+def context(fluents=None):
     return Context(None, lambda: pytest.fail("PDDLStream's samplers know no generator"), 0.0, fluents)
 
 
@@ -47,6 +57,50 @@ def pairs(x):
 )
 def test_generators_and_functions(sampler, outputs):
     assert list(sampler(context(), 7)) == outputs
+
+
+def test_wild_outputs_certify_their_facts_with_each_output():
+    wild = [Wild([(1,), (2,)], [["good", 1]]), Wild([], [("nice", 3)]), [(4,)]]
+    expected = [Certified(1, (("good", 1),)), Certified(2, (("good", 1),)), Certified(None, (("nice", 3),)), 4]
+    assert list(from_list_gen_fn(lambda: iter(wild))(context())) == expected
+
+
+def test_a_bare_generator_function_yields_lists_and_a_bare_function_its_value():
+    bare = from_stream_map({"lists": lambda x: iter([[(x,)], []]), "cost": lambda x: x + 0.5})
+    assert list(bare["lists"](context(), 7)) == [7, None]
+    assert bare["cost"](context(), 7) == 7.5
+
+
+@pytest.mark.parametrize(("fluents", "seen"), [(None, "none declared"), ((), ()), ((("on", 1),), (("on", 1),))])
+def test_fluents_are_passed_wherever_the_stream_has_them(fluents, seen):
+    assert list(from_fn(lambda fluents="none declared": (fluents,))(context(fluents))) == [seen]
+
+
+DOMAIN = """(define (domain d) (:predicates (Thing ?x) (Made ?x ?y) (Nice ?y) (Dirty ?x) (Done ?x))
+  (:action wash :parameters (?x) :precondition (Dirty ?x) :effect (not (Dirty ?x)))
+  (:action use :parameters (?x ?y) :precondition (and (Made ?x ?y) (Nice ?y)) :effect (Done ?x)))"""
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+def test_facts_of_a_wild_stream_make_a_plan_possible(algorithm):
+    streams = (
+        "(define (stream s) (:wild-stream make :inputs (?x) :domain (Thing ?x) :outputs (?y) :certified (Made ?x ?y)))"
+    )
+    wild = from_stream_map({"make": lambda x: iter([Wild([(x + "1",), (x + "2",)], [("Nice", x + "2")])])})
+    problem = Problem(domain=DOMAIN, streams=streams, samplers=wild, init=[("Thing", "a")], goal=("Done", "a"))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert [action.args for action in solution.plan] == [("a", "a2")], str(solution.report)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_a_stream_is_asked_where_none_of_its_fluents_holds(algorithm):
+    streams = """(define (stream s) (:stream make :inputs (?x) :domain (Thing ?x) :fluents (Dirty) :outputs (?y)
+        :certified (and (Made ?x ?y) (Nice ?y))))"""
+    clean = from_stream_map({"make": from_fn(lambda x, fluents: None if fluents else ("clean",))})
+    init = [("Thing", "a"), ("Dirty", "a")]
+    problem = Problem(domain=DOMAIN, streams=streams, samplers=clean, init=init, goal=("Done", "a"))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert [action.name for action in solution.plan] == ["wash", "use"], str(solution.report)
 
 
 def test_sampling_goes_on_without_end():

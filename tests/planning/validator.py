@@ -129,7 +129,7 @@ def ask_again(
             continue
         for found in list(state.solutions(list(external.domain), [Parameter(v) for v in external.inputs], {})):
             args = tuple(found[variable] for variable in external.inputs)
-            answer = sampler(SimpleNamespace(fluents=()), *(arg.value for arg in args))
+            answer = sampler(SimpleNamespace(fluents=(), sees_fluents=False), *(arg.value for arg in args))
             if isinstance(external, FunctionStream):
                 values[FunctionTerm(external.name, args)] = float(answer)
             elif isinstance(external, PredicateStream):
