@@ -1,8 +1,9 @@
 """How far an object turns between the pads when it is lifted.
 
 Pads are flat: what they pinch on slanted faces turns until it lies flat between them, and what hangs beside them sags.
-The object turns as long as the work of the closing fingers and its weight gain more than friction takes. Only turning
-about the line across the pads is looked at: about the closing axis the whole face of a pad resists.
+The object turns as long as the work of the closing fingers and its weight gain more than friction takes. It is looked
+at turning about the line across the pads and about the approach axis; about the closing axis the whole face of a pad
+resists.
 """
 
 from __future__ import annotations
@@ -43,13 +44,13 @@ def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
     faces = [(A @ R.T, b + A @ R.T @ t) for A, b in map(half_spaces, near)]
     up, center = R @ pose.matrix[2, :3], R @ geometry.center_of_mass + t
 
-    def energy(angle: float) -> float:
-        turn = _about_side(angle)
+    def energy(turn: Array) -> float:
         thickness = _thickness([(A @ turn.T, b) for A, b in faces], gripper, grasp.width)
         return force * thickness + weight * float(up @ turn @ center)
 
     resisted = PAD_FRICTION * item.friction * force * grasp.width * STEP
-    return max(_slide(energy, sign * STEP, resisted) for sign in (1, -1))
+    ways = [(about, step) for about in (_about_side, _about_approach) for step in (STEP, -STEP)]
+    return max(_slide(lambda angle, about=about: energy(about(angle)), step, resisted) for about, step in ways)
 
 
 def _slide(energy: Callable[[float], float], step: float, resisted: float) -> float:
@@ -79,6 +80,11 @@ def _is_near(points: Array, gripper: Gripper, width: float) -> bool:
 def _about_side(angle: float) -> Array:
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def _about_approach(angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _thickness(faces: list[tuple[Array, Array]], gripper: Gripper, width: float) -> float:

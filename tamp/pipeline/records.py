@@ -62,7 +62,8 @@ def _report(run: Run) -> str:
     for number, plan in enumerate(run.plans):
         lines += ["", f"plan {number}:", *(f"  {i}. {action}" for i, action in enumerate(plan.actions))]
     for number, execution in enumerate(run.executions):
-        lines += ["", f"execution {number}: {execution.status} after {execution.sim_s:.1f} s"]
+        why = "" if execution.deviation is None else f"; {execution.deviation}"
+        lines += ["", f"execution {number}: {execution.status} after {execution.sim_s:.1f} s{why}"]
         lines += [f"  {entry.name}: {entry.sim_s:.1f} s" for entry in execution.log]
     for verdict in run.rejections:
         lines += ["", "A plan that the checker sent back, which is a bug of the planner's:", verdict]

@@ -17,9 +17,9 @@ def board(thickness=0.01, mass=0.1):
     return Object("board", Box((0.1, thickness, 0.1)), Pose((0.0, 0.1, 0.05)), mass=mass)
 
 
-def turned_in_hand(angle, thickness=0.01, mass=0.1, offset=0.0):
+def turned_in_hand(angle, thickness=0.01, mass=0.1, offset=0.0, yaw=0.0):
     workspace = workspace_of(board(thickness, mass))
-    grasp = Grasp(Pose.from_rpy((offset, 0, 0.03), (angle, 0, 0)) @ DOWN, thickness)
+    grasp = Grasp(Pose.from_rpy((offset, 0, 0.03), (angle, 0, yaw)) @ DOWN, thickness)
     return turning(workspace, "board", grasp, workspace.start["board"].pose)
 
 
@@ -34,6 +34,7 @@ def test_about_the_closing_axis_the_pads_hold():
 @pytest.mark.parametrize("angle", [-0.3, -0.2, 0.2, 0.3])
 def test_what_is_slanted_between_the_pads_turns_until_it_lies_flat(angle):
     assert turned_in_hand(angle) == pytest.approx(abs(angle), abs=2 * STEP)
+    assert turned_in_hand(0.0, yaw=angle) == pytest.approx(abs(angle), abs=2 * STEP)
 
 
 def test_friction_holds_what_is_thick_and_a_little_slanted():
