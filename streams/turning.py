@@ -49,15 +49,15 @@ def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
         return force * thickness + weight * float(up @ turn @ center)
 
     resisted = PAD_FRICTION * item.friction * force * grasp.width * STEP
-    ways = [(about, step) for about in (_about_side, _about_approach) for step in (STEP, -STEP)]
-    return max(_slide(lambda angle, about=about: energy(about(angle)), step, resisted) for about, step in ways)
+    axes = (_about_side, _about_approach)
+    return max(_slide(energy, about, step, resisted) for about in axes for step in (STEP, -STEP))
 
 
-def _slide(energy: Callable[[float], float], step: float, resisted: float) -> float:
+def _slide(energy: Callable[[Array], float], about: Callable[[float], Array], step: float, resisted: float) -> float:
     """How far the angle goes in steps, each of which must set free more energy than it takes [rad]."""
-    angle, here = 0.0, energy(0.0)
+    angle, here = 0.0, energy(about(0.0))
     while abs(angle) < FARTHEST:
-        there = energy(angle + step)
+        there = energy(about(angle + step))
         if there > here - resisted:
             break
         angle, here = angle + step, there
