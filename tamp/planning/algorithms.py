@@ -32,13 +32,15 @@ def adaptive(session: Session) -> None:
         _bind(session, skeleton, budget)
         failures += 1
         if failures % 4 == 0:
-            oldest = min(session.lessons.tried, key=lambda s: session.lessons.tried[s].attempts)
-            if oldest is not skeleton:
-                _bind(session, oldest, budget)
+            _bind_oldest(session, skeleton, budget)
 
 
 def focused(session: Session) -> None:
-    """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided."""
+    """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
+
+    Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
+    would try them in ever new combinations instead.
+    """
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
     failures = 0
     while True:
@@ -46,6 +48,8 @@ def focused(session: Session) -> None:
         if skeleton is not None:
             _bind(session, skeleton, budget.grown(failures // 8))
             failures += 1
+            if failures % 8 == 0:
+                _bind_oldest(session, skeleton, budget.grown(failures // 8))
 
 
 def incremental(session: Session) -> None:
@@ -72,6 +76,13 @@ def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
     version = session.knowledge.version
     if session.bind(skeleton, budget) or session.knowledge.version == version:
         _expand(session)
+
+
+def _bind_oldest(session: Session, latest: Skeleton, budget: Budget) -> None:
+    """Bind the first of the skeletons that were tried least, unless it is the latest."""
+    oldest = min(session.lessons.tried, key=lambda s: session.lessons.tried[s].attempts)
+    if oldest is not latest:
+        _bind(session, oldest, budget)
 
 
 def _next_skeleton(session: Session) -> Skeleton | None:
