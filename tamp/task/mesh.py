@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.errors import TaskError
-from tamp.task.cache import cached, content_key
+from tamp.task.concave import convex_pieces
 from tamp.task.meshfile import RawMesh, read_mesh
 from tamp.task.model import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -143,7 +143,7 @@ def _mesh_parts(path: Path, scale: float, changed: int) -> tuple[Part, ...]:
     found: list[Part] = []
     for group in raw.groups:
         if not is_convex(raw.vertices, group):
-            found.extend(_decomposed(path, raw.vertices, group))
+            found.extend(convex_hull(points) for points in convex_pieces(path, raw.vertices, group))
             continue
         try:
             found.append(convex_hull(raw.vertices[np.unique(group)]))
@@ -153,24 +153,6 @@ def _mesh_parts(path: Path, scale: float, changed: int) -> tuple[Part, ...]:
     if not found:
         raise TaskError(f"{path}: the mesh is degenerate: none of its {len(raw.groups)} parts spans a volume")
     return tuple(found)
-
-
-def _decomposed(path: Path, vertices: Points, faces: Faces) -> tuple[Part, ...]:
-    import numpy as np
-
-    from tamp.task.decompose import decompose
-    from tamp.task.surface import self_intersection
-
-    kept = np.unique(faces)
-    vertices, faces = vertices[kept], np.searchsorted(kept, faces)
-    if (pair := self_intersection(vertices, faces)) is not None:
-        raise TaskError(f"{path}: the mesh intersects itself (triangles {pair[0]} and {pair[1]}); repair it first")
-    key = content_key("coacd-1", vertices.tobytes(), faces.tobytes())
-    try:
-        stored = cached("parts", key, lambda: {f"{i:04d}": p for i, p in enumerate(decompose(vertices, faces))})
-    except ValueError as error:
-        raise TaskError(f"{path}: the mesh is not convex, and {error}; give its convex parts as groups") from error
-    return tuple(convex_hull(np.asarray(stored[name], dtype=np.float64)) for name in sorted(stored))
 
 
 @lru_cache(maxsize=256)
