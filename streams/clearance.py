@@ -11,7 +11,7 @@ from tamp.streams.hand import HandBoxes, boxes_in_world, hand_boxes, lowest_poin
 from tamp.streams.pinches import Pinches, in_tool_frames
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import Gripper
+from tamp.task import Gripper, Pose
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ CLEARANCE = 0.008  # beside the object on each side before closing [m]
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 HAND_MARGIN = 0.002  # between the hand and what stands around [m]
+PASSED = (0.015, 0.03, 0.06)  # depths below the hand at which an object that falls is looked at [m]
 LEANING = 0.8  # cost of a hand that leans over by one radian
 HINDERED = 10.0  # cost of a grasp that cannot serve a placement as long as its supports are there
 
@@ -54,6 +55,16 @@ def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray
     return ~points_hit(_boxes(workspace), _openings(workspace, pinches), local)
 
 
+def clear_of_falling(workspace: Workspace, obj: str, pinches: Pinches, let_go: Pose) -> NDArray[np.bool_]:
+    """Whether the object falls out of the open hand when it is let go at a pose, clear of the fingers, shape (n,)."""
+    down = let_go.matrix[2, :3]
+    clear = np.ones(len(pinches), bool)
+    for depth in PASSED:
+        local = in_tool_frames(workspace.surface[obj] - depth * down, pinches.T_object_tool)
+        clear &= ~points_hit(_boxes(workspace), _openings(workspace, pinches), local)
+    return clear
+
+
 def tilt_cost(pinches: Pinches, place: Placement) -> NDArray[np.float64]:
     """What leaning away from the vertical costs each hand at a placement, shape (n,)."""
     T = place.pose.matrix @ pinches.T_object_tool
@@ -61,13 +72,18 @@ def tilt_cost(pinches: Pinches, place: Placement) -> NDArray[np.float64]:
     return cost
 
 
-def support_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
-    """HINDERED for each hand, open or closed, that meets what the object stands on or in and needs there, (n,)."""
+def support_cost(
+    workspace: Workspace, pinches: Pinches, obj: str, place: Placement, held_at: Pose | None = None
+) -> NDArray[np.float64]:
+    """HINDERED for each hand, open or closed, that meets what the object stands on or in and needs there, (n,).
+
+    Where the object is let go before it gets to its placement, `held_at` says where.
+    """
     around = standing_around(workspace, obj, place)
-    supports = Scene(poses={name: around[name].pose.matrix for name in place.on if name in around})
+    supports = Scene(poses={name: around[name].pose.matrix for name in beneath(place, around)})
     if not supports.poses:
         return np.zeros(len(pinches))
-    T = place.pose.matrix @ pinches.T_object_tool
+    T = (held_at or place.pose).matrix @ pinches.T_object_tool
     hit = np.zeros(len(pinches), bool)
     for openings in (_openings(workspace, pinches), pinches.widths):  # fingers that close may come over a support
         lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
@@ -86,7 +102,7 @@ def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Plac
     lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
     cost = np.zeros(len(pinches))
     around = standing_around(workspace, obj, place)
-    spared = {*place.on, *_standing_on(obj, around)}
+    spared = {*beneath(place, around), *_standing_on(obj, around)}
     for name, other in around.items():
         low, high = workspace.bounds(name, other.pose)
         near = np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
@@ -106,9 +122,22 @@ def _standing_on(obj: str, around: Mapping[str, Placement]) -> set[str]:
 
 
 def standing_around(workspace: Workspace, obj: str, place: Placement) -> dict[str, Placement]:
-    """What stands around a placement of an object: the start scene, or the goal scene for a goal."""
-    around = workspace.goals if place is workspace.goals.get(obj) else workspace.start
+    """What stands around a placement of an object: the start scene, or the goal scene for a goal.
+
+    What has no goal pose of its own is there as well.
+    """
+    around = {**workspace.start, **workspace.goals} if place is workspace.goals.get(obj) else workspace.start
     return {name: around[name] for name in sorted(around) if name != obj}
+
+
+def beneath(place: Placement, around: Mapping[str, Placement]) -> list[str]:
+    """Everything that carries an object at a placement, directly or through others, as it stands around; sorted."""
+    found: set[str] = set()
+    waiting = set(place.on)
+    while waiting := (waiting & around.keys()) - found:
+        found |= waiting
+        waiting = {lower for name in waiting for lower in around[name].on}
+    return sorted(found)
 
 
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:

@@ -17,16 +17,19 @@ import numpy as np
 from tamp.streams.clearance import (
     HINDERED,
     above_table,
+    beneath,
+    clear_of_falling,
     clear_of_object,
     hand_hits,
     neighbour_cost,
+    standing_around,
     support_cost,
     tilt_cost,
 )
 from tamp.streams.closing import closed
+from tamp.streams.falls import letting_go
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
-from tamp.streams.tilting import layable, tilts
 from tamp.streams.turning import turning
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
@@ -43,7 +46,6 @@ PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
 FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
-SIEVING_TILTS = (20, 30, 45, 60)  # at which pinches are asked whether they can lay the object down [degrees]
 
 
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
@@ -96,7 +98,9 @@ def _round(
     cost = intrinsic_cost(workspace, obj, pinches)
     for place, usable, laid in zip(places, serves, lays, strict=True):
         upright = tilt_cost(pinches, place) + support_cost(workspace, pinches, obj, place)
-        cost += np.minimum(np.where(usable, upright, HINDERED), np.where(laid, LAID, HINDERED))
+        upright = np.where(usable, upright, HINDERED)
+        fallen = _clear_above(workspace, obj, pinches, place, laid & (upright >= HINDERED))
+        cost += np.minimum(upright, np.where(fallen, LAID, HINDERED))
     promising = np.array(_spread(pinches, cost)[:PROMISING])
     pinches, cost = pinches.at(promising), cost[promising]
     for place in places:
@@ -127,13 +131,26 @@ def _over_table(
 def _lays(
     workspace: Workspace, obj: str, pinches: Pinches, place: Placement, asked: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Whether each of the pinches asked about can lay the object down at its goal, shape (n,)."""
+    """Whether each of the pinches asked about can let the object fall to its goal, as far as the table says, (n,)."""
     able = np.zeros(len(pinches), bool)
-    if place is workspace.goals.get(obj) and layable(workspace, obj, place):
-        for tilt in tilts(workspace, obj, place):
-            if round(np.degrees(tilt.angle)) in SIEVING_TILTS:
-                rest = np.flatnonzero(asked & ~able)
-                able[rest] = above_table(workspace, pinches.at(rest), Placement(tilt.fall[0], place.on))
+    for let_go in letting_go(workspace, obj, place):
+        rest = np.flatnonzero(asked & ~able)
+        able[rest] = above_table(workspace, pinches.at(rest), Placement(let_go, place.on))
+    return able
+
+
+def _clear_above(
+    workspace: Workspace, obj: str, pinches: Pinches, place: Placement, asked: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether each of the pinches asked about can let the object fall to its goal, clear of what carries it, (n,)."""
+    able = np.zeros(len(pinches), bool)
+    for let_go in letting_go(workspace, obj, place):
+        rest = np.flatnonzero(asked & ~able)
+        some = pinches.at(rest)
+        able[rest] = above_table(workspace, some, Placement(let_go, place.on))
+        able[rest] &= support_cost(workspace, some, obj, place, let_go) < HINDERED
+        if let_go.quat == place.pose.quat:
+            able[rest] &= clear_of_falling(workspace, obj, some, let_go)
     return able
 
 
@@ -180,10 +197,10 @@ def _reachable_first(
 
 
 def _reached(context: Context, workspace: Workspace, obj: str, place: Placement, grasp: Grasp) -> bool:
-    """Whether the arm can reach an object by a grasp as it stands at a placement, or tilted above it."""
-    poses = [place.pose]
-    if place is workspace.goals.get(obj) and layable(workspace, obj, place):
-        poses += [tilt.fall[0] for tilt in tilts(workspace, obj, place)]
+    """Whether the arm can reach an object by a grasp as it stands at a placement, or above it."""
+    poses = [place.pose, *letting_go(workspace, obj, place)]
     tools = (pose.matrix @ grasp.T_object_tool.matrix for pose in poses)
-    over = (T for T in tools if not hand_hits(workspace, T, 0.0, Scene()))
+    around = standing_around(workspace, obj, place)
+    carriers = Scene({name: around[name].pose.matrix for name in beneath(place, around)})
+    over = (T for T in tools if not hand_hits(workspace, T, grasp.width, carriers))
     return any(next(inverse(workspace.world.robot, T, context.rng, count=1), None) is not None for T in islice(over, 3))

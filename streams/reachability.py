@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
+WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
 LIFTS = (0.08, 0.15, 0.04)  # how far up the object is carried off [m]
 SOLUTIONS = 4  # arm configurations tried for one grasp
 
@@ -112,12 +113,15 @@ def _approach(
     """
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
-    for back in APPROACHES:
+    drops = bool(fall) and fall[0].quat == fall[-1].quat
+    for back in WITHDRAWALS if drops else APPROACHES:
         retreat = straight_line(workspace.world.robot, q, _shifted(T, -back * T[:3, 2]))
         if retreat is not None:
             path = retreat[::-1]
             contact = approach_contact(workspace, obj, pose, opening, path, {})
-            under = (approach_contact(workspace, obj, fallen, opening, path[:1], {}) for fallen in fall)
+            # What falls straight down passes between the fingers, which do not move before it lies.
+            way = path if drops else path[:1]
+            under = (approach_contact(workspace, obj, fallen, opening, way, {}) for fallen in fall)
             contact = contact or next(filter(None, under), None)
             if contact is None:
                 return path

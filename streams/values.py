@@ -62,8 +62,8 @@ class Handling:
         opening: distance between the pads before closing and after opening [m].
         approach: empty hand, from clear of the object to the grasp; shape (n, joints) [rad].
         lift: holding, from the grasp to clear of the support; shape (m, joints) [rad].
-        fall: poses that the object passes after it was let go tilted, `placement.pose` the last; empty where it is let
-            go at its placement.
+        fall: poses that the object passes after it was let go tilted or higher up, `placement.pose` the last; empty
+            where it is let go at its placement.
     """
 
     object: str
@@ -78,6 +78,11 @@ class Handling:
     def let_go(self) -> Pose:
         """Where the object is while the hand comes to it or leaves it."""
         return self.fall[0] if self.fall else self.placement.pose
+
+    @property
+    def dropped(self) -> bool:
+        """Whether the object falls straight down while the hand is still there."""
+        return bool(self.fall) and self.let_go.quat == self.placement.pose.quat
 
     def __str__(self) -> str:
         return f"handling of {self.object}"

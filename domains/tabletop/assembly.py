@@ -81,10 +81,15 @@ class _Assembly:
         yield self._move("lower", handling.lift[::-1], handling.grasp.width, held)
         yield Release(handling.object, handling.let_go, handling.opening)
         self._poses[handling.object] = handling.let_go.matrix
+        if handling.dropped:
+            yield self._fall(handling)
         yield self._move("retreat", handling.approach[::-1], handling.opening, touching=handling.object)
-        if handling.fall:
-            yield Fall(handling.object, handling.placement.pose)
-            self._poses[handling.object] = handling.placement.pose.matrix
+        if handling.fall and not handling.dropped:
+            yield self._fall(handling)
+
+    def _fall(self, handling: Handling) -> Fall:
+        self._poses[handling.object] = handling.placement.pose.matrix
+        return Fall(handling.object, handling.placement.pose)
 
     def _move(
         self,

@@ -2,7 +2,8 @@
 ;
 ; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
 ; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
-; Laying is putting something down on one edge, tilted, with the hand at the upper side, to fall flat when it is let go.
+; Laying is letting something go before it is all the way down: tilted, on one edge, to fall flat, or above what it shall
+; lie in, to fall straight down.
 ; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
 (define (domain tabletop)
   (:requirements :strips :equality :negative-preconditions :existential-preconditions :derived-predicates)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.planning import Problem, StreamInfo
-from tamp.streams.tilting import layable
+from tamp.streams.falls import may_fall
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, In, Object, On
@@ -96,7 +96,7 @@ def _goal_facts(workspace: Workspace) -> Iterator[Fact]:
     for name, placement in workspace.goals.items():
         if placement != workspace.start[name]:
             yield from _placement_facts({**workspace.start, **workspace.goals}, name, placement)
-            if layable(workspace, name, placement):
+            if may_fall(workspace, name, placement):
                 yield ("Layable", name, placement)
     for obj in workspace.task.objects:
         match obj.goal:

@@ -1,4 +1,7 @@
-"""Check of a fall: an object let go on one edge turns over it, lands flat, and meets nothing on its way."""
+"""Check of a fall: what is let go on one edge turns over it and lands flat, what is let go in the air falls straight.
+
+Neither meets anything on its way, and both rest where they land.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
+
 
 def check_fall(scene: Scene, state: State, fall: Fall, allow: Tolerances, report: Report) -> None:
     """Judge a fall; afterwards the object lies where the step says."""
@@ -29,7 +34,9 @@ def check_fall(scene: Scene, state: State, fall: Fall, allow: Tolerances, report
     if state.held is not None and state.held.object == name:
         report("precondition", f"{name} cannot fall while the gripper holds it", bodies=(name,))
         return
-    for sentence in _not_falling(scene, state, name, after, allow):
+    straight = _turn(before, after)[1] < STRAIGHT
+    wrong = _not_dropping(name, before, after, allow) if straight else _not_turning(scene, state, name, after, allow)
+    for sentence in wrong:
         report("fall", sentence, bodies=(name,))
     path = _turned(before, after)
     while travelled(scene.solids[name], path).max(initial=0.0) > allow.step:
@@ -47,11 +54,23 @@ def check_fall(scene: Scene, state: State, fall: Fall, allow: Tolerances, report
         report("support", sentence, bodies=bodies, depth=depth)
 
 
-def _not_falling(scene: Scene, state: State, name: str, after: Array, allow: Tolerances) -> Iterator[str]:
+def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:
+    """Why an object would not get from where it was let go to where it is said to come to rest by falling straight."""
+    way = after[:3, 3] - before[:3, 3]
+    aside = float(np.linalg.norm(way[:2]))
+    if aside > allow.grasp:
+        yield f"{name} is said to move {1000 * aside:.0f} mm aside while it falls"
+    if way[2] > 0.0:
+        yield f"{name} is said to fall {1000 * way[2]:.0f} mm upwards"
+    if -way[2] > allow.fall:
+        yield f"{name} falls {1000 * -way[2]:.0f} mm: nobody knows where it comes to rest"
+
+
+def _not_turning(scene: Scene, state: State, name: str, after: Array, allow: Tolerances) -> Iterator[str]:
     """Why an object would not get from where it was let go to where it is said to come to rest by falling alone."""
     before = state.poses[name]
     axis, angle = _turn(before, after)
-    if not 1e-3 < angle < allow.tilt:
+    if angle > allow.tilt:
         yield f"{name} cannot fall flat by a turn of {np.degrees(angle):.0f} degrees"
         return
     if abs(axis[2]) > np.sin(allow.level):
@@ -83,6 +102,10 @@ def _turn(before: Array, after: Array) -> tuple[Array, float]:
 def _turned(before: Array, after: Array, count: int = 8) -> Array:
     """`count` poses, shape (count, 4, 4), between two: the turn about a fixed axis that takes one to the other."""
     axis, angle = _turn(before, after)
+    if angle < STRAIGHT:
+        straight = np.tile(after, (count, 1, 1))
+        straight[:, :3, 3] = np.linspace(before[:3, 3], after[:3, 3], count)
+        return straight
     K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
 
     def turned(by: float) -> Array:

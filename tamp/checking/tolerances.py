@@ -17,6 +17,7 @@ class Tolerances:
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
         drop: how far a released object may fall or shift until it stands (displacement of the score's cube).
+        fall: how far an object may fall straight down after it was let go.
         tilt: largest turn of an object that falls flat after it was let go.
         level: how far the axis of that turn may be from level.
         standing: largest gap between a body and what it stands on.
@@ -38,6 +39,7 @@ class Tolerances:
     grasp_angle: float = 0.02
     pad: float = 0.004
     drop: float = 0.015
+    fall: float = 0.17
     tilt: float = 1.2
     level: float = 0.05
     standing: float = 0.003

@@ -94,7 +94,7 @@ class Release:
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """An object that was let go tilted, one edge on its support, falls flat and comes to rest; nothing drives it.
+    """An object that was let go falls and comes to rest: flat from a tilt, or straight down; nothing drives it.
 
     Attributes:
         object: its name.

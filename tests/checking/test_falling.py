@@ -8,12 +8,12 @@ import tamp
 from tamp.checking import check
 from tamp.task import Box, Fall, Object, Pose
 
-SCENARIO = Path(__file__).parents[2] / "scenarios" / "lay_book.yaml"
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
 @pytest.fixture(scope="module")
 def task():
-    return tamp.load_task(SCENARIO)
+    return tamp.load_task(SCENARIOS / "lay_book.yaml")
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +74,41 @@ def test_what_lies_where_an_object_falls_is_hit(task, plan):
     known = replace(plan, start={**plan.start, "brick": brick.pose})
     assert "book falls" in said(crowded, known)
     assert "into brick" in said(crowded, known)
+
+
+@pytest.fixture(scope="module")
+def corner():
+    return tamp.load_task(SCENARIOS / "drop_into_corner.yaml")
+
+
+@pytest.fixture(scope="module")
+def drop(corner):
+    return tamp.plan(corner, seed=0, timeout=100.0)
+
+
+def moved(plan, x=0.0, z=0.0):
+    """The plan whose fall is said to end elsewhere."""
+    fall = fallen(plan)
+    return with_fall(plan, replace(fall, pose=Pose((x, 0.0, z)) @ fall.pose))
+
+
+def test_a_block_let_go_in_a_box_falls_straight_down(corner, drop):
+    assert drop.actions[-1].name == "lay-on"
+    assert check(corner, drop).accepted
+
+
+def test_without_a_fall_a_block_does_not_stay_in_the_air(corner, drop):
+    assert "stands in the air" in said(corner, with_fall(drop, None))
+
+
+def test_a_falling_block_goes_neither_aside_nor_up_nor_too_far(corner, drop):
+    assert "move 10 mm aside" in said(corner, moved(drop, x=0.01))
+    assert "upwards" in said(corner, moved(drop, z=0.3))
+    assert "nobody knows where it comes to rest" in said(corner, moved(drop, z=-0.2))
+    assert "block falls" in said(corner, moved(drop, z=-0.02))
+
+
+def test_a_falling_block_is_not_let_go_over_the_wall(corner, drop):
+    brick = Object("brick", Box((0.02, 0.02, 0.01)), Pose((*drop.goals["block"].xyz[:2], 0.04)))
+    crowded = replace(corner, objects=(*corner.objects, brick))
+    assert "into brick" in said(crowded, replace(drop, start={**drop.start, "brick": brick.pose}))

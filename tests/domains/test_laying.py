@@ -1,4 +1,4 @@
-"""From a task file to the simulator: what is laid down lands where it shall lie."""
+"""From a task file to the simulator: what is laid down or dropped lands where it shall lie."""
 
 from pathlib import Path
 
@@ -17,3 +17,12 @@ def test_a_book_that_is_wider_than_the_hand_is_laid_down_to_a_centimetre(seed):
     run = tamp.execute(task, plan)
     assert run.status == "done"
     assert tamp.score(task, run.final_poses).ede_m < 0.01
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_block_for_the_corner_of_a_deep_box_is_dropped_into_it(seed):
+    task = tamp.load_task(SCENARIOS / "drop_into_corner.yaml")
+    plan = tamp.plan(task, seed=seed, timeout=100.0)
+    assert [action.name for action in plan.actions] == ["move", "pick", "move", "lay-on"]
+    run = tamp.execute(task, plan, monitor=None)
+    assert tamp.score(task, run.final_poses).ede_m < 0.03

@@ -7,6 +7,8 @@ from tamp.streams.clearance import (
     CLEARANCE,
     HINDERED,
     above_table,
+    beneath,
+    clear_of_falling,
     clear_of_object,
     first_clear,
     hand_hits,
@@ -112,7 +114,29 @@ def test_around_a_goal_stand_the_goals_and_around_a_start_the_starts():
         "cube": workspace.start["cube"],
         "slab": workspace.start["slab"],
     }
-    assert standing_around(workspace, "red", workspace.goals["red"]) == {"cube": workspace.goals["cube"]}
+    assert standing_around(workspace, "red", workspace.goals["red"]) == {
+        "cube": workspace.goals["cube"],
+        "slab": workspace.start["slab"],
+    }
+
+
+def test_what_carries_an_object_through_others_is_beneath_it_too():
+    around = {
+        "cup": Placement(Pose(), ("plate",)),
+        "plate": Placement(Pose(), ("table", "tray")),
+        "tray": Placement(Pose(), ("table",)),
+        "jar": Placement(Pose(), ("tray",)),
+    }
+    assert beneath(Placement(Pose(), ("cup",)), around) == ["cup", "plate", "tray"]
+    assert beneath(Placement(Pose(), ("table",)), around) == []
+
+
+def test_an_object_falls_out_of_a_hand_above_it_but_onto_a_finger_below_it(table):
+    level = pinches_at(SIDE)
+    assert clear_of_falling(table, "red", pinches_at(DOWN), Pose()).tolist() == [True]
+    assert clear_of_falling(table, "red", level, Pose()).tolist() == [True]
+    on_its_side = Pose.from_rpy((0.0, 0.0, 0.0), (np.pi / 2, 0.0, 0.0))
+    assert clear_of_falling(table, "red", level, on_its_side).tolist() == [False]
 
 
 def test_the_first_pose_with_room_for_the_hand_is_found(table):
