@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from tamp.errors import PlanningFailure
 from tamp.execution.simulator import Simulator
 from tamp.task import Pose, Task
 
@@ -47,21 +49,26 @@ class Settled:
         object.__setattr__(self, "moved", MappingProxyType(dict(self.moved)))
 
 
-def settle(task: Task, poses: Mapping[str, Pose] | None = None, *, limit_s: float = 6.0) -> Settled:
+def settle(
+    task: Task, poses: Mapping[str, Pose] | None = None, *, limit_s: float = 6.0, deadline: float = math.inf
+) -> Settled:
     """Drop a task's objects as they stand and wait until they rest; the robot is left out.
 
     Args:
         task: objects and table.
         poses: object -> pose (world frame); an object absent here stays out of the scene. None: the start poses.
         limit_s: simulated time after which the scene is taken as it is [s].
+        deadline: on the clock of time.monotonic [s].
 
     Raises:
         TaskError: where an object's mesh cannot be used.
+        PlanningFailure: past the deadline, since a scene that still moves is nothing to plan from.
     """
     start = {item.name: item.pose for item in task.objects} if poses is None else dict(poses)
     objects = [item for item in task.objects if item.name in start]
+    _in_time(deadline)
     with Simulator(objects, start, table=task.table) as simulator:
-        resting = let_settle(simulator, limit_s)
+        resting = let_settle(simulator, limit_s, deadline)
         settled = simulator.poses()
         return Settled(
             poses=settled,
@@ -71,13 +78,24 @@ def settle(task: Task, poses: Mapping[str, Pose] | None = None, *, limit_s: floa
         )
 
 
-def let_settle(simulator: Simulator, limit_s: float) -> bool:
+def _in_time(deadline: float) -> None:
+    if time.monotonic() >= deadline:
+        raise PlanningFailure("timeout", "time was up before the scene had come to rest")
+
+
+def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf) -> bool:
     """Step a scene until it rests, gently at first; False where it still moves after `limit_s` [s]."""
     gentle_until = simulator.time + GENTLE_S
     while simulator.time < gentle_until:
+        _in_time(deadline)
         simulator.step()
         simulator.limit_speeds(GENTLE_SPEED, GENTLE_TURN)
-    return simulator.wait(limit_s - GENTLE_S, lambda: at_rest(simulator), patience=REST_STEPS)
+
+    def resting() -> bool:
+        _in_time(deadline)
+        return at_rest(simulator)
+
+    return simulator.wait(limit_s - GENTLE_S, resting, patience=REST_STEPS)
 
 
 def at_rest(simulator: Simulator) -> bool:

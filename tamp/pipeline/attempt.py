@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -36,9 +37,15 @@ class Attempt:
     configuration: Configuration
 
     @staticmethod
-    def of(setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...], samplers: Samplers | None) -> Attempt:
+    def of(
+        setup: Setup,
+        poses: Mapping[str, Pose],
+        q: tuple[float, ...],
+        samplers: Samplers | None,
+        deadline: float = math.inf,
+    ) -> Attempt:
         """The attempt from objects at rest at `poses` and an empty hand at arm configuration `q` [rad]."""
-        situation = observe(setup.task, poses, setup.goals)
+        situation = observe(setup.task, poses, setup.goals, deadline)
         workspace = Workspace(setup.task, setup.world, situation.start, situation.goals)
         functions = resolve_samplers(DEFAULT_SAMPLERS, setup.task.samplers, samplers or {})
         return Attempt(setup, workspace, functions, Configuration(tuple(q), setup.world.robot.spec.gripper.stroke))

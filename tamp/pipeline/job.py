@@ -75,6 +75,20 @@ class Job:
 
     def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
         """Plan from a state at rest; False where there is no plan."""
+        try:
+            search, found = self._search(setup, poses, q)
+        except PlanningFailure as failure:  # no time was left to begin
+            self.failure = failure
+            return False
+        self.rejections += search.rejections
+        if found is None:
+            self.failure = PlanningFailure(search.report.status, search.report)
+            self.obstacles = [f"{name}: {why}" for name, why in search.left.items()]
+            return False
+        self.plans.append(found)
+        return True
+
+    def _search(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> tuple[Planning, Plan | None]:
         with self.planning():
             share = NEXT_SHARE if self.plans else FIRST_SHARE
             search = Planning(
@@ -87,14 +101,7 @@ class Job:
                 samplers=self.samplers,
                 algorithm=self.algorithm,
             )
-            found = search.run()
-        self.rejections += search.rejections
-        if found is None:
-            self.failure = PlanningFailure(search.report.status, search.report)
-            self.obstacles = [f"{name}: {why}" for name, why in search.left.items()]
-            return False
-        self.plans.append(found)
-        return True
+            return search, search.run()
 
     @property
     def missed(self) -> set[str]:

@@ -39,7 +39,7 @@ def plan(
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """
     deadline = time.monotonic() + timeout
-    setup = prepare(task)
+    setup = prepare(task, deadline)
     home = load_robot(task.robot).home
     search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, samplers=samplers, algorithm=algorithm)
     found = search.run(persistent=True)
@@ -59,6 +59,9 @@ class Planning:
         deadline: on the clock of time.monotonic [s].
         samplers: as for `plan`.
         algorithm: as for `plan`.
+
+    Raises:
+        PlanningFailure: where the deadline is past before the search can begin.
     """
 
     def __init__(
@@ -72,7 +75,7 @@ class Planning:
         samplers: Samplers | None,
         algorithm: str,
     ) -> None:
-        self._begin, self._seed = Attempt.of(setup, poses, q, samplers), seed
+        self._begin, self._seed = Attempt.of(setup, poses, q, samplers, deadline), seed
         end = time.monotonic() + SEARCH_SHARE * (deadline - time.monotonic())
         self._ordering = Ordering(self._begin, seed, end, algorithm)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -33,10 +34,15 @@ class Setup:
     goals: Mapping[str, Placement]
 
 
-def prepare(task: Task) -> Setup:
+def prepare(task: Task, deadline: float = math.inf) -> Setup:
     """Read the geometry, refuse what cannot be, and let start and goals settle.
 
+    Args:
+        task: the task.
+        deadline: on the clock of time.monotonic [s].
+
     Raises:
+        PlanningFailure: where that has not ended by the deadline.
         TaskError: where the task cannot be used; one sentence that says where and why.
         RobotError: where its robot cannot.
     """
@@ -45,7 +51,7 @@ def prepare(task: Task) -> Setup:
         robot_model(load_robot(task.robot)), {obj.name: load_geometry(obj.shape) for obj in task.objects}, task.table
     )
     check_geometry(task, world)
-    start = settle(task).poses
-    goals = settled_goals(task, world, start)
+    start = settle(task, deadline=deadline).poses
+    goals = settled_goals(task, world, start, deadline)
     check_settled(task, start, goals)
     return Setup(task, world, start, goals)

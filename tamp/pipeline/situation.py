@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -33,15 +34,18 @@ class Situation:
     goals: Mapping[str, Placement]
 
 
-def observe(task: Task, poses: Mapping[str, Pose], goals: Mapping[str, Placement]) -> Situation:
+def observe(
+    task: Task, poses: Mapping[str, Pose], goals: Mapping[str, Placement], deadline: float = math.inf
+) -> Situation:
     """The situation of a task whose objects are at rest at `poses`.
 
     Args:
         task: the task.
         poses: object -> pose (world frame).
         goals: what the goals mean, from `settled_goals`.
+        deadline: on the clock of time.monotonic [s]; PlanningFailure past it.
     """
-    start = placements(poses, settle(task, poses).supports)
+    start = placements(poses, settle(task, poses, deadline=deadline).supports)
     return Situation(MappingProxyType(start), MappingProxyType(_already_there(task, start, goals)))
 
 
@@ -68,7 +72,9 @@ def _all_below(below: Mapping[str, set[str]], name: str) -> set[str]:
     return found
 
 
-def settled_goals(task: Task, world: World, now: Mapping[str, Pose]) -> dict[str, Placement]:
+def settled_goals(
+    task: Task, world: World, now: Mapping[str, Pose], deadline: float = math.inf
+) -> dict[str, Placement]:
     """Where each object with a goal pose comes to rest when all of them stand as asked, a little above that."""
     wanted = {obj.name: obj.goal.pose for obj in task.objects if isinstance(obj.goal, At)}
     if not wanted:
@@ -78,7 +84,7 @@ def settled_goals(task: Task, world: World, now: Mapping[str, Pose]) -> dict[str
         for obj in task.objects
         if obj.goal is None and not any(_overlap(world, obj.name, now[obj.name], *other) for other in wanted.items())
     }
-    settled = settle(task, {**bystanders, **wanted})
+    settled = settle(task, {**bystanders, **wanted}, deadline=deadline)
     resting = placements(settled.poses, settled.supports)
     return {name: _raised(resting[name]) for name in wanted}
 

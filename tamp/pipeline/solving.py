@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.pipeline.attempt import Samplers
 from tamp.pipeline.job import Job, Run
@@ -52,8 +53,12 @@ def carry_out(
     """
     limit = task.limits.planning_s if timeout is None else timeout
     job = Job(task, seed, limit, samplers, algorithm)
-    with job.planning():
-        setup = prepare(task)
+    try:
+        with job.planning():
+            setup = prepare(task, job.began + limit)
+    except PlanningFailure as failure:
+        job.failure, job.final_poses = failure, {thing.name: thing.pose for thing in task.objects}
+        return job.run(execute)
     home = load_robot(task.robot).home
     job.final_poses = dict(setup.start)
     if job.plan(setup, setup.start, home) and execute:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
+from tamp.errors import PlanningFailure
 from tamp.execution.settling import settle, supports
 from tamp.execution.simulator import Touch
 from tamp.task import Box, Cylinder, Mesh, Object, Pose, Task
@@ -107,3 +108,8 @@ def test_steep_walls_carry_what_is_wedged_between_them():
     walls = [Touch("cup", "bowl", (side, 0.0, 0.22), 0.0, 1.0) for side in (-0.975, 0.975)]
     beside = Touch("cup", "jug", (0.0, 0.995, 0.1), 0.0, 0.1)
     assert supports(SimpleNamespace(touches=lambda: [*walls, beside])) == (("cup", "bowl"),)
+
+
+def test_past_its_deadline_nothing_settles():
+    with pytest.raises(PlanningFailure, match="time was up"):
+        settle(tower(0.05), deadline=0.0)

@@ -86,3 +86,9 @@ def test_without_a_plan_the_objects_stay_and_the_message_says_why(one_object):
     assert given_up.failure is not None
     assert given_up.executions == ()
     assert given_up.result.ede_m == given_up.result.do_nothing_ede_m
+
+
+def test_time_that_is_up_before_anything_has_settled_is_a_timeout(one_object):
+    run = carry_out(one_object, seed=0, timeout=0.0)
+    assert run.result.status == "timeout"
+    assert run.final_poses == {thing.name: thing.pose for thing in one_object.objects}
