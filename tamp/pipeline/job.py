@@ -12,6 +12,7 @@ from tamp.errors import PlanningFailure
 from tamp.execution.record import Execution
 from tamp.pipeline.attempt import Samplers
 from tamp.pipeline.planning import Planning
+from tamp.pipeline.remainder import still_good
 from tamp.pipeline.setup import Setup
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
@@ -102,6 +103,14 @@ class Job:
                 algorithm=self.algorithm,
             )
             return search, search.run()
+
+    def keep(self, execution: Execution) -> bool:
+        """Go on with what is still good of the last plan after an execution that stopped; False where nothing is."""
+        with self.planning():
+            rest = still_good(self.task, self.plans[-1], execution)
+        if rest is not None:
+            self.plans.append(rest)
+        return rest is not None
 
     @property
     def missed(self) -> set[str]:

@@ -68,22 +68,26 @@ def carry_out(
 
 
 def _execute(job: Job, setup: Setup, executor: Executor) -> None:
-    """Carry out plan after plan: new ones where reality deviates, and in the end a few that only correct."""
-    corrections = 0
+    """Carry out plan after plan: what is left of one or a new one where reality deviates; in the end corrections."""
+    corrections, whole = 0, job.plans[-1]
     while True:
         execution = executor.carry_out(job.plans[-1])
         job.executions.append(execution)
         job.final_poses = dict(execution.final_poses)
         if execution.status == "timeout" or len(job.plans) > MAX_REPLANS:
             return
+        if execution.status == "deviated" and job.keep(execution):
+            continue
         astray, missed = job.astray(setup), job.missed
-        if execution.status == "done":
+        done = execution.status == "done" and job.plans[-1].actions[-1:] == whole.actions[-1:]
+        if done:
             if not astray or corrections == MAX_CORRECTIONS:
                 return
             corrections += 1
         if not job.plan(setup, job.final_poses, execution.configuration):
             return
-        if execution.status == "done" and not missed and not _moved(job.plans[-1]) <= astray:
+        whole = job.plans[-1]
+        if done and not missed and not _moved(job.plans[-1]) <= astray:
             job.plans.pop()  # what stands well is not risked for what stands a little off
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be

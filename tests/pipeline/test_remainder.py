@@ -1,0 +1,106 @@
+from dataclasses import replace
+
+import pybullet
+import pytest
+
+import tamp
+from tamp.execution.performer import Performer
+from tamp.execution.record import Deviation
+from tamp.pipeline.planning import Planning, plan
+from tamp.pipeline.remainder import remainder, still_good
+from tamp.pipeline.solving import carry_out
+from tamp.task import At, Box, Object, Pose, Task
+
+SIDE = Box((0.05, 0.05, 0.05))
+FIRST = Object("first", SIDE, Pose((0.05, 0.2, 0.025)), At(Pose((0.05, -0.1, 0.025))))
+SECOND = Object("second", SIDE, Pose((-0.1, 0.2, 0.025)), At(Pose((-0.1, -0.2, 0.025))))
+TASK = Task("pair", (FIRST, SECOND))
+
+
+def shifted(pose, x):
+    return Pose((pose.xyz[0] + x, *pose.xyz[1:]), pose.quat)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """A plan for two blocks, and its execution until the first of them is put down."""
+    made = plan(TASK, seed=0, timeout=300.0)
+    whole = tamp.execute(TASK, made)
+    stop = next(i for i, entry in enumerate(whole.log) if entry.name.startswith("place")) + 1
+    return made, replace(whole, status="deviated", log=whole.log[:stop])
+
+
+def stopped(pair, name, x):
+    """The plan and its execution, with an object beside where it should be by then."""
+    made, run = pair
+    put_down = next(step for action in made.actions[: len(run.log)] for step in action.steps if hasattr(step, "pose"))
+    here = dict(made.start) | {put_down.object: put_down.pose}
+    here[name] = shifted(here[name], x)
+    off = Deviation(name, "disturbed", abs(x), 0.0)
+    log = (*run.log[:-1], replace(run.log[-1], deviations=(off,)))
+    end = made.actions[len(run.log) - 1].steps[-1].trajectory.positions[-1]
+    configuration = tuple(float(q) for q in end)
+    return made, replace(run, log=log, deviation=off, final_poses=here, configuration=configuration)
+
+
+def names(pair):
+    """The object that is put down first, and the other one."""
+    done = pair[0].actions[len(pair[1].log) - 1].arguments[0]
+    return done, ({"first", "second"} - {done}).pop()
+
+
+def test_what_is_left_starts_from_the_state_as_it_is(pair):
+    made, run = stopped(pair, names(pair)[0], 0.015)
+    rest = remainder(made, run)
+    assert rest.actions == made.actions[len(run.log) :]
+    assert rest.start[names(pair)[0]] == run.final_poses[names(pair)[0]]
+    assert rest.start[names(pair)[1]] == made.start[names(pair)[1]]
+    assert rest.goals == made.goals
+
+
+def test_the_rest_is_good_where_what_is_off_is_not_needed_any_more(pair):
+    made, run = stopped(pair, names(pair)[0], 0.015)
+    assert still_good(TASK, made, run).actions == made.actions[len(run.log) :]
+
+
+def test_the_rest_is_of_no_use_where_its_object_has_moved(pair):
+    made, run = stopped(pair, names(pair)[1], 0.03)
+    assert still_good(TASK, made, run) is None
+
+
+def test_nothing_is_left_of_a_plan_that_stopped_within_an_action_or_whose_arm_went_another_way(pair):
+    made, run = stopped(pair, names(pair)[0], 0.015)
+    slipped = replace(run, deviation=replace(run.deviation, kind="slipped"))
+    elsewhere = replace(run, configuration=(run.configuration[0] + 0.1, *run.configuration[1:]))
+    assert remainder(made, slipped) is None
+    assert remainder(made, elsewhere) is None
+
+
+def test_a_run_goes_on_with_the_rest_and_corrects_in_the_end(monkeypatch):
+    """The first object is made to end 15 mm beside its goal, as if somebody had nudged it."""
+    true, nudged, searches, search = Performer.perform, [], [], Planning.run
+
+    def perform(self, action, expected):
+        if action.name == "move" and not action.arguments and len(expected) == 2 and searches and not nudged:
+            placed = [name for name, pose in expected.items() if pose.xyz[1] < 0]
+            if placed:
+                nudged.append(placed[0])
+                body, client = self._simulator.bodies[placed[0]], self._simulator._client
+                position, turn = pybullet.getBasePositionAndOrientation(body.id, physicsClientId=client)
+                aside = (position[0] - 0.015, *position[1:])
+                pybullet.resetBasePositionAndOrientation(body.id, aside, turn, physicsClientId=client)
+        return true(self, action, expected)
+
+    def counted(self, **options):
+        searches.append(self)
+        return search(self, **options)
+
+    monkeypatch.setattr(Performer, "perform", perform)
+    monkeypatch.setattr(Planning, "run", counted)
+    run = carry_out(TASK, seed=0, timeout=300.0)
+    assert nudged
+    assert run.result.status == "solved"
+    assert run.result.ede_m < 0.005
+    assert [execution.status for execution in run.executions] == ["deviated", "done", "done"]
+    assert len(searches) == 2  # one for the plan, one for the correction
+    assert len(run.plans) == 3
