@@ -63,7 +63,7 @@ class TaskBuilder:
         knowledge = self._knowledge
         given = [*knowledge.state, *knowledge.hoped_state()]
         state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
-        usable = [op for op in operators if self._holds(op.static, op.absent)]
+        usable = [op for op in operators if self._exist(op.binding.values()) and self._holds(op.static, op.absent)]
         usable = [op for op in usable if not self._forbidden(op.schema.name, op.args)]
         if novel:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
@@ -111,6 +111,11 @@ class TaskBuilder:
         return all(f[0][0] in marked or f[0] == "=" or knowledge.usable(f) for f in static) and not any(
             f in knowledge.real for f in absent
         )
+
+    def _exist(self, handles: Iterable[int]) -> bool:
+        """Whether objects are real, or may still come from their streams."""
+        origins = map(self._knowledge.objects.origin, handles)
+        return all(origin is None or origin.alive for origin in origins)
 
     def _operators(
         self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tamp.planning import solve
+from tamp.planning import Problem, solve
 from tamp.planning.fast_downward import CONFIGURATIONS, FastDownward
 from tamp.planning.operators import GroundOperator
 from tamp.planning.search import BuiltinSearch
@@ -136,3 +136,22 @@ def test_fast_downward_ends_after_its_processor_time():
 def test_the_builtin_search_ends_after_its_processor_time():
     result = BuiltinSearch()(counter(16, range(16)), 600.0, effort=0.01)
     assert result.plan is None and result.timed_out and not result.proven
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_placeholders_of_ended_streams_are_not_searched_any_more(algorithm):
+    domain = """(define (domain d) (:predicates (Thing ?x) (Made ?x ?y) (Seen ?x) (Painted ?x) (Done ?x))
+      (:action look :parameters () :effect (forall (?x) (Seen ?x)))
+      (:action paint :parameters (?x) :precondition (Seen ?x) :effect (Painted ?x))
+      (:action use :parameters (?x ?y) :precondition (and (Made ?x ?y) (Painted ?y)) :effect (Done ?x)))"""
+    streams = "(define (stream s) (:stream make :inputs (?x) :domain (Thing ?x) :outputs (?y) :certified (Made ?x ?y)))"
+    problem = Problem(
+        domain=domain,
+        streams=streams,
+        samplers={"make": lambda context, x: iter(["b"])},
+        init=[("Thing", "a")],
+        goal=("and", ("Done", "a"), ("not", ("Painted", "b"))),
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "infeasible", str(solution.report)
+    assert solution.report.counts["operators"] == 4  # look, paint a, paint b, use a b
