@@ -1,8 +1,8 @@
 """The installed domains, and what each of their streams takes and gives as Python types.
 
 A domain is a package in domains/ with `domain.pddl`, `stream.pddl`, `DEFAULT_SAMPLERS` (stream -> "module:function")
-and a function NAME_problem(workspace, samplers, configuration). Types are those that the default samplers are annotated
-with.
+and a function NAME_problem(workspace, samplers, configuration); VARIANTS may hold more such functions, for problems in
+which streams have something to do that are seldom used. Types are those that the default samplers are annotated with.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ class DomainEntry:
         domain: actions, predicates and axioms.
         streams: what its samplers take and promise.
         samplers: stream name -> "package.module:function".
-        problem: (workspace, samplers, configuration) -> a planning problem.
+        problems: (workspace, samplers, configuration) -> a planning problem; the first is the usual one.
     """
 
     name: str
     domain: Domain
     streams: StreamFile
     samplers: Mapping[str, str]
-    problem: Callable[..., Problem]
+    problems: tuple[Callable[..., Problem], ...]
 
     def stream(self, name: str) -> Stream:
         """The stream called `name`.
@@ -79,7 +79,8 @@ def load_domain(name: str) -> DomainEntry:
     folder, module = _root() / name, importlib.import_module(f"tamp.domains.{name}")
     domain = parse_domain(folder / "domain.pddl")
     streams = parse_streams(folder / "stream.pddl", domain)
-    return DomainEntry(name, domain, streams, module.DEFAULT_SAMPLERS, getattr(module, f"{name}_problem"))
+    problems = (getattr(module, f"{name}_problem"), *getattr(module, "VARIANTS", ()))
+    return DomainEntry(name, domain, streams, module.DEFAULT_SAMPLERS, problems)
 
 
 def contract(entry: DomainEntry, stream: Stream) -> Contract:

@@ -1,10 +1,12 @@
-"""What an object stands on: the outline of its base, and whether its centre of mass is over it."""
+"""What an object stands on: the outline of its base, whether its centre of mass is over it, and its steady faces."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from tamp.streams.workspace import Workspace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
+LIKELY = 0.02  # a face that a thrown object comes to rest on less often than this is left out
 BALANCE = 0.002  # the centre of mass lies at least this far inside the base [m]
 STEADY = 0.09  # and this far for each metre above it: opening fingers tip what five degrees would overturn
 
@@ -53,3 +56,18 @@ def stands(geometry: Geometry, R: Array) -> bool:
     inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
     inside = np.einsum("ij,ij->i", inward, center[:2] - corners)
     return bool(inside.min() > max(BALANCE, STEADY * (center[2] - turned[:, 2].min())))
+
+
+def resting(workspace: Workspace, obj: str) -> list[Array]:
+    """The orientations (3, 3) in which an object stands steadily on a plane, one for each of its faces."""
+    from tamp.world.geometry import stable_poses
+
+    key = ("resting", obj)
+    if key not in workspace.memory:
+        geometry = workspace.world.geometries[obj]
+        poses = stable_poses(geometry)
+        steady = [pose.R for pose in poses if pose.probability > LIKELY and stands(geometry, pose.R)]
+        # A ball has many faces, none of them likely: any will do.
+        workspace.memory[key] = steady or [pose.R for pose in poses[:1]]
+    rotations: list[Array] = workspace.memory[key]
+    return rotations

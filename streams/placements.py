@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import first_clear
-from tamp.streams.footing import stands
+from tamp.streams.footing import resting, stands
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, at_pose, held, standing
 from tamp.task import Pose
@@ -34,33 +34,51 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
     """
     workspace: Workspace = context.scene
     wanted = _wanted(workspace, obj) if region == TABLE else []
-    rect = workspace.region(region)
-    center, half = np.array(rect.center), np.array(rect.size) / 2
     draw = 0
     while True:
+        blind = draw % 3 == 2
         R = _orientation(workspace, obj, context.rng, draw if region == TABLE else 0)
-        lower, upper = _extent(workspace, obj, R)
-        margin = EDGE if region == TABLE else 0.0
-        low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
-        if (low > high).any():
+        T = _spots(context, obj, region, R, [] if blind else _taken(context, obj) + wanted)
+        draw += 1
+        if T is not None:
+            grasp = None if blind else held(context.bound).get(obj)
+            best = 0 if grasp is None else first_clear(workspace, grasp, T[:FITTED], standing(context.bound), obj)
+            yield Placement(Pose.from_matrix(T[best]), (TABLE,))
+        else:
             context.fail(f"{obj} does not fit on {region} in this orientation")
-            draw += 1
             if draw > DRAWS:
                 return
-            continue
-        blind = draw % 3 == 2
-        taken = [_rectangle(workspace, f[1], f[2]) for f in at_pose(context.bound) if f[1] != obj]
-        others = [] if blind else taken + wanted
-        xy = context.rng.uniform(low, high, size=(COMPARED, 2))
-        ranked = xy[_ranking(workspace, xy, lower, upper, others)]
-        T = np.tile(np.eye(4), (COMPARED, 1, 1))
-        T[:, :3, :3] = R
-        T[:, :2, 3] = ranked
-        T[:, 2, 3] = RELEASE_HEIGHT - lower[2]
-        grasp = None if blind else held(context.bound).get(obj)
-        best = 0 if grasp is None else first_clear(workspace, grasp, T[:FITTED], standing(context.bound), obj)
-        yield Placement(Pose.from_matrix(T[best]), (TABLE,))
-        draw += 1
+
+
+def put_aside(context: Context, obj: str, R: NDArray[np.float64]) -> Placement | None:
+    """A place on the table, out of the way, for an object turned by R (3, 3); None where it does not fit on it."""
+    T = _spots(context, obj, TABLE, R, _taken(context, obj) + _wanted(context.scene, obj))
+    return None if T is None else Placement(Pose.from_matrix(T[0]), (TABLE,))
+
+
+def _spots(
+    context: Context, obj: str, region: str, R: NDArray[np.float64], others: list[NDArray[np.float64]]
+) -> NDArray[np.float64] | None:
+    """Poses on a region for an object turned by R (3, 3), shape (n, 4, 4), those with room beside `others` first."""
+    workspace: Workspace = context.scene
+    rect = workspace.region(region)
+    center, half = np.array(rect.center), np.array(rect.size) / 2
+    lower, upper = _extent(workspace, obj, R)
+    margin = EDGE if region == TABLE else 0.0
+    low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
+    if (low > high).any():
+        return None
+    xy = context.rng.uniform(low, high, size=(COMPARED, 2))
+    T = np.tile(np.eye(4), (COMPARED, 1, 1))
+    T[:, :3, :3] = R
+    T[:, :2, 3] = xy[_ranking(workspace, xy, lower, upper, others)]
+    T[:, 2, 3] = RELEASE_HEIGHT - lower[2]
+    return T
+
+
+def _taken(context: Context, obj: str) -> list[NDArray[np.float64]]:
+    """Footprints of the other objects where the plan has them."""
+    return [_rectangle(context.scene, f[1], f[2]) for f in at_pose(context.bound) if f[1] != obj]
 
 
 def sample_stacking(context: Context, obj: str, support: str, below: Placement) -> Iterator[Placement]:
@@ -97,26 +115,12 @@ def _orientation(workspace: Workspace, obj: str, rng: np.random.Generator, draw:
     if known and (draw < len(known) or draw % 2 == 0):
         R = known[draw % len(known)]
     else:
-        faces = _stable_rotations(workspace, obj)
+        faces = resting(workspace, obj)
         R = faces[int(rng.integers(len(faces)))]
     # The first draws keep the object as it is turned: the grasp that fits here then fits there.
     angle = 0.0 if draw < len(known) else rng.uniform(-np.pi, np.pi)
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ R
-
-
-def _stable_rotations(workspace: Workspace, obj: str) -> list[NDArray[np.float64]]:
-    from tamp.world.geometry import stable_poses
-
-    key = ("stable", obj)
-    if key not in workspace.memory:
-        geometry = workspace.world.geometries[obj]
-        poses = stable_poses(geometry)
-        steady = [pose.R for pose in poses if pose.probability > 0.02 and stands(geometry, pose.R)]
-        # A ball has many faces, none of them likely: any will do.
-        workspace.memory[key] = steady or [pose.R for pose in poses[:1]]
-    rotations: list[NDArray[np.float64]] = workspace.memory[key]
-    return rotations
 
 
 def _extent(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

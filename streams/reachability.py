@@ -73,6 +73,11 @@ def handlings(
     yield from blocked_by_others
 
 
+def reaches(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool:
+    """Whether there is a handling at all, were nothing else on the table; it is not remembered."""
+    return next(_alone(context, obj, placement, grasp, ()), None) is not None
+
+
 def _alone(
     context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]
 ) -> Iterator[Handling]:

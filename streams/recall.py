@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 @dataclass
-class _First:
+class Detached:
     """The context of whoever asks first, without what only holds for that one search."""
 
     scene: Any
@@ -28,6 +28,7 @@ class _First:
     reasons: list[str] = field(default_factory=list)
 
     def fail(self, reason: str, because: Any = ()) -> None:
+        """Remember a reason, for all who ask."""
         self.reasons.append(reason)
 
 
@@ -35,12 +36,12 @@ class _First:
 class _Drawn:
     """What a sampler has given so far, and where more comes from."""
 
-    context: _First
+    context: Detached
     source: Iterator[Any]
     items: list[Any] = field(default_factory=list)
 
 
-def recalled(context: Context, key: Hashable, draw: Callable[[Context], Iterator[T]]) -> Iterator[T]:
+def recalled(context: Context, key: Hashable, draw: Callable[[Detached], Iterator[T]]) -> Iterator[T]:
     """Yield what `draw` yields; what was drawn before for the same key is not drawn again.
 
     Args:
@@ -50,7 +51,7 @@ def recalled(context: Context, key: Hashable, draw: Callable[[Context], Iterator
     """
     memory = context.scene.memory
     if key not in memory:
-        first = _First(context.scene, context.rng)
+        first = Detached(context.scene, context.rng)
         memory[key] = _Drawn(first, draw(first))
     drawn: _Drawn = memory[key]
     told = index = 0

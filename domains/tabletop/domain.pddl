@@ -18,6 +18,8 @@
     (Contained ?o ?p ?s ?ps)
     (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
     (Layable ?o ?p)                ; a hand that puts ?o down at ?p may be in its own way
+    (Regrasped ?o ?p1 ?p2)         ; on its way from ?p1 to ?p2, ?o is put down in between and grasped anew
+    (Fits ?o ?p ?g)                ; ?g is meant for ?o at ?p, and not for any other placement
     (Laying ?o ?p ?g ?a ?l ?h)
     (FreeMotion ?q1 ?q2 ?t)
     (HoldingMotion ?o ?g ?q1 ?q2 ?t)

@@ -9,6 +9,8 @@ from typing import Any
 
 from tamp.planning import Problem, StreamInfo
 from tamp.streams.falls import may_fall
+from tamp.streams.grasps import sample_grasp
+from tamp.streams.regrasps import regrasping, sample_regrasp
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, In, Object, On
@@ -25,6 +27,8 @@ DEFAULT_SAMPLERS = {
     "sample-stacking": "tamp.streams.placements:sample_stacking",
     "sample-insertion": "tamp.streams.placements:sample_insertion",
     "inverse-kinematics": "tamp.streams.reachability:inverse_kinematics",
+    "sample-regrasp": "tamp.streams.regrasps:sample_regrasp",
+    "regrasp-kinematics": "tamp.streams.reachability:inverse_kinematics",
     "plan-laying": "tamp.streams.laying:plan_laying",
     "plan-free-motion": "tamp.streams.motions:plan_free_motion",
     "plan-holding-motion": "tamp.streams.motions:plan_holding_motion",
@@ -41,6 +45,7 @@ def tabletop_problem(
     configuration: Configuration,
     held: tuple[str, Grasp] | None = None,
     movable: Container[str] | None = None,
+    regrasped: Container[str] = (),
 ) -> Problem:
     """The planning problem of a workspace as it is now.
 
@@ -50,20 +55,43 @@ def tabletop_problem(
         configuration: where the arm is.
         held: the object in the hand and its grasp, or None.
         movable: objects that may be moved; None for all.
+        regrasped: those of them with a goal pose that shall reach it only by way of another placement and grasp.
     """
     return Problem(
         domain=DOMAIN,
         streams=STREAMS,
-        samplers=dict(samplers),
-        init=[*_robot_facts(configuration, held), *_object_facts(workspace, movable), *_goal_facts(workspace)],
+        samplers=_consistent(samplers),
+        init=[
+            *_robot_facts(configuration, held),
+            *_object_facts(workspace, movable, regrasped),
+            *_goal_facts(workspace, regrasped),
+        ],
         goal=_goal(workspace),
         scene=workspace,
         info={
             "sample-placement": StreamInfo(fresh=True),
+            "sample-regrasp": StreamInfo(fresh=True),
             "test-cfree-placements": StreamInfo(eager=True),
             "plan-laying": StreamInfo(cost=LAYING_EFFORT),
         },
     )
+
+
+def regrasping_problem(
+    workspace: Workspace, samplers: Mapping[str, Callable[..., Any]], configuration: Configuration
+) -> Problem:
+    """The same where whatever has a goal pose shall be regrasped on its way."""
+    moving = {name for name, goal in workspace.goals.items() if goal != workspace.start[name]}
+    return tabletop_problem(workspace, samplers, configuration, regrasped=moving)
+
+
+VARIANTS = (regrasping_problem,)
+
+
+def _consistent(samplers: Mapping[str, Callable[..., Any]]) -> dict[str, Callable[..., Any]]:
+    """The samplers; where grasps are a researcher's own, so are those that an object is regrasped by."""
+    own = samplers["sample-grasp"] is not sample_grasp and samplers["sample-regrasp"] is sample_regrasp
+    return {**samplers, "sample-regrasp": regrasping(samplers["sample-grasp"])} if own else dict(samplers)
 
 
 def _robot_facts(configuration: Configuration, held: tuple[str, Grasp] | None) -> Iterator[Fact]:
@@ -76,9 +104,11 @@ def _robot_facts(configuration: Configuration, held: tuple[str, Grasp] | None) -
         yield ("AtGrasp", *held)
 
 
-def _object_facts(workspace: Workspace, movable: Container[str] | None) -> Iterator[Fact]:
+def _object_facts(workspace: Workspace, movable: Container[str] | None, regrasped: Container[str]) -> Iterator[Fact]:
     for name, placement in workspace.start.items():
-        if movable is None or name in movable:
+        if name in regrasped:
+            yield ("Regrasped", name, placement, workspace.goals[name])
+        elif movable is None or name in movable:
             yield ("Movable", name)
             yield ("Placeable", name, TABLE)
         yield from _placement_facts(workspace.start, name, placement)
@@ -91,12 +121,12 @@ def _object_facts(workspace: Workspace, movable: Container[str] | None) -> Itera
         yield ("Region", region.name)
 
 
-def _goal_facts(workspace: Workspace) -> Iterator[Fact]:
+def _goal_facts(workspace: Workspace, regrasped: Container[str]) -> Iterator[Fact]:
     regions = {region.name for region in workspace.task.regions}
     for name, placement in workspace.goals.items():
         if placement != workspace.start[name]:
             yield from _placement_facts({**workspace.start, **workspace.goals}, name, placement)
-            if may_fall(workspace, name, placement):
+            if name not in regrasped and may_fall(workspace, name, placement):
                 yield ("Layable", name, placement)
     for obj in workspace.task.objects:
         match obj.goal:

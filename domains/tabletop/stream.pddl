@@ -26,7 +26,21 @@
 
   (:stream inverse-kinematics
     :inputs (?o ?p ?g)
-    :domain (and (Placement ?o ?p) (Grasp ?o ?g))
+    :domain (and (Movable ?o) (Placement ?o ?p) (Grasp ?o ?g))
+    :outputs (?a ?l ?h)
+    :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Handling ?o ?p ?g ?a ?l ?h)))
+
+  ; Where it was decided to change the grasp, both grasps and the placement in between are chosen together.
+  (:stream sample-regrasp
+    :inputs (?o ?p1 ?p2)
+    :domain (Regrasped ?o ?p1 ?p2)
+    :outputs (?g1 ?p ?g2)
+    :certified (and (Grasp ?o ?g1) (Grasp ?o ?g2) (Placement ?o ?p) (OnTable ?o ?p)
+                    (Fits ?o ?p1 ?g1) (Fits ?o ?p ?g1) (Fits ?o ?p ?g2) (Fits ?o ?p2 ?g2)))
+
+  (:stream regrasp-kinematics
+    :inputs (?o ?p ?g)
+    :domain (and (Placement ?o ?p) (Grasp ?o ?g) (Fits ?o ?p ?g))
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Handling ?o ?p ?g ?a ?l ?h)))
 

@@ -65,11 +65,11 @@ def set_up(entry: DomainEntry, stream: Stream, tasks: Iterable[Task], seed: int,
     names = []
     for task in tasks:
         names.append(task.name)
-        problem = _problem(entry, task)
-        pool = Pool(problem, seed)
-        pool.provide(stream)
-        if inputs := pool.inputs(stream, calls):
-            return Bench(task.name, problem, pool, tuple(inputs))
+        for problem in _problems(entry, task):
+            pool = Pool(problem, seed)
+            pool.provide(stream)
+            if inputs := pool.inputs(stream, calls):
+                return Bench(task.name, problem, pool, tuple(inputs))
     conditions = ", ".join(f"({atom.predicate} ...)" for atom in stream.domain)
     raise SamplerError(
         f"no inputs for {stream.name} in {', '.join(names)}: nothing satisfies {conditions} there; "
@@ -85,9 +85,10 @@ def default_tasks() -> Iterator[Task]:
         yield load_task(folder / f"{name}.yaml")
 
 
-def _problem(entry: DomainEntry, task: Task) -> Problem:
+def _problems(entry: DomainEntry, task: Task) -> Iterator[Problem]:
     setup = prepare(task)
     situation = observe(task, setup.start, setup.goals)
     workspace = Workspace(task, setup.world, situation.start, situation.goals)
     spec = setup.world.robot.spec
-    return entry.problem(workspace, resolve_samplers(entry.samplers), Configuration(spec.home, spec.gripper.stroke))
+    samplers, home = resolve_samplers(entry.samplers), Configuration(spec.home, spec.gripper.stroke)
+    yield from (problem(workspace, samplers, home) for problem in entry.problems)

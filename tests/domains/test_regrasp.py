@@ -1,0 +1,45 @@
+"""A block that lies otherwise than it stood: taken across one side, put down across another."""
+
+import pytest
+
+from tamp.domains.tabletop import tabletop_problem
+from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.setup import prepare
+from tamp.planning import solve
+from tamp.task import Task, load_robot
+from tests.pipeline.samplers import from_above
+from tests.streams.test_regrasps import BLOCK
+
+
+@pytest.fixture(scope="module")
+def attempt():
+    setup = prepare(Task("turn", (BLOCK,)))
+    return Attempt.of(setup, setup.start, load_robot("panda").home, None)
+
+
+def problem_of(attempt, **options):
+    return tabletop_problem(attempt.workspace, attempt.samplers, attempt.configuration, **options)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_an_object_that_is_regrasped_is_put_down_in_between_in_the_plan_itself(attempt, seed):
+    solution = solve(problem_of(attempt, regrasped={"block"}), seed=seed, timeout=100.0)
+    assert solution.plan is not None
+    hands = [action for action in solution.plan if not action.name.startswith("move")]
+    assert [action.name for action in hands] == ["pick", "place", "pick", "place"]
+    grasps = [action.args[2] for action in hands]
+    assert grasps[0] == grasps[1] != grasps[2] == grasps[3]
+    assert hands[1].args[1] == hands[2].args[1] != attempt.workspace.goals["block"]
+
+
+def test_what_is_regrasped_is_moved_in_no_other_way(attempt):
+    facts = {fact[0] for fact in problem_of(attempt, regrasped={"block"}).init}
+    assert "Regrasped" in facts
+    assert not facts & {"Movable", "Placeable", "Layable"}
+
+
+def test_a_researchers_grasps_are_those_that_an_object_is_regrasped_by(attempt):
+    theirs = {**attempt.samplers, "sample-grasp": from_above}
+    problem = tabletop_problem(attempt.workspace, theirs, attempt.configuration)
+    assert problem.samplers["sample-regrasp"] is not attempt.samplers["sample-regrasp"]
+    assert problem_of(attempt).samplers["sample-regrasp"] is attempt.samplers["sample-regrasp"]

@@ -1,0 +1,77 @@
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from tamp.streams.clearance import opening_for
+from tamp.streams.footing import stands
+from tamp.streams.reachability import handlings
+from tamp.streams.regrasps import regrasping, sample_regrasp
+from tamp.task import At, Box, Cylinder, Object, Pose
+from tamp.world.scene import Scene
+from tests.streams.tables import SLAB, ToldContext, at, panda, workspace_of
+
+BLOCK = Object(
+    "block",
+    Box((0.04, 0.1, 0.06)),
+    Pose((0.05, 0.15, 0.031)),
+    At(Pose.from_rpy((0.05, -0.15, 0.021), (0.0, np.pi / 2, 0.0))),
+)
+"""Can only be taken across its x side, and only be put down across its z side."""
+
+
+@pytest.fixture(scope="module")
+def table():
+    return workspace_of(BLOCK, SLAB)
+
+
+def regrasps(workspace, name, count=3, seed=0, sampler=sample_regrasp, bound=()):
+    context = ToldContext(workspace, seed, bound=bound)
+    start, goal = workspace.start[name], workspace.goals[name]
+    return list(islice(sampler(context, name, start, goal), count)), context.reasons
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_both_hands_have_room_where_the_object_is_put_down_in_between(table, seed):
+    found, _ = regrasps(table, "block", seed=seed)
+    assert found
+    start, goal = table.start["block"], table.goals["block"]
+    for first, between, second in found:
+        assert between.on == ("table",)
+        assert stands(table.world.geometries["block"], between.pose.matrix[:3, :3])
+        for place, grasp in ((start, first), (between, first), (between, second), (goal, second)):
+            tool = place.pose.matrix @ grasp.T_object_tool.matrix
+            opening = opening_for(panda().spec.gripper, grasp)
+            assert table.world.hand_contact(tool, opening, Scene(), margin=0.0) is None
+            assert next(handlings(ToldContext(table), "block", place, grasp), None) is not None
+
+
+def test_the_object_is_put_down_where_nothing_stands_and_nothing_shall_stand(table):
+    bound = (at("slab", table.start["slab"]),)
+    for _, between, _ in regrasps(table, "block", bound=bound)[0]:
+        for other in (table.start["slab"], table.goals["block"]):
+            name = "slab" if other is table.start["slab"] else "block"
+            T = between.pose.matrix
+            assert not table.world.overlap("block", T, name, other.pose.matrix, tolerance=0.0)
+
+
+def test_the_grasps_may_be_a_researchers_own(table):
+    ((first, _, second), *_), _ = regrasps(table, "block")
+    own = regrasping(lambda context, obj: iter((second, first)))
+    found, _ = regrasps(table, "block", sampler=own)
+    assert {(one, other) for one, _, other in found} == {(first, second)}
+
+
+def test_what_cannot_be_taken_up_is_not_regrasped():
+    wide = Object("wide", Box((0.2, 0.2, 0.02)), Pose((0.05, 0.2, 0.011)), At(Pose((0.05, -0.2, 0.011))))
+    found, reasons = regrasps(workspace_of(wide), "wide")
+    assert not found
+    assert "no grasp of wide takes it up" in reasons
+
+
+def test_a_coin_has_no_face_from_which_it_could_be_turned_over():
+    goal = At(Pose.from_rpy((0.05, -0.2, 0.011), (np.pi, 0.0, 0.0)))
+    coin = Object("coin", Cylinder(0.035, 0.02), Pose((0.05, 0.2, 0.011)), goal)
+    found, reasons = regrasps(workspace_of(coin), "coin")
+    assert not found
+    assert reasons == ["coin has no face to stand on with room for the hands of both grasps"]
