@@ -4,14 +4,15 @@ Goals are committed one after the other: each is planned from the state that the
 reached before. First only the object itself may move, which costs little to try and finds the order in which nobody
 has to step aside; where nothing goes that way any more, others may be put aside too, with growing effort. Whatever
 brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others
-out of the way is left for last: a task is never abandoned because of one object. What is left in the end, and what
-would have stood on it, is at least brought near its goal. What puts more aside than it gains is not done.
+out of the way is regrasped where that helps, and else left for last: a task is never abandoned because of one object.
+What is left in the end, and what would have stood on it, is at least brought near its goal. What puts more aside than
+it gains is not done.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from tamp.domains.tabletop import tabletop_problem
@@ -68,6 +69,7 @@ class Ordering:
     def __init__(self, attempt: Attempt, seed: int, deadline: float, algorithm: str) -> None:
         self._seed, self._deadline, self._algorithm = seed, deadline, algorithm
         self._hopeless: dict[str, bool] = {}
+        self._regrasped: set[str] = set()
         self._reached: set[str] = set()
         self._refusals = 0
         self._reports: list[Report] = []
@@ -108,7 +110,7 @@ class Ordering:
 
     def _all_at_once(self, iterations: int) -> bool:
         """Plan for all goals together; whether that succeeded."""
-        solution = self._solve(self.progress.now.workspace, iterations, None)
+        solution = self._solve(self.progress.now.workspace, iterations, None, self._regrasped)
         self._reports.append(solution.report)
         if solution.plan is None or self._refused(solution.plan) is not None:
             return False
@@ -138,7 +140,8 @@ class Ordering:
         if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
             return self._leave_near([name])
         asked = asking_for(workspace, self._reached | {name})
-        solution = self._solve(asked, effort.iterations, None if effort.others_move else {name})
+        movable, regrasped = (None, self._regrasped) if effort.others_move else ({name}, set[str]())
+        solution = self._solve(asked, effort.iterations, movable, regrasped)
         refused = reason(solution) if solution.plan is None else self._refused(solution.plan)
         if refused is not None:
             self.left[name] = refused
@@ -183,15 +186,26 @@ class Ordering:
         if name not in self._hopeless:
             workspace = self.progress.now.workspace
             solution = self._solve(alone(workspace, name), ALONE, {name})
-            self._hopeless[name] = solution.plan is None
-            if solution.plan is None:
+            self._hopeless[name] = solution.plan is None and not self._regrasp_helps(name)
+            if self._hopeless[name]:
                 self.left[name] = f"even alone: {reason(solution)}"
         return self._hopeless[name]
 
-    def _solve(self, workspace: Workspace, iterations: int, movable: set[str] | None) -> Solution:
+    def _regrasp_helps(self, name: str) -> bool:
+        """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
+        workspace = alone(self.progress.now.workspace, name)
+        if name in workspace.goals and self._solve(workspace, ALONE, {name}, {name}).plan is not None:
+            self._regrasped.add(name)
+        return name in self._regrasped
+
+    def _solve(
+        self, workspace: Workspace, iterations: int, movable: set[str] | None, regrasped: Collection[str] = ()
+    ) -> Solution:
         now = self.progress.now
+        moving = {name for name in regrasped if workspace.task.object(name).goal is not None}
+        moving -= {name for name in moving if workspace.goals[name] == workspace.start[name]}
         return solve_problem(
-            tabletop_problem(workspace, now.samplers, now.configuration, movable=movable),
+            tabletop_problem(workspace, now.samplers, now.configuration, movable=movable, regrasped=moving),
             algorithm=self._algorithm,
             timeout=max(0.0, self._deadline - time.monotonic()),
             seed=self._seed + self._refusals * ANOTHER_SEED,

@@ -1,0 +1,32 @@
+"""Where no one grasp serves both start and goal, an object is put down and grasped anew, without being asked for."""
+
+import time
+
+from tamp.pipeline.planning import Planning
+from tamp.pipeline.setup import prepare
+from tamp.task import Task, load_robot
+from tests.streams.test_regrasps import BLOCK
+
+
+def no_laying(context, obj, placement, grasp):
+    """Yield no way to lay anything down: what cannot be put down by the grasp that took it must be regrasped."""
+    context.fail("nothing is laid down")
+    yield from ()
+
+
+def test_what_no_one_grasp_brings_to_its_goal_is_grasped_anew_on_its_way():
+    setup, deadline = prepare(Task("turn", (BLOCK,))), time.monotonic() + 3000.0
+    search = Planning(
+        setup,
+        setup.start,
+        load_robot("panda").home,
+        seed=0,
+        deadline=deadline,
+        samplers={"plan-laying": no_laying},
+        algorithm="adaptive",
+    )
+    plan = search.run()
+    assert plan is not None
+    assert not search.left
+    hands = [action.name for action in plan.actions if action.name != "move"]
+    assert hands == ["pick", "place", "pick", "place"]
