@@ -12,13 +12,13 @@ DOWN = Pose.from_rpy((0, 0, 0), (np.pi, 0, 0))
 HALF_TURN = Pose.from_rpy((0, 0, 0), (0, 0, np.pi))
 
 
-def board(thickness=0.01, mass=0.1):
+def board(thickness=0.01, mass=0.1, friction=0.5):
     """A board that stands on its edge, thin along y."""
-    return Object("board", Box((0.1, thickness, 0.1)), Pose((0.0, 0.1, 0.05)), mass=mass)
+    return Object("board", Box((0.1, thickness, 0.1)), Pose((0.0, 0.1, 0.05)), mass=mass, friction=friction)
 
 
-def turned_in_hand(angle, thickness=0.01, mass=0.1, offset=0.0, yaw=0.0):
-    workspace = workspace_of(board(thickness, mass))
+def turned_in_hand(angle, thickness=0.01, mass=0.1, friction=0.5, offset=0.0, yaw=0.0):
+    workspace = workspace_of(board(thickness, mass, friction))
     grasp = Grasp(Pose.from_rpy((offset, 0, 0.03), (angle, 0, yaw)) @ DOWN, thickness)
     return turning(workspace, "board", grasp, workspace.start["board"].pose)
 
@@ -38,7 +38,8 @@ def test_what_is_slanted_between_the_pads_turns_until_it_lies_flat(angle):
 
 
 def test_friction_holds_what_is_thick_and_a_little_slanted():
-    assert turned_in_hand(0.08, thickness=0.06) == 0.0
+    assert turned_in_hand(0.08, thickness=0.06, friction=1.0) == 0.0
+    assert turned_in_hand(0.08, thickness=0.06, friction=0.1) > 0.0
 
 
 @given(angle=st.floats(-0.4, 0.4), thickness=st.floats(0.004, 0.05))
