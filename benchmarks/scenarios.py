@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import argparse
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 
 from benchmarks.harness import Row, main
 from benchmarks.jobs import by_task, solve_all
 
-SEEDS = range(3)
 QUICK = ("one_object", "swap", "stand_up_can")
 
 
-def rows(quick: bool) -> Iterator[Row]:
+def rows(quick: bool, seeds: int, only: Sequence[str]) -> Iterator[Row]:
     """One row for each scenario."""
     tasks = sorted((Path(str(files("tamp"))) / "scenarios").glob("*.yaml"))
-    chosen = [task for task in tasks if not quick or task.stem in QUICK]
-    yield from by_task(solve_all(chosen, range(1) if quick else SEEDS))
+    wanted = set(only or (QUICK if quick else ()))
+    chosen = [task for task in tasks if not wanted or task.stem in wanted]
+    yield from by_task(solve_all(chosen, range(1 if quick else seeds)))
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--seeds", type=int, default=3, metavar="N", help="how many seeds each")
+    parser.add_argument("--only", nargs="*", default=(), metavar="NAME", help="only these, such as swap")
+    return parser
 
 
 if __name__ == "__main__":
-    main("scenarios", lambda quick: list(rows(quick)))
+    main("scenarios", lambda quick, **options: list(rows(quick, **options)), extra=_options())
