@@ -10,6 +10,7 @@ from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
 
+EACH = 3  # which of the drops, one of so many, tell whether a grasp can let an object fall at all
 SIEVING_TILTS = (20, 30, 45, 60)  # that tell whether a grasp can lay an object down at all [degrees]
 
 
@@ -21,11 +22,11 @@ def may_fall(workspace: Workspace, obj: str, placement: Placement) -> bool:
 
 
 def letting_go(workspace: Workspace, obj: str, placement: Placement) -> list[Pose]:
-    """Poses from which an object falls to its goal, a few that stand for all; none for another placement."""
+    """Poses from which an object falls to its goal, the lowest first, a few that stand for all; none for another."""
     if not may_fall(workspace, obj, placement):
         return []
-    highest = [fall[0] for fall in drops(workspace, obj, placement)[-1:]]
+    above = [fall[0] for fall in drops(workspace, obj, placement)[EACH - 1 :: EACH]]
     if not layable(workspace, obj, placement):
-        return highest
+        return above
     found = tilts(workspace, obj, placement)
-    return highest + [tilt.fall[0] for tilt in found if round(math.degrees(tilt.angle)) in SIEVING_TILTS]
+    return above + [tilt.fall[0] for tilt in found if round(math.degrees(tilt.angle)) in SIEVING_TILTS]

@@ -45,6 +45,7 @@ SIEVED = 600  # pinches looked at closely in one round
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
 FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
+FALLING = 10.0  # cost of a grasp from which the object falls straight, for each metre
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
 
 
@@ -99,8 +100,7 @@ def _round(
     for place, usable, laid in zip(places, serves, lays, strict=True):
         upright = tilt_cost(pinches, place) + support_cost(workspace, pinches, obj, place)
         upright = np.where(usable, upright, HINDERED)
-        fallen = _clear_above(workspace, obj, pinches, place, laid & (upright >= HINDERED))
-        cost += np.minimum(upright, np.where(fallen, LAID, HINDERED))
+        cost += np.minimum(upright, _fall_cost(workspace, obj, pinches, place, laid & (upright >= HINDERED)))
     promising = np.array(_spread(pinches, cost)[:PROMISING])
     pinches, cost = pinches.at(promising), cost[promising]
     for place in places:
@@ -139,19 +139,24 @@ def _lays(
     return able
 
 
-def _clear_above(
+def _fall_cost(
     workspace: Workspace, obj: str, pinches: Pinches, place: Placement, asked: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Whether each of the pinches asked about can let the object fall to its goal, clear of what carries it, (n,)."""
-    able = np.zeros(len(pinches), bool)
+) -> NDArray[np.float64]:
+    """What it costs each of the pinches asked about to let the object fall to its goal, HINDERED where it cannot, (n,).
+
+    The hand must be clear of what carries the object, and of the object on its way straight down.
+    """
+    cost = np.full(len(pinches), HINDERED)
     for let_go in letting_go(workspace, obj, place):
-        rest = np.flatnonzero(asked & ~able)
+        rest = np.flatnonzero(asked & (cost >= HINDERED))
         some = pinches.at(rest)
-        able[rest] = above_table(workspace, some, Placement(let_go, place.on))
-        able[rest] &= support_cost(workspace, some, obj, place, let_go) < HINDERED
-        if let_go.quat == place.pose.quat:
-            able[rest] &= clear_of_falling(workspace, obj, some, let_go)
-    return able
+        able = above_table(workspace, some, Placement(let_go, place.on))
+        able &= support_cost(workspace, some, obj, place, let_go) < HINDERED
+        straight = let_go.quat == place.pose.quat
+        if straight:
+            able &= clear_of_falling(workspace, obj, some, let_go)
+        cost[rest[able]] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)
+    return cost
 
 
 def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
