@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.hand import HandBoxes, boxes_in_world, hand_boxes, lowest_point, points_hit
+from tamp.streams.hand import HandBoxes, boxes_in_world, clear_of_slab, hand_boxes, lowest_point, points_hit
 from tamp.streams.pinches import Pinches, in_tool_frames
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
@@ -43,10 +43,15 @@ def _boxes(workspace: Workspace) -> HandBoxes:
 
 
 def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
-    """Whether the hand comes from above and stays above the table at a placement, shape (n,)."""
+    """Whether the hand comes from above and stays above the table or beside it at a placement, shape (n,)."""
     T = place.pose.matrix @ pinches.T_object_tool
     upright: NDArray[np.bool_] = T[:, 2, 2] < FROM_BELOW
-    return upright & (lowest_point(_boxes(workspace), _openings(workspace, pinches), T) > TABLE_GAP)
+    boxes, openings, table = _boxes(workspace), _openings(workspace, pinches), workspace.task.table
+    clear = lowest_point(boxes, openings, T) > TABLE_GAP
+    middle, half = np.array(table.center), np.array(table.size) / 2
+    beside = upright & ~clear & (np.abs(T[:, :2, 3] - middle) > half).any(axis=1)
+    clear[beside] = clear_of_slab(boxes, openings[beside], T[beside], middle - half, middle + half, TABLE_GAP)
+    return upright & clear
 
 
 def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:

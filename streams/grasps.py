@@ -30,6 +30,7 @@ from tamp.streams.closing import closed
 from tamp.streams.falls import letting_go
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
+from tamp.streams.slides import slidable
 from tamp.streams.turning import turning
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
@@ -54,6 +55,9 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
 
     They are ranked among the neighbours as they stood when they were first asked for.
     """
+    if slidable(context.scene, obj, context.scene.start[obj]):
+        context.fail(f"every hand that could grasp {obj} as it lies would reach into the table")
+        return
     places = list(context.scene.placements_of(obj))
     key = ("grasps", obj, *places, str(context.rng.bit_generator.state))
     yield from recalled(context, key, lambda first: grasps_at(first, obj, places))

@@ -104,11 +104,43 @@ def lowest_point(
     boxes: HandBoxes, openings: NDArray[np.float64], T_world_tool: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Height of the lowest corner of the hand above the world's z = 0 for each grasp, shape (k,) [m]."""
-    up = T_world_tool[:, 2, :3]
-    heights = np.maximum(up, 0.0) @ boxes.lower.T + np.minimum(up, 0.0) @ boxes.upper.T
-    heights += (0.5 * openings * (up @ boxes.axis))[:, None] * boxes.side
-    lowest: NDArray[np.float64] = heights.min(axis=1) + T_world_tool[:, 2, 3]
+    lowest: NDArray[np.float64] = _least(boxes, openings, T_world_tool, np.array([0.0, 0.0, 1.0])).min(axis=1)
     return lowest
+
+
+def clear_of_slab(
+    boxes: HandBoxes,
+    openings: NDArray[np.float64],
+    T_world_tool: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    gap: float,
+) -> NDArray[np.bool_]:
+    """Whether each hand stays clear of all that is under a level rectangle at z = 0, by `gap` [m]; shape (k,).
+
+    The rectangle's corners are `lower` and `upper`, shape (2,) [m]; the rest is as for `lowest_point`.
+    """
+    clear = _least(boxes, openings, T_world_tool, np.array([0.0, 0.0, 1.0])) > gap
+    for axis in range(2):
+        outward = np.eye(3)[axis]
+        clear |= _least(boxes, openings, T_world_tool, outward) > upper[axis] + gap
+        clear |= _least(boxes, openings, T_world_tool, -outward) > gap - lower[axis]
+    beside: NDArray[np.bool_] = np.all(clear, axis=1)
+    return beside
+
+
+def _least(
+    boxes: HandBoxes,
+    openings: NDArray[np.float64],
+    T_world_tool: NDArray[np.float64],
+    direction: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """How far along a direction (3,) of the world each box of each hand begins, shape (k, n) [m]."""
+    along = direction @ T_world_tool[:, :3, :3]
+    least = np.maximum(along, 0.0) @ boxes.lower.T + np.minimum(along, 0.0) @ boxes.upper.T
+    least += (0.5 * openings * (along @ boxes.axis))[:, None] * boxes.side
+    found: NDArray[np.float64] = least + (T_world_tool[:, :3, 3] @ direction)[:, None]
+    return found
 
 
 def boxes_in_world(

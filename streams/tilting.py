@@ -62,10 +62,10 @@ def layable(workspace: Workspace, obj: str, placement: Placement) -> bool:
     grasped it from above would then be below it.
     """
     up_now, up_then = workspace.start[obj].pose.matrix[2, :3], placement.pose.matrix[2, :3]
-    return _too_wide(workspace, obj, placement) or float(up_now @ up_then) < TURNED_OVER
+    return too_wide(workspace, obj, placement) or float(up_now @ up_then) < TURNED_OVER
 
 
-def _too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
+def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
     """Whether an object is wider than the hand opens, as it lies, from every side."""
     points = workspace.world.geometries[obj].hull.vertices @ placement.pose.matrix[:2, :3].T
     angles = np.linspace(0.0, np.pi, 36, endpoint=False)

@@ -89,6 +89,33 @@ class Handling:
 
 
 @dataclass(frozen=True, eq=False)
+class Slide:
+    """The arm's way behind an object, the push along the table, and the way back.
+
+    Attributes:
+        object: the object's name.
+        start, end: where it stands before and after.
+        opening: distance between the pads [m].
+        approach: empty hand, from above to the side that is pushed; shape (n, joints) [rad].
+        push: the object before the hand, straight ahead; shape (m, joints) [rad].
+        retreat: empty hand, from the object to above; shape (k, joints) [rad].
+        T_tool_object: where the object is while it is pushed.
+    """
+
+    object: str
+    start: Placement
+    end: Placement
+    opening: float
+    approach: NDArray[np.float64]
+    push: NDArray[np.float64]
+    retreat: NDArray[np.float64]
+    T_tool_object: Pose
+
+    def __str__(self) -> str:
+        return f"slide of {self.object}"
+
+
+@dataclass(frozen=True, eq=False)
 class ArmPath:
     """A collision-free path between two configurations; shape (n, joints) [rad], straight between its points."""
 

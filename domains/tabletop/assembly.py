@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tamp.streams.collisions import CONTACT_DEPTH
-from tamp.streams.values import ArmPath, Configuration, Grasp, Handling
+from tamp.streams.values import ArmPath, Configuration, Grasp, Handling, Slide
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Action, Attachment, Fall, Grip, Move, Release, Step
 from tamp.world.scene import Scene
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 CARRYING = 0.5  # share of the limits while holding an object: friction alone keeps it from turning in the fingers
 GENTLE = 0.4  # share of the limits near an object
+PUSHING = 0.2  # share of the limits while pushing one: it must not slide on where the hand slows down
 CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
 
 
@@ -61,6 +62,9 @@ class _Assembly:
             case "place" | "stack" | "lay" | "lay-on":
                 handling = args[-1]
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._place(handling)))
+            case "slide":
+                slide: Slide = args[-1]
+                return Action(name, (slide.object, *slide.end.on), tuple(self._slide(slide)))
         raise ValueError(f"the tabletop domain has no action {name!r}")
 
     def _transit(self, start: Configuration, goal: Configuration, path: ArmPath) -> Move:
@@ -90,6 +94,22 @@ class _Assembly:
     def _fall(self, handling: Handling) -> Fall:
         self._poses[handling.object] = handling.placement.pose.matrix
         return Fall(handling.object, handling.placement.pose)
+
+    def _slide(self, slide: Slide) -> Iterator[Step]:
+        yield self._move("approach", slide.approach, slide.opening, touching=slide.object)
+        yield self._push(slide)
+        self._poses[slide.object] = slide.end.pose.matrix
+        yield self._move("retreat", slide.retreat, slide.opening, touching=slide.object)
+
+    def _push(self, slide: Slide) -> Move:
+        pushed = Attachment(slide.object, slide.T_tool_object)
+        scene = Scene(self._poses).attached(slide.object, slide.T_tool_object.matrix, slide.opening)
+        checker = self._world.checker(scene, margin=CLEARANCE, held_margin=-CONTACT_DEPTH - CLEARANCE)
+        timed = time_free_path(slide.push, self._world.robot.spec, checker, speed=PUSHING)
+        if timed.trajectory is None:
+            raise NotFree(f"push: {timed.reason}")
+        contacts = frozenset({("robot", slide.object), (slide.object, TABLE)})
+        return Move("push", timed.trajectory, slide.opening, None, contacts, pushed)
 
     def _move(
         self,

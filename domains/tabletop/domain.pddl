@@ -2,6 +2,7 @@
 ;
 ; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
 ; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
+; ?w slide: the hand pushes an object along the table until it hangs over the edge, where it can be gripped
 ; Laying is letting something go before it is all the way down: tilted, on one edge, to fall flat, or above what it shall
 ; lie in, to fall straight down.
 ; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
@@ -21,14 +22,18 @@
     (Regrasped ?o ?p1 ?p2)         ; on its way from ?p1 to ?p2, ?o is put down in between and grasped anew
     (Fits ?o ?p ?g)                ; ?g is meant for ?o at ?p, and not for any other placement
     (Laying ?o ?p ?g ?a ?l ?h)
+    (Slidable ?o ?p)               ; no hand can grasp ?o at ?p, but it may be slid from there
+    (Slide ?o ?p ?p2 ?a ?l ?w) (SlideOf ?o ?w)
+    (Overhanging ?o ?p)
     (FreeMotion ?q1 ?q2 ?t)
     (HoldingMotion ?o ?g ?q1 ?q2 ?t)
     (CFreePlacements ?o ?p ?o2 ?p2)
     (CFreeHandling ?o ?h ?o2 ?p2)
+    (CFreeSlide ?o ?w ?o2 ?p2)
     ; what actions change
     (AtPose ?o ?p) (AtGrasp ?o ?g) (HandEmpty) (AtConf ?q)
     ; what follows from those
-    (Covered ?o) (Unsupported ?o ?p) (UnsafePlacement ?o ?p) (UnsafeHandling ?o ?h)
+    (Covered ?o) (Unsupported ?o ?p) (UnsafePlacement ?o ?p) (UnsafeHandling ?o ?h) (UnsafeSlide ?o ?w)
     (On ?o ?s) (In ?o ?s) (Holding ?o))
 
   (:action move-free
@@ -89,6 +94,14 @@
     :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
                  (not (AtGrasp ?o ?g)) (not (AtConf ?l))))
 
+  (:action slide
+    :parameters (?o ?p ?p2 ?a ?l ?w)
+    :precondition (and (Slide ?o ?p ?p2 ?a ?l ?w) (OnTable ?o ?p)
+                       (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                       (not (Covered ?o)) (not (UnsafeSlide ?o ?w)))
+    :effect (and (AtPose ?o ?p2) (AtConf ?l)
+                 (not (AtPose ?o ?p)) (not (AtConf ?a))))
+
   ; What stands on something must leave before it ...
   (:derived (Covered ?s)
     (exists (?o ?p ?ps) (and (RestsOn ?o ?p ?s ?ps) (AtPose ?o ?p) (AtPose ?s ?ps))))
@@ -104,6 +117,10 @@
   (:derived (UnsafeHandling ?o ?h)
     (exists (?o2 ?p2) (and (HandlingOf ?o ?h) (Placement ?o2 ?p2) (not (= ?o ?o2))
                            (AtPose ?o2 ?p2) (not (CFreeHandling ?o ?h ?o2 ?p2)))))
+
+  (:derived (UnsafeSlide ?o ?w)
+    (exists (?o2 ?p2) (and (SlideOf ?o ?w) (Placement ?o2 ?p2) (not (= ?o ?o2))
+                           (AtPose ?o2 ?p2) (not (CFreeSlide ?o ?w ?o2 ?p2)))))
 
   (:derived (On ?o ?s)
     (or (exists (?p) (and (InRegion ?o ?p ?s) (AtPose ?o ?p)))

@@ -11,6 +11,7 @@ from tamp.planning import Problem, StreamInfo
 from tamp.streams.falls import may_fall
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.regrasps import regrasping, sample_regrasp
+from tamp.streams.slides import slidable
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, In, Object, On
@@ -30,10 +31,13 @@ DEFAULT_SAMPLERS = {
     "sample-regrasp": "tamp.streams.regrasps:sample_regrasp",
     "regrasp-kinematics": "tamp.streams.reachability:inverse_kinematics",
     "plan-laying": "tamp.streams.laying:plan_laying",
+    "plan-sliding": "tamp.streams.sliding:plan_sliding",
+    "sample-edge-grasp": "tamp.streams.sliding:sample_edge_grasp",
     "plan-free-motion": "tamp.streams.motions:plan_free_motion",
     "plan-holding-motion": "tamp.streams.motions:plan_holding_motion",
     "test-cfree-placements": "tamp.streams.collisions:test_cfree_placements",
     "test-cfree-handling": "tamp.streams.collisions:test_cfree_handling",
+    "test-cfree-slide": "tamp.streams.sliding:test_cfree_slide",
 }
 
 LAYING_EFFORT = 5.0  # in calls of another stream, so that an object is rather put down than laid down
@@ -110,6 +114,8 @@ def _object_facts(workspace: Workspace, movable: Container[str] | None, regraspe
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
+            if slidable(workspace, name, placement):
+                yield ("Slidable", name, placement)
             yield ("Placeable", name, TABLE)
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)

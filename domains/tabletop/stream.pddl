@@ -50,6 +50,19 @@
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Laying ?o ?p ?g ?a ?l ?h)))
 
+  (:stream plan-sliding
+    :inputs (?o ?p)
+    :domain (Slidable ?o ?p)
+    :outputs (?p2 ?a ?l ?w)
+    :certified (and (Placement ?o ?p2) (OnTable ?o ?p2) (Overhanging ?o ?p2)
+                    (Conf ?a) (Conf ?l) (SlideOf ?o ?w) (Slide ?o ?p ?p2 ?a ?l ?w)))
+
+  (:stream sample-edge-grasp
+    :inputs (?o ?p)
+    :domain (Overhanging ?o ?p)
+    :outputs (?g)
+    :certified (Grasp ?o ?g))
+
   (:stream plan-free-motion
     :inputs (?q1 ?q2)
     :domain (and (Conf ?q1) (Conf ?q2))
@@ -73,4 +86,9 @@
     :inputs (?o ?h ?o2 ?p2)
     :domain (and (HandlingOf ?o ?h) (Placement ?o2 ?p2))
     :certified (CFreeHandling ?o ?h ?o2 ?p2))
+
+  (:stream test-cfree-slide
+    :inputs (?o ?w ?o2 ?p2)
+    :domain (and (SlideOf ?o ?w) (Placement ?o2 ?p2))
+    :certified (CFreeSlide ?o ?w ?o2 ?p2))
 )

@@ -32,7 +32,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     opening = gripper.stroke if state.opening is None else state.opening
     T_world_tool = scene.links.tree.tool(state.q[None])[0]
     T_tool_object = inverse(T_world_tool) @ state.poses[name]
-    _check_attachment(scene, name, T_tool_object, grip.attachment.T_tool_object.matrix, allow, report)
+    check_attachment(scene, name, T_tool_object, grip.attachment.T_tool_object.matrix, allow, report)
     if not 0.0 <= grip.width <= gripper.stroke:
         report("grasp", f"a width of {grip.width:.4f} m is outside the stroke of {gripper.stroke} m", bodies=(name,))
     elif grip.width > opening + 1e-6:
@@ -41,7 +41,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
         _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report)
         for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
             report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
-    _check_uncovered(scene, state, name, allow, report)
+    check_uncovered(scene, state, name, allow, report)
     state.held = grip.attachment
     state.opening = grip.width
     state.poses[name] = T_world_tool @ grip.attachment.T_tool_object.matrix
@@ -76,15 +76,14 @@ def check_release(
         report("support", sentence, bodies=bodies, depth=depth)
 
 
-def _check_attachment(
-    scene: Scene, name: str, actual: Array, claimed: Array, allow: Tolerances, report: Report
-) -> None:
+def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, allow: Tolerances, report: Report) -> None:
+    """An object lies in the tool frame, T_tool_object of shape (4, 4), where a step claims that it does."""
     center = np.append((scene.solids[name].lower + scene.solids[name].upper) / 2, 1.0)
     shift = float(np.linalg.norm(((actual - claimed) @ center)[:3]))
     trace = float(np.trace(actual[:3, :3].T @ claimed[:3, :3]))
     angle = float(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
     if shift > allow.grasp or angle > allow.grasp_angle:
-        sentence = f"{name} lies {1000 * shift:.1f} mm and {np.degrees(angle):.1f} degrees from where the grip says"
+        sentence = f"{name} lies {1000 * shift:.1f} mm and {np.degrees(angle):.1f} degrees from where the plan says"
         report("grasp", sentence, bodies=(name,), depth=shift)
 
 
@@ -104,7 +103,7 @@ def _check_closing(
         report("grasp", sentence, bodies=(name,), depth=astray)
 
 
-def _check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
     """Nothing that stands on the object may fall when it leaves."""
     for other in sorted(state.poses):
         T = inverse(state.poses[name]) @ state.poses[other]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Report = Callable[..., None]
 
-EMPTY = ("transit", "approach", "retreat")
+EMPTY = ("transit", "approach", "retreat", "push")
 HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_SAMPLES = 100_000
@@ -90,6 +90,8 @@ def _check_phase(state: State, move: Move, report: Report) -> None:
         report("continuity", f"{claimed} changes its place in the gripper while held", bodies=(str(claimed),))
     if move.phase in (EMPTY if actual else HOLDING):
         report("continuity", f"a {move.phase} motion while the gripper holds {actual or 'nothing'}")
+    if (move.phase == "push") != (move.pushed is not None):
+        report("continuity", f"a {move.phase} motion that pushes {move.pushed.object if move.pushed else 'nothing'}")
 
 
 def _check_joined(state: State, move: Move, joints: tuple[str, ...], allow: Tolerances, report: Report) -> None:
@@ -137,15 +139,14 @@ def finger_touches(
 
 def collisions(scene: Scene, state: State, move: Move, allow: Tolerances) -> Iterator[tuple[float, Touch]]:
     """Time [s] within the motion and bodies of everything that touches and must not."""
-    robot = scene.links
+    robot, carried = scene.links, state.held or move.pushed
 
     def movers(q: Array) -> list[Mover]:
         placed = robot.tree.forward(q, move.opening)
         found = [Mover(solid, placed[solid.name]) for solid in robot.solids]
-        if state.held is not None:
+        if carried is not None:
             T_world_tool = placed[robot.tree.spec.tool_parent] @ robot.tree.spec.T_parent_tool.matrix
-            held = scene.solids[state.held.object]
-            found.append(Mover(held, T_world_tool @ state.held.T_tool_object.matrix))
+            found.append(Mover(scene.solids[carried.object], T_world_tool @ carried.T_tool_object.matrix))
         return found
 
     times = sample_times(move.trajectory, movers, allow.step)
@@ -157,10 +158,12 @@ def collisions(scene: Scene, state: State, move: Move, allow: Tolerances) -> Ite
 def _pairs(
     scene: Scene, state: State, move: Move, bodies: list[Mover], allow: Tolerances
 ) -> Iterator[tuple[Mover, Mover, float]]:
-    robot = scene.links
+    robot, carried = scene.links, state.held or move.pushed
     by_name = {body.solid.name: body for body in bodies}
-    held = by_name.get(state.held.object) if state.held is not None else None
+    held = by_name[carried.object] if carried is not None else None
     for other in standing(scene.solids, state.standing(scene)):
+        if carried is not None and other.solid.name == carried.object:
+            continue
         for solid in robot.solids:
             if other.solid.name == TABLE and solid.name in robot.fixed:
                 continue
@@ -178,11 +181,13 @@ def _allowed(move: Move, body: str, solid: Solid, other: str, gripper: frozenset
     """Depth to which a body may enter another during a motion.
 
     A motion's word counts only where a contact makes sense: never on a free motion, and of the robot only for the
-    gripper, and not with the table.
+    gripper, and not with the table; of what is pushed only with the table.
     """
     claimed = (body, other) in move.contacts or (other, body) in move.contacts
     if not claimed or move.phase in FREE:
         return allow.collision
     if body == ROBOT and (solid.name not in gripper or other == TABLE):
+        return allow.collision
+    if move.pushed is not None and body == move.pushed.object and other != TABLE:
         return allow.collision
     return allow.contact

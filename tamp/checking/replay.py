@@ -11,6 +11,7 @@ from tamp.checking.falling import check_fall
 from tamp.checking.grasp import between_pads
 from tamp.checking.handling import check_grip, check_release
 from tamp.checking.motion import check_move
+from tamp.checking.pushing import check_push
 from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.solids import inverse
 from tamp.checking.standing import carriers
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 PICKS = ("pick", "unstack")
 PLACES = ("place", "stack")
 LAYS = ("lay", "lay-on")
+SLIDES = ("slide",)
 
 
 class Replay:
@@ -61,7 +63,9 @@ class Replay:
         self._check_before(action)
         falling = {step.object for step in action.steps if isinstance(step, Fall)}
         for step in action.steps:
-            if isinstance(step, Move):
+            if isinstance(step, Move) and step.pushed is not None:
+                check_push(self.scene, self.state, step, step.pushed, self.allow, self.report)
+            elif isinstance(step, Move):
                 check_move(self.scene, self.state, step, self.allow, self.report)
             elif isinstance(step, Grip):
                 check_grip(self.scene, self.state, step, self.allow, self.report)
@@ -77,21 +81,24 @@ class Replay:
         grips = [step.attachment.object for step in action.steps if isinstance(step, Grip)]
         releases = [step.object for step in action.steps if isinstance(step, Release)]
         falls = [step.object for step in action.steps if isinstance(step, Fall)]
+        pushes = [step.pushed.object for step in action.steps if isinstance(step, Move) and step.pushed is not None]
         about = action.arguments[0] if action.arguments else None
-        expected: dict[str, tuple[list[str | None], list[str | None], list[str | None]]] = {
-            **dict.fromkeys(PICKS, ([about], [], [])),
-            **dict.fromkeys(PLACES, ([], [about], [])),
-            **dict.fromkeys(LAYS, ([], [about], [about])),
-            "move": ([], [], []),
+        expected: dict[str, tuple[list[str | None], ...]] = {
+            **dict.fromkeys(PICKS, ([about], [], [], [])),
+            **dict.fromkeys(PLACES, ([], [about], [], [])),
+            **dict.fromkeys(LAYS, ([], [about], [about], [])),
+            **dict.fromkeys(SLIDES, ([], [], [], [about])),
+            "move": ([], [], [], []),
         }
         known = {*self.state.poses, TABLE, *(region.name for region in self.scene.task.regions)}
         strangers = [name for name in action.arguments if name not in known]
-        moved = [name for name in (*grips, *releases, *falls) if name not in self.state.poses]
+        moved = [name for name in (*grips, *releases, *falls, *pushes) if name not in self.state.poses]
         if action.name not in expected:
             self.report("precondition", f"unknown action {action.name!r}; valid are {', '.join(sorted(expected))}")
-        elif (grips, releases, falls) != expected[action.name]:
-            wrong = f"its steps grip {grips or 'nothing'}, release {releases or 'nothing'}, drop {falls or 'nothing'}"
-            self.report("precondition", wrong)
+        elif (grips, releases, falls, pushes) != expected[action.name]:
+            done = zip(("grip", "release", "drop", "push"), (grips, releases, falls, pushes), strict=True)
+            wrong = ", ".join(f"{verb} {what or 'nothing'}" for verb, what in done)
+            self.report("precondition", f"its steps {wrong}")
         if strangers or moved:
             self.report("precondition", f"the task knows no {', '.join((*strangers, *moved))}")
         return not strangers and not moved
@@ -100,11 +107,11 @@ class Replay:
         if not action.arguments or action.arguments[0] not in self.state.poses:
             return
         name, held = action.arguments[0], self.state.held
-        if action.name in PICKS and held is not None:
+        if action.name in (*PICKS, *SLIDES) and held is not None:
             self.report("precondition", f"needs an empty hand, which holds {held.object}", (name, held.object))
         elif action.name in (*PLACES, *LAYS, "move") and (held is None or held.object != name):
             self.report("precondition", f"needs {name} in the hand, which holds {held.object if held else 'nothing'}")
-        if action.name not in PICKS or held is not None:
+        if action.name not in (*PICKS, *SLIDES) or held is not None:
             return
         under = carriers(self.scene, self.state, name, self.allow).bodies
         if action.name == "pick" and under and TABLE not in under:

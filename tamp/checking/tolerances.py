@@ -20,6 +20,9 @@ class Tolerances:
         fall: how far an object may fall straight down after it was let go.
         tilt: largest turn of an object that falls flat after it was let go.
         level: how far the axis of that turn may be from level.
+        push: angle between a push and the way in which fingers press; the cone of their friction is wider.
+        lever: how far the contacts of a push reach on both sides of the centre of mass.
+        edge: how far inside what carries it the centre of mass of a pushed object stays.
         standing: largest gap between a body and what it stands on.
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
@@ -42,6 +45,9 @@ class Tolerances:
     fall: float = 0.17
     tilt: float = 1.2
     level: float = 0.05
+    push: float = 0.4
+    lever: float = 0.005
+    edge: float = 0.01
     standing: float = 0.003
     balance: float = 0.001
     reached: float = 0.005

@@ -13,8 +13,8 @@ class Problem:
         action: index of the action in the plan, or None where no single action is to blame.
         name: that action as text, such as "pick(cup)", or "start" or "goal".
         time: when, counted over all arm motions from the start of the plan [s].
-        kind: "start", "precondition", "continuity", "limits", "collision", "grasp", "release", "fall", "support"
-            or "goal".
+        kind: "start", "precondition", "continuity", "limits", "collision", "grasp", "release", "fall", "push",
+            "support" or "goal".
         bodies: the bodies concerned; links by their URDF name, the table as "table".
         depth: penetration or distance of the error where there is one [m], else 0.
         sentence: what is wrong, in words.

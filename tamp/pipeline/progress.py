@@ -10,7 +10,7 @@ from tamp.domains.tabletop import NotFree
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.shortfall import shortfall
 from tamp.planning import GroundAction
-from tamp.streams.values import Configuration, Handling, Placement
+from tamp.streams.values import Configuration, Handling, Placement, Slide
 from tamp.task import Action, Plan
 
 WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
@@ -92,6 +92,9 @@ def _after(
         handling = action.args[-1]
         if action.name == "move-free":
             configuration = action.args[1]
+        elif isinstance(handling, Slide):
+            placements[handling.object] = handling.end
+            configuration = action.args[-2]
         elif isinstance(handling, Handling) and action.name not in ("pick", "unstack"):
             placements[handling.object] = handling.placement
             configuration = action.args[-3]

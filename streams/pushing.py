@@ -1,0 +1,130 @@
+"""How the hand pushes: it comes down behind an object, touches it with open fingers, goes ahead and draws back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, told
+from tamp.streams.hand import hand_boxes
+from tamp.streams.slides import Way
+from tamp.streams.values import Placement, Slide
+from tamp.streams.workspace import Context, Workspace
+from tamp.task import Pose
+from tamp.world.kinematics import inverse, straight_line
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+ABOVE_TABLE = 0.008  # of the fingertips while they push [m]
+BELOW_TOP = 0.003  # of the object: the palm stays this far above what the fingers push [m]
+FINGERTIP = 0.016  # each finger touches the side that is pushed over at least this width [m]
+TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
+FARTHEST, HALVINGS = 0.15, 14  # of the search for that place behind the object [m]
+BEHIND = 0.025  # the object is where the hand comes down and goes up again [m]
+UP = 0.12  # how far above that it begins and ends [m]
+SOLUTIONS = 4  # arm configurations tried for one way
+STEP = 0.02  # between two places of a pushed object that are looked at [m]
+
+
+def pushes(context: Context, obj: str, placement: Placement, way: Way) -> Iterator[Slide]:
+    """Yield slides along a way that the arm can follow, as if nothing else stood on the table."""
+    workspace: Workspace = context.scene
+    robot, shift = workspace.world.robot, np.append(way.shift, 0.0)
+    opening = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, robot.spec.gripper.stroke))
+    for side in (1.0, -1.0):
+        T = _touching(workspace, obj, placement, way, opening, side)
+        for q in inverse(robot, _moved(T, shift), context.rng, count=SOLUTIONS):
+            push = straight_line(robot, q, T)
+            begin = None if push is None else _drawn_back(workspace, push[-1], way)
+            end = None if push is None else _drawn_back(workspace, push[0], way)
+            if push is None or begin is None or end is None:
+                context.fail("the way to push it leaves the joint limits")
+                continue
+            T_tool_object = Pose.from_matrix(T).inverse() @ placement.pose
+            slide = Slide(obj, placement, way.end, opening, begin[::-1], push[::-1], end, T_tool_object)
+            hit = push_hits(workspace, slide, {})
+            if hit is None:
+                yield slide
+            else:
+                context.fail(hit)
+
+
+def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement]) -> str | None:
+    """What arm and object meet on a slide, among others that stand where they stand, in words; None if nothing."""
+    poses = {name: others[name].pose.matrix for name in sorted(others)}
+    obj, start, end = slide.object, slide.start.pose, slide.end.pose
+    scene = Scene(poses).attached(obj, slide.T_tool_object.matrix, slide.opening)
+    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-CONTACT_DEPTH)
+    contact = (
+        approach_contact(workspace, obj, start, slide.opening, slide.approach, poses)
+        or checker.first_contact(slide.push)
+        or approach_contact(workspace, obj, end, slide.opening, slide.retreat[::-1], poses)
+    )
+    if contact is not None:
+        return told(contact)
+    for name, T in poses.items():
+        if any(workspace.world.overlap(obj, at, name, T, tolerance=-ARM_MARGIN) for at in _along(start, end)):
+            return f"{obj} would be pushed into {name}"
+    return None
+
+
+def _along(start: Pose, end: Pose) -> Iterator[Array]:
+    """Poses (4, 4) on the straight way from one to the other."""
+    shift = np.array(end.xyz) - start.xyz
+    for share in np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP)):
+        yield _moved(start.matrix, share * shift)
+
+
+def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, side: float) -> Array:
+    """The tool, shape (4, 4), where its upright open fingers nearly touch the side of the object that is pushed.
+
+    The line of the push through the centre of mass passes midway between the fingers. `side` 1 or -1 turns the hand
+    one way or the other.
+    """
+    T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
+    fingers = boxes.side != 0.0
+    tip, root = boxes.upper[fingers, 2].max(), boxes.upper[~fingers, 2].max()
+    top = float(workspace.bounds(obj, placement.pose)[1][2])
+    tool = _upright(workspace, side * way.behind)
+    tool[:2, 3] = way.touch
+    tool[2, 3] = max(ABOVE_TABLE + tip, top + BELOW_TOP + root)
+    scene, near, clear = Scene({obj: T}), 0.0, FARTHEST
+    back = np.append(way.behind, 0.0)
+    for _ in range(HALVINGS):
+        middle = (near + clear) / 2
+        if workspace.world.hand_contact(_moved(tool, middle * back), opening, scene, margin=TOUCHING) == obj:
+            near = middle
+        else:
+            clear = middle
+    return _moved(tool, clear * back)
+
+
+def _upright(workspace: Workspace, beside: Array) -> Array:
+    """A tool at the origin, shape (4, 4), that points down, its closing axis level and across `beside` (2,)."""
+    closing, down = np.array(workspace.world.robot.spec.gripper.axis), np.array([0.0, 0.0, -1.0])
+    basis = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]], axis=1)
+    level = np.append(beside, 0.0)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([level, np.cross(down, level), down], axis=1) @ basis.T
+    return T
+
+
+def _drawn_back(workspace: Workspace, q: Array, way: Way) -> Array | None:
+    """From `q` back from the object, then up, shape (n, joints); None where the arm cannot."""
+    robot = workspace.world.robot
+    T = _moved(robot.forward(q), np.append(BEHIND * way.behind, 0.0))
+    back = straight_line(robot, q, T)
+    up = None if back is None else straight_line(robot, back[-1], _moved(T, np.array([0.0, 0.0, UP])))
+    return None if back is None or up is None else np.vstack([back, up[1:]])
+
+
+def _moved(T: Array, shift: Array) -> Array:
+    moved = T.copy()
+    moved[:3, 3] += shift
+    return moved

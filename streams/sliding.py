@@ -1,0 +1,67 @@
+"""Sliding: what no hand can grasp as it lies is pushed over the table's edge and gripped where it hangs over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import islice
+
+from tamp.streams.grasps import grasps_at
+from tamp.streams.pushing import push_hits, pushes
+from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.recall import recalled
+from tamp.streams.slides import ways
+from tamp.streams.values import Configuration, Grasp, Placement, Slide
+from tamp.streams.workspace import Context, standing
+
+TRIED = 16  # ways
+GRASPS = 6  # tried at the end of a way
+
+
+def plan_sliding(
+    context: Context, obj: str, placement: Placement
+) -> Iterator[tuple[Placement, Configuration, Configuration, Slide]]:
+    """Yield (placement over the edge, first configuration, last configuration, slide) for an object at a placement.
+
+    The arm can grip the object where it is slid to, as far as the table alone matters. Slides that are also free of
+    what the plan has standing there come first; the others may serve when that has moved.
+    """
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    found = recalled(context, ("slides", obj, placement), lambda first: _alone(first, obj, placement))
+    blocked = []
+    for slide in found:
+        before = Configuration(tuple(slide.approach[0].tolist()), slide.opening)
+        after = Configuration(tuple(slide.retreat[-1].tolist()), slide.opening)
+        if push_hits(context.scene, slide, around) is None:
+            yield slide.end, before, after, slide
+        else:
+            blocked.append((slide.end, before, after, slide))
+    yield from blocked
+
+
+def sample_edge_grasp(context: Context, obj: str, placement: Placement) -> Iterator[Grasp]:
+    """Yield grasps of an object that hangs over the table's edge, best first: those that also serve its goal."""
+    goal = context.scene.goals.get(obj)
+    places = [placement] if goal is None else [placement, goal]
+    yield from recalled(context, ("edge grasps", obj, *places), lambda first: grasps_at(first, obj, places))
+
+
+def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:
+    """Whether the arm can slide `obj` while `other` stands there."""
+    reason = push_hits(context.scene, slide, {other: standing})
+    if reason is not None:
+        context.fail(reason)
+    return reason is None
+
+
+def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide]:
+    """One slide for each way to where the arm can grip the object, as if nothing else stood on the table."""
+    for way in ways(context.scene, obj, placement)[:TRIED]:
+        slide = next(pushes(context, obj, placement, way), None)
+        if slide is not None and _grippable(context, obj, way.end):
+            yield slide
+
+
+def _grippable(context: Context, obj: str, placement: Placement) -> bool:
+    """Whether the arm can take an object that hangs over the edge by one of its best grasps."""
+    grasps = islice(sample_edge_grasp(context, obj, placement), GRASPS)
+    return any(next(inverse_kinematics(context, obj, placement, grasp), None) is not None for grasp in grasps)

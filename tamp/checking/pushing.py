@@ -1,0 +1,114 @@
+"""Check of a push: the object stays before the fingers, stays on the table, and comes to rest where it is left.
+
+While it slides evenly, the table's friction acts as one force through the object's centre of mass against its motion
+(Mason, International Journal of Robotics Research 5, 1986). Fingers that touch it on both sides of the line of that
+force, within their own cone of friction, neither turn it nor slip along it (Lynch and Mason, same journal 15, 1996).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.handling import check_attachment, check_uncovered
+from tamp.checking.limits import interpolate, malformed
+from tamp.checking.motion import check_move
+from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.solids import inverse
+from tamp.checking.standing import carriers
+from tamp.checking.support import contacts
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.motion import Report
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Attachment, Move
+
+    Array = NDArray[np.float64]
+
+GRAVITY = 9.81  # [m/s^2]
+SAMPLES = 50  # of a push, for what depends on how it goes
+
+
+def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
+    """Judge a motion that pushes an object; afterwards the object stands where the hand has left it."""
+    name = pushed.object
+    if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
+        check_move(scene, state, move, allow, report)
+        return
+    times = np.linspace(0.0, move.trajectory.duration, SAMPLES)
+    path = scene.links.tree.tool(interpolate(move.trajectory, times)) @ pushed.T_tool_object.matrix
+    start = inverse(scene.links.tree.tool(move.trajectory.positions[:1])[0]) @ state.poses[name]
+    check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
+    for sentence in (*_astray(name, path, allow), *_loose(scene, state, move, name, path, allow)):
+        report("push", sentence, bodies=(name,))
+    ahead = _deceleration(path, times)
+    if ahead > GRAVITY * scene.friction(name) * scene.friction(TABLE):
+        report("push", f"{name} slides on when the hand slows down by {ahead:.1f} m/s^2", bodies=(name,))
+    check_uncovered(scene, state, name, allow, report)
+    _check_stand(scene, state, name, allow, report)
+    check_move(scene, state, move, allow, report)
+    state.poses[name] = path[-1]
+    _check_stand(scene, state, name, allow, report)
+
+
+def _astray(name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+    """Why poses (n, 4, 4) are not those of an object that slides straight ahead over the table, without turning."""
+    shift = path[:, :3, 3] - path[0, :3, 3]
+    ahead = _direction(path)
+    turned = float(np.linalg.norm(path[:, :3, :3] - path[0, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0))
+    beside = float(np.linalg.norm(shift - np.outer(shift @ ahead, ahead), axis=1).max())
+    if turned > allow.grasp_angle:
+        yield f"{name} is said to turn by {np.degrees(turned):.1f} degrees while it is pushed"
+    if beside > allow.grasp:
+        yield f"{name} is said to leave a straight line by {1000 * beside:.1f} mm while it is pushed"
+    if np.diff(shift @ ahead).min() < -allow.grasp:
+        yield f"{name} does not come back with a hand that pushes it"
+
+
+def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+    """Why the fingers would not keep an object before them, as they touch it at the start."""
+    ahead = _direction(path)
+    placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
+    hand = {s.name: (s, placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
+    patches = contacts(scene.solids[name], path[0], hand, allow.standing).patches
+    cosine = {link: patch.normals @ ahead for link, patch in patches.items()}
+    points = [patches[link].points[cosine[link] > np.cos(allow.push)] for link in sorted(patches)]
+    touching = np.concatenate([np.empty((0, 3)), *points])
+    if not len(touching):
+        yield f"no finger touches {name} on the side away from where it is pushed"
+        return
+    across = np.array([-ahead[1], ahead[0], 0.0])
+    beside = (touching - scene.center_of_mass(name, path[0])) @ across
+    if beside.min() > -allow.lever or beside.max() < allow.lever:
+        yield f"{name} would turn away: its centre of mass is not between the contacts that push it"
+
+
+def _deceleration(path: Array, times: Array) -> float:
+    """The largest rate at which a pushed object is slowed down [m/s^2]."""
+    speed = np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1) / np.diff(times)
+    return float(-(np.diff(speed) / np.diff(times)[1:]).min())
+
+
+def _direction(path: Array) -> Array:
+    """Unit vector from the first to the last position."""
+    shift = path[-1, :3, 3] - path[0, :3, 3]
+    ahead: Array = shift / max(float(np.linalg.norm(shift)), 1e-9)
+    return ahead
+
+
+def _check_stand(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """The object rests on the table and on nothing else, its centre of mass well inside the table's edge."""
+    touching = carriers(scene, state, name, allow)
+    if touching.bodies != (TABLE,):
+        report("push", f"{name} stands on {', '.join(touching.bodies) or 'nothing'}, not on the table alone", (name,))
+        return
+    friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
+    inside = touching.balance(scene.center_of_mass(name, state.poses[name]), friction, allow.edge)
+    if inside < allow.edge:
+        sentence = f"{name} may tip over: its centre of mass is {1000 * inside:.0f} mm inside what carries it"
+        report("support", sentence, (name, TABLE))

@@ -1,0 +1,75 @@
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from tamp.streams.collisions import approach_contact
+from tamp.streams.pushing import push_hits
+from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.sliding import plan_sliding, sample_edge_grasp, test_cfree_slide
+from tamp.streams.values import Placement
+from tamp.task import Box, Object, Pose
+from tests.streams.tables import ToldContext, workspace_of
+
+test_cfree_slide.__test__ = False
+
+BOX = Object("box", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)))
+PEG = Object("peg", Box((0.02, 0.02, 0.02)), Pose((0.1, 0.3, 0.01)))
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(BOX, PEG)
+
+
+@pytest.fixture(scope="module")
+def offer(workspace):
+    return next(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]))
+
+
+def test_the_hand_takes_the_object_straight_to_where_it_is_gripped(workspace, offer):
+    end, before, after, slide = offer
+    robot = workspace.world.robot
+    for q, placement in ((slide.push[0], workspace.start["box"]), (slide.push[-1], end)):
+        T = robot.forward(q) @ slide.T_tool_object.matrix
+        np.testing.assert_allclose(T, placement.pose.matrix, atol=1e-4)
+    path = np.array([robot.forward(q)[:3, 3] for q in slide.push])
+    ahead = (path[-1] - path[0]) / np.linalg.norm(path[-1] - path[0])
+    beside = (path - path[0]) - np.outer((path - path[0]) @ ahead, ahead)
+    assert np.abs(beside).max() < 1e-3
+    assert before.q == tuple(slide.approach[0]) and after.q == tuple(slide.retreat[-1])
+
+
+def test_the_hand_comes_down_clear_of_the_object_and_then_touches_it(workspace, offer):
+    slide, start = offer[-1], workspace.start["box"].pose
+    assert approach_contact(workspace, "box", start, slide.opening, slide.approach, {}) is None
+    farther = slide.push[:3]  # the fingers go into an object that does not give way
+    assert approach_contact(workspace, "box", start, slide.opening, farther, {}) is not None
+
+
+def test_where_it_hangs_over_the_edge_it_can_be_gripped(workspace, offer):
+    context = ToldContext(workspace)
+    grasps = islice(sample_edge_grasp(context, "box", offer[0]), 10)
+    assert any(next(inverse_kinematics(context, "box", offer[0], grasp), None) is not None for grasp in grasps)
+
+
+def test_what_stands_in_the_way_of_the_object_is_hit_and_what_stands_elsewhere_is_not(workspace, offer):
+    end, _, _, slide = offer
+    x, y = (np.array(workspace.start["box"].pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    in_the_way = Placement(Pose((x, y, 0.01)), ("table",))
+    assert push_hits(workspace, slide, {"peg": in_the_way}) is not None
+    assert push_hits(workspace, slide, {"peg": workspace.start["peg"]}) is None
+    context = ToldContext(workspace)
+    assert not test_cfree_slide(context, "box", slide, "peg", in_the_way)
+    assert context.reasons and "peg" in context.reasons[0]
+    assert test_cfree_slide(context, "box", slide, "peg", workspace.start["peg"])
+
+
+def test_slides_that_are_free_of_what_stands_there_come_first(workspace, offer):
+    end = offer[0]
+    x, y = (np.array(workspace.start["box"].pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    around = (("AtPose", "peg", Placement(Pose((x, y, 0.01)), ("table",))),)
+    context = ToldContext(workspace, bound=around)
+    offers = list(plan_sliding(context, "box", workspace.start["box"]))
+    free = [push_hits(workspace, slide, {"peg": around[0][2]}) is None for *_, slide in offers]
+    assert free == sorted(free, reverse=True) and any(free) and not all(free)
