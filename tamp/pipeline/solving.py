@@ -69,15 +69,17 @@ def carry_out(
 
 def _execute(job: Job, setup: Setup, executor: Executor) -> None:
     """Carry out plan after plan: what is left of one or a new one where reality deviates; in the end corrections."""
-    corrections, whole = 0, job.plans[-1]
+    replans, corrections, whole = 0, 0, job.plans[-1]
     while True:
         execution = executor.carry_out(job.plans[-1])
         job.executions.append(execution)
         job.final_poses = dict(execution.final_poses)
-        if execution.status == "timeout" or len(job.plans) > MAX_REPLANS:
+        if execution.status == "timeout":
             return
         if execution.status == "deviated" and job.keep(execution):
             continue
+        if replans == MAX_REPLANS:
+            return
         astray, missed = job.astray(setup), job.missed
         done = execution.status == "done" and job.plans[-1].actions[-1:] == whole.actions[-1:]
         if done:
@@ -86,7 +88,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
             corrections += 1
         if not job.plan(setup, job.final_poses, execution.configuration):
             return
-        whole = job.plans[-1]
+        replans, whole = replans + 1, job.plans[-1]
         if done and not missed and not _moved(job.plans[-1]) <= astray:
             job.plans.pop()  # what stands well is not risked for what stands a little off
             return
