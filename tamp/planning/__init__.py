@@ -12,9 +12,9 @@ from tamp.planning.adapters import (
 )
 from tamp.planning.constraints import Constraints, Reuse
 from tamp.planning.context import Context
+from tamp.planning.outputs import Certified
 from tamp.planning.problem import GroundAction, Problem, Solution, StreamInfo
 from tamp.planning.report import Report, SkeletonReport, StreamReport
-from tamp.planning.sampling import Certified
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.solve import solve
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from tamp.errors import SamplerError
 from tamp.planning.context import Context
-from tamp.planning.sampling import Certified
+from tamp.planning.outputs import Certified
 
 Outputs = tuple[Any, ...] | list[Any]
 

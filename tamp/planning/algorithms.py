@@ -120,7 +120,7 @@ def _replace_hopes(session: Session) -> None:
 def _expand(session: Session) -> None:
     session.check_prospects()
     if not session.rounds.expand() and not session.grounder.deepen():
-        if session.best is not None:
+        if session.found.best is not None:
             raise Ended("solved", "No better plan exists.")
         if session.connectors.fluent and session.lessons.failed_moves:
             raise Restart(replace(session.options, connectors=False))

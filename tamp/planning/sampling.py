@@ -2,44 +2,18 @@
 
 from __future__ import annotations
 
-import numbers
-import time
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from tamp.errors import SamplerError, TampError
 from tamp.planning.context import Context, generator_for
+from tamp.planning.counting import Count
 from tamp.planning.instances import Instance
 from tamp.planning.knowledge import Knowledge
 from tamp.planning.objects import Fact
+from tamp.planning.outputs import Certified, answer_of, function_value, output_iterator, output_values
 from tamp.planning.report import StreamReport
-
-
-@dataclass(frozen=True)
-class Certified:
-    """What a sampler yields to certify more than its stream promises.
-
-    A stream that may do so yields all its outputs like this, from the first on: without it, a problem may be taken for
-    infeasible that only further facts could save.
-
-    Attributes:
-        outputs: the outputs as it would otherwise yield them; None to certify facts alone.
-        facts: further facts about any values; their predicates must not be changed by actions.
-    """
-
-    outputs: Any
-    facts: tuple[tuple[Any, ...], ...] = ()
-
-
-@dataclass
-class _Count:
-    calls: int = 0
-    successes: int = 0
-    seconds: float = 0.0
-    failures: dict[str, int] = field(default_factory=dict)
 
 
 class Sampling:
@@ -51,7 +25,7 @@ class Sampling:
         self._seed = seed
         self.deadline = deadline
         names = (*knowledge.schema.externals, *knowledge.schema.functions)
-        self._counts = {name: _Count() for name in names}
+        self._counts = {name: Count() for name in names}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
         self.wild = False  # whether any stream may certify more than it promises
@@ -70,13 +44,9 @@ class Sampling:
         context = self._context(instance)
         context.bound = tuple(map(self._knowledge.objects.values_of, bound))
         counter = self._counts[external.name]
-        counter.calls += 1
         instance.calls += 1
-        before = time.perf_counter()
-        try:
+        with counter.calling():
             output = self._call(instance, context)
-        finally:
-            counter.seconds += time.perf_counter() - before
         if output is _END:
             instance.exhausted, output = True, None
         self._take_failures(instance, context, counter, failed=output is None)
@@ -107,9 +77,9 @@ class Sampling:
         try:
             if external.is_test:
                 instance.exhausted = True
-                return self._answer(instance, sampler(context, *values))
+                return answer_of(external, sampler(context, *values))
             if instance.generator is None:
-                instance.generator = self._iterator(instance, sampler(context, *values))
+                instance.generator = output_iterator(external, sampler(context, *values))
             return next(instance.generator, _END)
         except (TampError, KeyboardInterrupt):
             raise
@@ -117,24 +87,9 @@ class Sampling:
             shown = ", ".join(self._knowledge.objects.name(h) for h in instance.inputs)
             raise RuntimeError(f"the sampler of stream {external.name!r} raised for ({shown}): {error!r}") from error
 
-    def _answer(self, instance: Instance, answer: Any) -> Any:
-        if isinstance(answer, Certified):
-            return answer
-        if not isinstance(answer, bool | np.bool_):
-            raise SamplerError(f"test {instance.external.name!r}: expected True or False, found {answer!r}")
-        return () if answer else None
-
-    def _iterator(self, instance: Instance, made: Any) -> Iterator[Any]:
-        if not isinstance(made, Iterable):
-            raise SamplerError(
-                f"stream {instance.external.name!r}: expected a generator function that yields one output at a time, "
-                f"but the function returned {made!r}"
-            )
-        return iter(made)
-
-    def _take_failures(self, instance: Instance, context: Context, counter: _Count, failed: bool) -> None:
+    def _take_failures(self, instance: Instance, context: Context, counter: Count, failed: bool) -> None:
         for reason, because in context.failures:
-            counter.failures[reason] = counter.failures.get(reason, 0) + 1
+            counter.failures[reason] += 1
             if failed:
                 facts = tuple(f for raw in because if (f := self._fluent(instance, raw)) is not None)
                 instance.reasons[reason, facts] = instance.reasons.get((reason, facts), 0) + 1
@@ -166,18 +121,9 @@ class Sampling:
         return (name, *map(self._knowledge.objects.intern, raw[1:]))
 
     def _handles(self, instance: Instance, output: Any) -> tuple[int, ...]:
-        external = instance.external
-        count = len(external.outputs)
-        if count == 0:
-            return ()
-        values = (output,) if count == 1 else output
-        if not isinstance(values, tuple | list) or len(values) != count:
-            names = ", ".join(name[1:] for name in external.outputs)
-            raise SamplerError(
-                f"stream {external.name!r}: expected to yield a tuple of {count} outputs ({names}), found {output!r}"
-            )
         objects = self._knowledge.objects
-        key = f"{external.name}({','.join(map(objects.key, instance.inputs))})[{len(instance.results)}"
+        values = output_values(instance.external, output)
+        key = f"{instance.external.name}({','.join(map(objects.key, instance.inputs))})[{len(instance.results)}"
         return tuple(objects.intern(value, f"{key},{i}]") for i, value in enumerate(values))
 
     def function(self, name: str, inputs: tuple[int, ...]) -> float:
@@ -191,28 +137,18 @@ class Sampling:
             objects, counter = self._knowledge.objects, self._counts[name]
             keys = [objects.key(handle) for handle in inputs]
             context = Context(self._problem.scene, lambda: generator_for(self._seed, name, keys), self.deadline)
-            counter.calls += 1
-            before = time.perf_counter()
             try:
-                value = self._problem.samplers[name](context, *map(objects.value, inputs))
+                with counter.calling():
+                    value = self._problem.samplers[name](context, *map(objects.value, inputs))
             except Exception as error:
                 raise RuntimeError(f"the sampler of function {name!r} raised: {error!r}") from error
-            finally:
-                counter.seconds += time.perf_counter() - before
-            if not isinstance(value, numbers.Real) or not 0 <= float(value) < float("inf"):
-                raise SamplerError(f"function {name!r}: expected a finite number of 0 or more, found {value!r}")
+            self.function_values[key] = function_value(name, value)
             counter.successes += 1
-            self.function_values[key] = float(value)
         return self.function_values[key]
 
     def report(self) -> tuple[StreamReport, ...]:
         """The counts of each stream, in the order of the file."""
-        return tuple(
-            StreamReport(
-                name, c.calls, c.successes, c.seconds, tuple(sorted(c.failures.items(), key=lambda i: (-i[1], i[0])))
-            )
-            for name, c in self._counts.items()
-        )
+        return tuple(count.report(name) for name, count in self._counts.items())
 
     @property
     def seconds(self) -> float:

@@ -6,23 +6,23 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from tamp.planning.attempt import Attempt, BoundStep, Budget
+from tamp.planning.attempt import Budget
 from tamp.planning.binding import Binder
 from tamp.planning.builder import TaskBuilder
 from tamp.planning.connectors import Connectors
 from tamp.planning.constraints import Matcher, places
 from tamp.planning.costs import Costs
 from tamp.planning.evaluate import Evaluator
+from tamp.planning.found import Found
 from tamp.planning.given import given_fact, initial_facts
 from tamp.planning.grounding import Grounder
-from tamp.planning.instances import ground
 from tamp.planning.invariants import find_invariants, groups
 from tamp.planning.knowledge import Knowledge
 from tamp.planning.lessons import Lessons
 from tamp.planning.limits import Limits
 from tamp.planning.objects import Objects
 from tamp.planning.operators import GroundOperator
-from tamp.planning.options import Ended, Options, Restart
+from tamp.planning.options import Options, Restart
 from tamp.planning.outlook import Outlook
 from tamp.planning.problem import Problem
 from tamp.planning.rounds import Rounds
@@ -31,18 +31,10 @@ from tamp.planning.schema import Schema
 from tamp.planning.search import Search, SearchResult
 from tamp.planning.skeleton import Skeleton, make_skeleton
 from tamp.planning.stopwatch import Stopwatch
-from tamp.planning.task import GroundTask
-
-SEARCH_S = 2.0
-"""Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
-
+from tamp.planning.symbolic import SymbolicSearch
 
 MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
-
-
-NOVEL_S = 1.0
-"""Processor time of a search that leaves out what was blamed for failures, before the full one has its turn [s]."""
 
 
 class Session:
@@ -75,15 +67,11 @@ class Session:
             self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, self.limits.deadline
         )
         self.lessons = Lessons(self.knowledge)
-        self.best: tuple[BoundStep, ...] | None = None
-        self.best_cost = math.inf
-        self.operators = 0
+        self.found = Found(options, self.costs)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling)
-        self._search = search
-        self._timeouts = 0
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         invariants = find_invariants(self.schema, self.connectors.fluent)
-        self._builder = TaskBuilder(
+        builder = TaskBuilder(
             self.knowledge,
             lambda atoms: groups(invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
             self.costs.of_operator,
@@ -95,6 +83,9 @@ class Session:
             self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options.lazy_tests)
         self.grounder.on_instance = self.rounds.appear
         self.grounder.tick = self.limits.check
+        self.symbolic = SymbolicSearch(
+            self.schema, self.knowledge, self.evaluator, self.connectors, self.grounder, builder, search
+        )
 
     def begin(self) -> None:
         """Take in what the problem gives.
@@ -130,38 +121,15 @@ class Session:
         self.limits.iterations += 1
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
-            task = self._task(novel)
+            task = self.symbolic.task(self.lessons.blames, novel)
         if not task.solvable:
             return SearchResult(None, proven=True)
+        bound = self.found.bound()
         with self.stopwatch.timed("search"):
-            effort = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
-            result = self._search(task, self.limits.left, self._bound(), effort)
-            self._timeouts += result.timed_out and not novel
-            self.lessons.proofs &= (
-                result.plan is not None or result.proven or result.timed_out or self._bound() is not None
-            )
-        self.operators = len(task.operators)
+            result = self.symbolic.run(task, self.limits.left, bound, novel)
+        self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()
         return result
-
-    def _bound(self) -> int | None:
-        """The search cost at which a plan can no longer be better than the best, or allowed."""
-        limit = min(self.options.max_cost, self.best_cost)
-        return None if limit == math.inf else math.ceil(self.costs.scale * limit) + (limit < self.best_cost)
-
-    def _task(self, novel: bool) -> GroundTask:
-        goal = self.connectors.without(self.schema.goal)
-        changing = self.schema.fluents | self.schema.derived
-        positive = [ground(p, {}) for p in goal.positive]
-        negative = [ground(p, {}) for p in goal.negative]
-        static = [f for f in positive if f[0] not in changing]
-        if not all(self.knowledge.usable(f) or self.evaluator.truth(f) for f in static):
-            return GroundTask((), frozenset(), (), (), (), (), solvable=False)
-        literals = (
-            tuple(f for f in positive if f[0] in changing),
-            tuple(f for f in negative if f[0] in changing),
-        )
-        return self._builder.build(self.grounder.operators, self.grounder.axioms, literals, self.lessons.blames, novel)
 
     def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
         """The skeleton of a symbolic plan; the same object for the same plan."""
@@ -179,7 +147,7 @@ class Session:
             attempt = self.binder.bind(skeleton, budget.grown(trial.attempts))
         trial.attempts += 1
         trial.last = attempt
-        self.check_found(attempt)
+        self.found.take(attempt)
         with self.stopwatch.timed("grounding"):
             self.lessons.learn(attempt)
         self.limits.check()
@@ -199,23 +167,12 @@ class Session:
         values = {op.binding.get(str(t), t) for op in self.grounder.operators for n, t in wanted if n == op.schema.name}
         return len(values) ** 2 * len(connectors) <= MOVES_IN_SEARCH
 
-    def check_found(self, attempt: Attempt) -> None:
-        """Keep a plan that is better than the best so far; end the run where it is good enough."""
-        if attempt.steps is None:
-            return
-        cost = self.costs.of_plan(attempt.steps)
-        if cost <= self.options.max_cost and cost < self.best_cost:
-            self.best, self.best_cost = attempt.steps, cost
-            self.costs.prefer_cheap()
-        if self.best is not None and self.best_cost <= self.options.success_cost:
-            raise Ended("solved", "")
-
     def check_prospects(self) -> None:
         """End the run where the goal is out of reach.
 
         Raises:
             Ended: "infeasible".
         """
-        if self.best is None:
+        if self.found.best is None:
             with self.stopwatch.timed("grounding"):
                 self.outlook.check()

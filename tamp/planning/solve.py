@@ -102,7 +102,7 @@ def _searcher(name: str) -> Search:
 
 
 def _solution(session: Session, algorithm: str, status: str, message: str) -> Solution:
-    objects, best = session.objects, session.best
+    objects, best = session.objects, session.found.best
     plan = None
     if best is not None:
         plan = tuple(GroundAction(step.schema.name, tuple(map(objects.value, step.args))) for step in best)
@@ -112,18 +112,18 @@ def _solution(session: Session, algorithm: str, status: str, message: str) -> So
     report = Report(
         algorithm,
         status,
-        session.best_cost,
+        session.found.cost,
         time.monotonic() - session.started,
         seconds,
         session.sampling.report(),
         tuple(session.lessons.reports()),
         {
             "iterations": session.limits.iterations,
-            "operators": session.operators,
+            "operators": session.symbolic.operators,
             "instances": len(session.knowledge.instances()),
         },
         message,
     )
     certified = tuple(objects.values_of(fact) for fact in (*session.knowledge.real, *session.knowledge.state))
     picture = draw_plan(best, session.knowledge) if best is not None else ""
-    return Solution(plan, session.best_cost, status, certified, report, picture)
+    return Solution(plan, session.found.cost, status, certified, report, picture)
