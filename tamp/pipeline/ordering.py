@@ -12,20 +12,16 @@ it gains is not done.
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tamp.domains.tabletop import tabletop_problem
+from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
+from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
-from tamp.pipeline.substitutes import substitutes
-from tamp.planning import GroundAction, Report, Solution
-from tamp.planning import solve as solve_problem
-from tamp.streams.workspace import Workspace
-
-ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
+from tamp.planning import Report
 
 
 @dataclass(frozen=True)
@@ -43,11 +39,10 @@ class Effort:
     hopeless_too: bool = False
 
 
-FIRST = Effort(4, others_move=False)
-EFFORTS = (FIRST, Effort(5, True), Effort(12, True), Effort(30, True), Effort(12, True, hopeless_too=True))
+EFFORTS = (Effort(4, False), Effort(5, True), Effort(12, True))
+LAST = (Effort(30, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
 ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
-GOALS_SHARE = 0.8  # of the time goes to goals, the rest to what is left
-NEARBY = 4  # second-best places tried for an object
+GOALS_SHARE = 0.7  # of the time goes to goals, the rest to what is left
 UNLIMITED = 1_000_000
 ALL_AT_ONCE = 8  # iterations of the first try; where all goals can be planned together, the plan is short
 
@@ -62,24 +57,26 @@ class Ordering:
         algorithm: of the stream planner.
 
     Attributes:
-        progress: the plan so far.
         left: objects whose goals it does not reach -> why.
     """
 
     def __init__(self, attempt: Attempt, seed: int, deadline: float, algorithm: str) -> None:
-        self._seed, self._deadline, self._algorithm = seed, deadline, algorithm
+        self._asker = Asker(Progress(attempt), seed, deadline, algorithm)
         self._hopeless: dict[str, bool] = {}
         self._regrasped: set[str] = set()
         self._reached: set[str] = set()
-        self._refusals = 0
         self._reports: list[Report] = []
-        self.progress = Progress(attempt)
         self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
 
     @property
     def report(self) -> Report:
         """Of the longest search for all goals at once; only after `run`."""
         return max(self._reports, key=lambda report: report.total_s)
+
+    @property
+    def progress(self) -> Progress:
+        """The plan so far."""
+        return self._asker.progress
 
     def run(self, *, persistent: bool = False) -> None:
         """Reach as many goals as the time allows.
@@ -90,29 +87,43 @@ class Ordering:
         begin = self.progress.now
         if self._all_at_once(ALL_AT_ONCE):
             return
-        final, now = self._deadline, time.monotonic()
-        self._deadline = now + (1.0 if persistent else GOALS_SHARE) * (final - now)
-        level = 0
-        while self.left and level < len(EFFORTS) and time.monotonic() < self._deadline:
-            level = 0 if self._sweep(EFFORTS[level]) else level + 1
-            if level == len(EFFORTS) and self._leave_near(list(self.left)):
-                level = 0
-        self._deadline = final
-        self._leave_near(list(self.left))
-        if self.left and not persistent:
-            self._bring_near()
-            self.progress.cut_back()
-        elif self.left:
-            self.progress = replace(self.progress, now=begin, actions=[], before=[])
-            while time.monotonic() < self._deadline and self.report.status != "infeasible":
+        if not persistent:
+            self._come_near()
+            return
+        self._climb((*EFFORTS, *LAST))
+        if self.left:
+            self._asker.progress = replace(self.progress, now=begin, actions=[], before=[])
+            while not self._asker.late and self.report.status != "infeasible":
                 if self._all_at_once(UNLIMITED):
                     break
 
+    def _come_near(self) -> None:
+        """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing."""
+        asker, final = self._asker, self._asker.deadline
+        for efforts in (EFFORTS, LAST):
+            nearer = True
+            while self.left and nearer and not asker.late:
+                now = time.monotonic()
+                asker.deadline = now + GOALS_SHARE * (final - now)
+                self._climb(efforts)
+                asker.deadline = final
+                nearer = bring_near(asker, self.left.keys() & asker.workspace.goals.keys(), self._reached)
+        self.progress.cut_back()
+
+    def _climb(self, efforts: Sequence[Effort]) -> None:
+        """Reach one goal after the other, with growing effort."""
+        level = 0
+        while self.left and level < len(efforts) and not self._asker.late:
+            level = 0 if self._sweep(efforts[level]) else level + 1
+            if level == len(efforts) and self._leave_near(list(self.left)):
+                level = 0
+        self._leave_near(list(self.left))
+
     def _all_at_once(self, iterations: int) -> bool:
         """Plan for all goals together; whether that succeeded."""
-        solution = self._solve(self.progress.now.workspace, iterations, None, self._regrasped)
+        solution = self._asker.ask(self._asker.workspace, iterations, None, regrasped=self._regrasped)
         self._reports.append(solution.report)
-        if solution.plan is None or self._refused(solution.plan) is not None:
+        if solution.plan is None or self._asker.refused(solution.plan) is not None:
             return False
         self.left.clear()
         return True
@@ -120,8 +131,8 @@ class Ordering:
     def _sweep(self, effort: Effort) -> bool:
         """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
         progress = False
-        for name in supports_first(self.progress.now.workspace, list(self.left)):
-            if time.monotonic() >= self._deadline:
+        for name in supports_first(self._asker.workspace, list(self.left)):
+            if self._asker.late:
                 break
             if self._try(name, effort):
                 progress = True
@@ -131,7 +142,7 @@ class Ordering:
 
     def _try(self, name: str, effort: Effort) -> bool:
         """Plan for one more goal; whether it was reached."""
-        workspace = self.progress.now.workspace
+        workspace = self._asker.workspace
         start, goals = workspace.start, workspace.goals
         missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
         if missing:
@@ -141,8 +152,8 @@ class Ordering:
             return self._leave_near([name])
         asked = asking_for(workspace, self._reached | {name})
         movable, regrasped = (None, self._regrasped) if effort.others_move else ({name}, set[str]())
-        solution = self._solve(asked, effort.iterations, movable, regrasped)
-        refused = reason(solution) if solution.plan is None else self._refused(solution.plan)
+        solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
+        refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
         if refused is not None:
             self.left[name] = refused
             return False
@@ -153,8 +164,8 @@ class Ordering:
     def _leave_near(self, names: Sequence[str]) -> bool:
         """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""
         before = len(self.left)
-        for name in supports_first(self.progress.now.workspace, names):
-            workspace = self.progress.now.workspace
+        for name in supports_first(self._asker.workspace, names):
+            workspace = self._asker.workspace
             if nearly_there(workspace, name):
                 near = replace(workspace, goals={**workspace.goals, name: workspace.start[name]})
                 self.progress.now = replace(self.progress.now, workspace=near)
@@ -162,30 +173,11 @@ class Ordering:
                 self._reached.add(name)
         return len(self.left) < before
 
-    def _bring_near(self) -> None:
-        """Put what is left to the best second-best places that can be reached."""
-        names = [name for name in self.left if name in self.progress.now.workspace.goals]
-        for name in supports_first(self.progress.now.workspace, names):
-            workspace = self.progress.now.workspace
-            for place in substitutes(workspace, name, NEARBY):
-                if time.monotonic() >= self._deadline:
-                    return
-                near = replace(workspace, goals={**workspace.goals, name: place})
-                solution = self._solve(asking_for(near, self._reached | {name}), FIRST.iterations, {name})
-                if solution.plan is not None and self._refused(solution.plan) is None:
-                    break
-
-    def _refused(self, actions: tuple[GroundAction, ...]) -> str | None:
-        """Add actions to the plan; what is wrong with them where the checker refuses them."""
-        refused = self.progress.take(actions, self._seed)
-        self._refusals += refused is not None
-        return refused
-
     def _is_hopeless(self, name: str) -> bool:
         """Whether an object does not reach its goal even with all others out of the way, as far as a short try says."""
         if name not in self._hopeless:
-            workspace = self.progress.now.workspace
-            solution = self._solve(alone(workspace, name), ALONE, {name})
+            workspace = self._asker.workspace
+            solution = self._asker.ask(alone(workspace, name), ALONE, {name})
             self._hopeless[name] = solution.plan is None and not self._regrasp_helps(name)
             if self._hopeless[name]:
                 self.left[name] = f"even alone: {reason(solution)}"
@@ -193,21 +185,7 @@ class Ordering:
 
     def _regrasp_helps(self, name: str) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
-        workspace = alone(self.progress.now.workspace, name)
-        if name in workspace.goals and self._solve(workspace, ALONE, {name}, {name}).plan is not None:
+        workspace = alone(self._asker.workspace, name)
+        if name in workspace.goals and self._asker.ask(workspace, ALONE, {name}, regrasped={name}).plan is not None:
             self._regrasped.add(name)
         return name in self._regrasped
-
-    def _solve(
-        self, workspace: Workspace, iterations: int, movable: set[str] | None, regrasped: Collection[str] = ()
-    ) -> Solution:
-        now = self.progress.now
-        moving = {name for name in regrasped if workspace.task.object(name).goal is not None}
-        moving -= {name for name in moving if workspace.goals[name] == workspace.start[name]}
-        return solve_problem(
-            tabletop_problem(workspace, now.samplers, now.configuration, movable=movable, regrasped=moving),
-            algorithm=self._algorithm,
-            timeout=max(0.0, self._deadline - time.monotonic()),
-            seed=self._seed + self._refusals * ANOTHER_SEED,
-            max_iterations=iterations,
-        )

@@ -86,14 +86,15 @@ def settled_goals(
     }
     settled = settle(task, {**bystanders, **wanted}, deadline=deadline)
     resting = placements(settled.poses, settled.supports)
-    return {name: _raised(resting[name]) for name in wanted}
+    return {name: raised(resting[name]) for name in wanted}
 
 
 def _overlap(world: World, a: str, pose_a: Pose, b: str, pose_b: Pose) -> bool:
     return world.overlap(a, pose_a.matrix, b, pose_b.matrix, tolerance=DISJOINT)
 
 
-def _raised(placement: Placement) -> Placement:
+def raised(placement: Placement) -> Placement:
+    """A placement a little above where an object rests, from where it is let go."""
     x, y, z = placement.pose.xyz
     return replace(placement, pose=Pose((x, y, z + RELEASE_HEIGHT), placement.pose.quat))
 

@@ -1,90 +1,168 @@
-"""Second-best goals: where on the table an object that cannot reach its goal pose comes nearest to it.
+"""Second-best goals: where an object that cannot reach its goal pose comes nearest to it.
 
-The score counts how near an object ends, so even one whose support is missing is worth bringing near.
+The score counts how near an object ends, so even one whose support is missing is worth bringing near. It may stand on
+the table or on whatever is there by now, in any orientation in which it rests: where it does not plainly stand on the
+table, physics tells how it comes to rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import heapq
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.scoring.ede import ede, mean_edge
+from tamp.pipeline.resting import lowered, settled
+from tamp.scoring.ede import CORNERS, ede, mean_edge
 from tamp.streams.footing import stands
 from tamp.streams.placements import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import Pose
+from tamp.task import At, Pose
 from tamp.world.geometry import stable_poses
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Array = NDArray[np.float64]
+
 GAIN = 0.03  # a placement must bring the object this much nearer to its goal (EDE) [m]
 LIKELY = 0.02  # stable poses less probable than this are left out
-RINGS, SPOKES, SPACING = 8, 12, 0.025  # positions tried round the goal; rings lie this far apart [m]
-ROOMS = (0.004, 0.04)  # kept from everything that stands there: hardly any, or enough for the hand [m]
+FACES = 6  # stable poses tried, the likeliest
+TURNS = 8  # about the vertical, in which each is tried
+RINGS = (0.015, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33)  # round the goal's position [m]
+SPOKES = 12  # positions on each ring
+LOWERED = 300  # of those over other objects that are looked at
+SETTLED = 8  # of those that are tried in physics
+UNSEEN = 3  # of those, the nearest, that are tried whether they seem worth it or not
+APART = 0.02  # EDE between two that are tried [m]
+ALIKE = 0.02  # orientations whose entries differ by less are one
+ABOVE = 0.005  # where an object begins on its way down, above everything below it [m]
 
 
-def substitutes(workspace: Workspace, name: str, count: int) -> list[Placement]:
-    """Free stable placements on the table, the nearest to an object's goal first; half with room for the hand.
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Where an object begins on its way down, and how near its goal it may end.
+
+    Attributes:
+        pose: above everything below it (world frame).
+        least: the height of its origin when it is just above the table [m].
+        below: what may be in its way.
+        bound: EDE at the best height on its way [m].
+        steady: whether it would stay as it is on the table.
+    """
+
+    pose: Pose
+    least: float
+    below: tuple[str, ...]
+    bound: float
+    steady: bool
+
+
+def substitutes(workspace: Workspace, name: str, worth: Callable[[Placement], bool]) -> Iterator[Placement]:
+    """Yield places to rest that are nearer to an object's goal than it is by `GAIN`, the nearest first.
 
     Args:
-        workspace: what stands where, and what the goals mean.
-        name: an object whose goal is a pose.
-        count: how many at most, 2 or more.
+        workspace: what stands where.
+        name: an object whose goal, in the workspace's task, is a pose.
+        worth: whether a place is worth a look in physics, where it is not plainly on the table.
     """
     edge = mean_edge(workspace.task.object(name).shape)
-    goal, start = workspace.goals[name].pose, workspace.start[name].pose
-    enough = ede(edge, start, goal) - GAIN
-    found: dict[Placement, float] = {}
-    for room in ROOMS:
-        best = (
-            next((p for p in _around(workspace, name, R) if _free(workspace, name, p.pose, room)), None)
-            for R in _rotations(workspace, name)
-        )
-        near = {place: ede(edge, place.pose, goal) for place in best if place is not None}
-        found |= dict(sorted(near.items(), key=lambda item: item[1])[: count // len(ROOMS)])
-    return [place for place, error in sorted(found.items(), key=lambda item: item[1]) if error < enough]
+    enough = _error(workspace, name, workspace.start[name].pose) - GAIN
+    starts = [start for R, steady in _orientations(workspace, name) for start in _starts(workspace, name, R, steady)]
+    waiting: list[tuple[float, int, _Start | Placement]] = [
+        (start.bound, number, start) for number, start in enumerate(starts) if start.bound < enough
+    ]
+    heapq.heapify(waiting)
+    lowerings, looked = LOWERED, list[Pose]()
+    while waiting:
+        _, number, start = heapq.heappop(waiting)
+        if isinstance(start, Placement):
+            yield start
+            continue
+        if start.below and (not lowerings or len(looked) == SETTLED):
+            continue
+        lowerings -= bool(start.below)
+        below = {other: workspace.start[other] for other in start.below}
+        place = lowered(workspace, name, start.pose, start.least, below)
+        if place is not None and not (start.steady and place.on == (TABLE,)):
+            known = any(ede(edge, place.pose, pose) < APART for pose in looked)
+            if known or len(looked) == SETTLED or not (len(looked) < UNSEEN or worth(place)):
+                continue
+            looked.append(place.pose)
+            place = settled(workspace, name, place)
+        if place is not None and (error := _error(workspace, name, place.pose)) < enough:
+            heapq.heappush(waiting, (error, number, place))
 
 
-def _rotations(workspace: Workspace, name: str) -> Iterator[NDArray[np.float64]]:
-    """Each stable orientation (3, 3), turned about the vertical as near to the goal's as it comes."""
-    wanted, here = workspace.goals[name].pose.matrix[:3, :3], workspace.start[name]
+def _goal(workspace: Workspace, name: str) -> Pose:
+    goal = workspace.task.object(name).goal
+    if not isinstance(goal, At):
+        raise ValueError(f"the goal of {name} is no pose")
+    return goal.pose
+
+
+def _error(workspace: Workspace, name: str, pose: Pose) -> float:
+    return ede(mean_edge(workspace.task.object(name).shape), pose, _goal(workspace, name))
+
+
+def _orientations(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
+    """Different orientations (3, 3), and whether the object stands so on the table."""
+    seen: list[Array] = []
+    for R, steady in _turns(workspace, name):
+        if not any(np.allclose(R, other, atol=ALIKE) for other in seen):
+            seen.append(R)
+            yield R, steady
+
+
+def _turns(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
+    """Orientations (3, 3): as the goal has it, as it is, and that and its stable faces turned about the vertical.
+
+    The first turn of each is as near to the goal's orientation as it comes.
+    """
     geometry = workspace.world.geometries[name]
-    faces = [pose.R for pose in stable_poses(geometry) if pose.probability > LIKELY and stands(geometry, pose.R)]
+    wanted, here = _goal(workspace, name).matrix[:3, :3], workspace.start[name].pose.matrix[:3, :3]
     # A ball has many faces, none of them likely, but it rests as it lies now.
-    for R in [here.pose.matrix[:3, :3], *faces] if here.on == (TABLE,) else faces:
+    known = [here] if workspace.start[name].on == (TABLE,) else []
+    faces = [pose.R for pose in stable_poses(geometry) if pose.probability > LIKELY and stands(geometry, pose.R)]
+    yield wanted, stands(geometry, wanted)
+    yield from ((R, True) for R in known)
+    for R in [*known, *faces[:FACES]]:
         M = R @ wanted.T
         # The angle that maximises the trace of Rz(angle) M.
-        angle = np.arctan2(M[0, 1] - M[1, 0], M[0, 0] + M[1, 1])
-        c, s = np.cos(angle), np.sin(angle)
-        yield np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
+        nearest = np.arctan2(M[0, 1] - M[1, 0], M[0, 0] + M[1, 1])
+        for angle in nearest + np.linspace(0.0, 2 * np.pi, TURNS, endpoint=False):
+            c, s = np.cos(angle), np.sin(angle)
+            yield np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R, True
 
 
-def _around(workspace: Workspace, name: str, R: NDArray[np.float64]) -> Iterator[Placement]:
-    """Placements on the table in one orientation, the nearest to the goal's position first."""
-    points = np.concatenate([part.vertices for part in workspace.world.geometries[name].parts]) @ R.T
+def _starts(workspace: Workspace, name: str, R: Array, steady: bool) -> Iterator[_Start]:
+    """Where an object may begin on its way down in one orientation, over and around its goal."""
+    goal, points = _goal(workspace, name), workspace.points(name) @ R.T
     low, high = points.min(axis=0), points.max(axis=0)
-    table = workspace.task.table
-    middle, half = np.array(table.center), np.array(table.size) / 2
+    middle, half = np.array(workspace.task.table.center), np.array(workspace.task.table.size) / 2
+    xy = np.array(goal.xyz[:2]) + _offsets()
+    xy = xy[((xy + low[:2] > middle - half) & (xy + high[:2] < middle + half)).all(axis=1)]
+    names = [other for other in workspace.start if other != name]
+    boxes = np.array([workspace.bounds(other, workspace.start[other].pose) for other in names]).reshape(-1, 2, 3)
+    over = ((xy[:, None] + low[:2] < boxes[:, 1, :2]) & (xy[:, None] + high[:2] > boxes[:, 0, :2])).all(axis=2)
+    least = RELEASE_HEIGHT - low[2]
+    most = np.maximum(least, np.where(over, boxes[:, 1, 2] + ABOVE - low[2], -np.inf).max(axis=1, initial=-np.inf))
+    best = np.column_stack([xy, np.clip(goal.xyz[2], least, most)])
+    turn = mean_edge(workspace.task.object(name).shape) * CORNERS @ (R - goal.matrix[:3, :3]).T
+    bounds = np.linalg.norm(best[:, None] - goal.xyz + turn, axis=2).mean(axis=1)
     T = np.eye(4)
     T[:3, :3] = R
-    for ring in range(RINGS):
-        for spoke in range(SPOKES if ring else 1):
-            angle = 2 * np.pi * spoke / SPOKES
-            offset = SPACING * ring * np.array([np.cos(angle), np.sin(angle)])
-            T[:2, 3] = np.array(workspace.goals[name].pose.xyz[:2]) + offset
-            T[2, 3] = RELEASE_HEIGHT - low[2]
-            if (T[:2, 3] + low[:2] > middle - half).all() and (T[:2, 3] + high[:2] < middle + half).all():
-                yield Placement(Pose.from_matrix(T), (TABLE,))
+    for (x, y), z, bound, hit in zip(xy, most, bounds, over, strict=True):
+        T[:3, 3] = x, y, z
+        below = tuple(other for other, is_hit in zip(names, hit, strict=True) if is_hit)
+        yield _Start(Pose.from_matrix(T), float(least), below, float(bound), steady)
 
 
-def _free(workspace: Workspace, name: str, pose: Pose, room: float) -> bool:
-    """Whether nothing that stands there is nearer than `room` [m]."""
-    return not any(
-        workspace.world.overlap(name, pose.matrix, other, place.pose.matrix, tolerance=-room)
-        for other, place in workspace.start.items()
-        if other != name
-    )
+def _offsets() -> Array:
+    """Positions on the rings and their centre, shape (n, 2) [m]."""
+    angles = np.linspace(0.0, 2 * np.pi, SPOKES, endpoint=False)
+    rings = np.multiply.outer(RINGS, np.column_stack([np.cos(angles), np.sin(angles)]))
+    return np.vstack([np.zeros((1, 2)), rings.reshape(-1, 2)])

@@ -1,0 +1,70 @@
+"""Bringing objects near goals that they cannot reach."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+
+from tamp.pipeline.asking import Asker
+from tamp.pipeline.goals import asking_for, supports_first
+from tamp.pipeline.gripping import Grips
+from tamp.pipeline.substitutes import substitutes
+from tamp.planning import Context
+from tamp.streams.tilting import layable
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import TABLE
+
+PLACES = 1000  # looked at for an object
+LOOKS = 40  # of those with room for the hand, for which the arm is asked
+TRIES = 6  # of those it reaches, for which the planner is asked
+UNSEEN = 3  # and of those where it might be laid down or dropped
+ITERATIONS = 4  # of the stream planner for one place
+
+
+def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> bool:
+    """Put each of some objects to the best second-best place that it reaches; whether any was brought nearer.
+
+    Args:
+        asker: the plan so far, which grows.
+        names: objects whose goals are poses.
+        kept: objects that must stay at their goals.
+    """
+    moved = [_bring_near(asker, name, kept) for name in supports_first(asker.workspace, sorted(names))]
+    return any(moved)
+
+
+def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
+    workspace, samplers = asker.workspace, asker.progress.now.samplers
+    grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
+    if not grips.grasps:
+        return False
+    looks, tries, unseen = LOOKS, TRIES, UNSEEN
+    for place in islice(substitutes(workspace, name, lambda place: bool(grips.roomy(place))), PLACES):
+        if asker.late or not (looks and tries):
+            break
+        looks -= bool(grips.roomy(place))
+        serving = grips.serving(place)
+        if serving:
+            tries -= 1
+        elif unseen and (place.on != (TABLE,) or layable(workspace, name, place)):
+            unseen -= 1
+        else:
+            continue
+        if _put(asker, name, place, kept, serving):
+            return True
+    return False
+
+
+def _put(asker: Asker, name: str, place: Placement, kept: Collection[str], serving: Sequence[Grasp]) -> bool:
+    """Plan to put an object to a place while all others stay; with the grasps that serve there, or else with any."""
+    workspace = asker.workspace
+    stay = {other: workspace.start[other] for other in workspace.goals}
+    near = replace(workspace, goals={**stay, name: place})
+
+    def grasps(context: Context, obj: str) -> Iterator[Grasp]:
+        yield from serving
+
+    samplers = {"sample-grasp": grasps} if serving else {}
+    solution = asker.ask(asking_for(near, {*kept, name}), ITERATIONS, {name}, samplers)
+    return solution.plan is not None and asker.refused(solution.plan) is None
