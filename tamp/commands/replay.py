@@ -37,7 +37,9 @@ def replay(folder: Path) -> int:
 def _manifest(path: Path) -> Mapping[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
+        raise TampError(f"{path}: cannot be read: {error.strerror}; give one run's folder, OUT/TASK-SEED") from None
+    except (ValueError, RecursionError) as error:
         raise TampError(f"{path}: not the manifest of a run: {error}") from None
     if not isinstance(data, dict) or data.get("format") != "tamp-manifest" or data.get("version") != 1:
         raise TampError(f"{path}: not a manifest of version 1")

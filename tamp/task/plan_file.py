@@ -63,8 +63,10 @@ def load_plan(path: Path | str) -> Plan:
         if path.stat().st_size > MAX_BYTES:
             raise PlanError(f"{path}: a plan file has at most {MAX_BYTES // 2**20} MiB")
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise PlanError(f"{path}: cannot read the plan file: {error}") from error
+    except OSError as error:
+        raise PlanError(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise PlanError(f"{path}: not UTF-8 text (byte {error.start})") from error
     _check_depth(text, path)
     try:
         document = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_refuse_duplicates)

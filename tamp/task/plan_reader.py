@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanError
@@ -17,6 +16,8 @@ if TYPE_CHECKING:
 
 FORMAT = "tamp-plan"
 VERSION = 1
+LARGEST = 1e6
+"""No number of a plan is larger, whatever its unit: beyond, squares overflow."""
 
 
 class PlanReader:
@@ -141,8 +142,8 @@ class PlanReader:
         if array.ndim != dimensions or array.dtype.kind not in "if" or not array.size:
             what = "a list of numbers" if dimensions == 1 else "a list of equally long lists of numbers"
             raise self.error(field, f"must be {what}")
-        if not np.isfinite(array).all():
-            raise self.error(field, "must be finite")
+        if not (np.abs(array) <= LARGEST).all():
+            raise self.error(field, f"must be finite and within {LARGEST:,.0f}")
         return array.astype(np.float64)
 
     def record(self, value: Any, field: str, keys: tuple[str, ...]) -> dict[str, Any]:
@@ -171,16 +172,12 @@ class PlanReader:
         return [self.number(v, f"{field}[{i}]") for i, v in enumerate(self.sequence(value, field))]
 
     def number(self, value: Any, field: str) -> float:
-        """A finite number."""
+        """A number within `LARGEST`."""
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(field, "must be a number")
-        try:
-            number = float(value)
-        except OverflowError as error:
-            raise self.error(field, "is too large for a number") from error
-        if not math.isfinite(number):
-            raise self.error(field, "must be finite")
-        return number
+        if not abs(value) <= LARGEST:
+            raise self.error(field, f"must be finite and within {LARGEST:,.0f}")
+        return float(value)
 
     def integer(self, value: Any, field: str) -> int:
         """A whole number."""

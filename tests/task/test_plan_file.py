@@ -119,6 +119,8 @@ def corrupted(document: dict, path: str, value: object) -> dict:
         ("start", [], "start"),
         ("start/cup/xyz", [0, 0], "start.cup"),
         ("start/cup/quat", [0, 0, 0, 0], "start.cup"),
+        ("start/cup/xyz", [0, -1e200, 0], "start.cup.xyz[1] must be finite and within 1,000,000"),
+        ("actions/0/steps/1/move/times", [0, 1e300], "actions[0].steps[1].move.times must be finite"),
         ("actions/0/steps/0", {"push": {}}, "actions[0].steps[0]"),
         ("actions/0/steps/0/grip/width", None, "actions[0].steps[0].grip.width"),
         ("actions/0/steps/1/move/held", 3, "actions[0].steps[1].move.held"),
@@ -162,10 +164,10 @@ def test_noise_is_refused(tmp_path: Path, text: str) -> None:
 
 
 def test_a_missing_or_binary_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(PlanError, match="cannot read"):
+    with pytest.raises(PlanError, match="cannot be read: No such file"):
         load_plan(tmp_path / "none.json")
     (tmp_path / "binary.json").write_bytes(b"\xff\xfe\x00{")
-    with pytest.raises(PlanError, match="cannot read"):
+    with pytest.raises(PlanError, match="not UTF-8"):
         load_plan(tmp_path / "binary.json")
 
 
