@@ -55,14 +55,15 @@ def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
 
 
 def _slide(energy: Callable[[Array], float], about: Callable[[float], Array], step: float, resisted: float) -> float:
-    """How far the angle goes in steps, each of which must set free more energy than it takes [rad]."""
-    angle, here = 0.0, energy(about(0.0))
-    while abs(angle) < FARTHEST:
-        there = energy(about(angle + step))
-        if there > here - resisted:
+    """How far the angle goes in steps that set free more energy than they take, alone or with the next one [rad]."""
+    reached, least = 0, energy(about(0.0))
+    for count in range(1, round(FARTHEST / abs(step)) + 1):
+        spent = energy(about(count * step)) + count * resisted
+        if spent < least:
+            reached, least = count, spent
+        elif count > reached + 1:
             break
-        angle, here = angle + step, there
-    return abs(angle)
+    return reached * abs(step)
 
 
 def _in_pads(gripper: Gripper, grasp: Grasp) -> tuple[Array, Array]:
