@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import opening_for
+from tamp.streams.clearance import opening_for, standing_around
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
 from tamp.streams.recall import recalled
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
 WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
 LIFTS = (0.08, 0.15, 0.04)  # how far up the object is carried off [m]
+ASIDE = 0.03  # how far to a side as well, where it leans on something that it would not get clear of [m]
+SIDES = 8
 SOLUTIONS = 4  # arm configurations tried for one grasp
 
 
@@ -96,7 +98,7 @@ def _alone(
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
         found = True
         approach = _approach(context, workspace, obj, pose, opening, q, fall)
-        lift = None if approach is None else _lift(context, workspace, obj, grasp, q)
+        lift = None if approach is None else _lift(context, obj, placement, grasp, q)
         if approach is not None and lift is not None:
             yield Handling(obj, placement, grasp, opening, approach, lift, fall)
     if not found:
@@ -136,20 +138,38 @@ def _approach(
 
 
 def _lift(
-    context: Context, workspace: Workspace, obj: str, grasp: Grasp, q: NDArray[np.float64]
+    context: Context, obj: str, placement: Placement, grasp: Grasp, q: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """A straight way up from the grasp at `q`, shape (n, joints); None, and the reason told."""
+    """A straight way up from the grasp at `q`, shape (n, joints); None, and the reason told.
+
+    If possible it ends clear of all that stands around, since the way on begins there: what leans on something is
+    drawn away from it, obliquely.
+    """
+    workspace: Workspace = context.scene
     reason = "the lift leaves the joint limits"
     T = workspace.world.robot.forward(q)
-    for up in LIFTS:
-        path = straight_line(workspace.world.robot, q, _shifted(T, np.array([0.0, 0.0, up])))
+    scene = Scene(poses={name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()})
+    held = scene.attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
+    beyond = workspace.world.checker(held, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
+    second_best = None
+    for offset in _lifts():
+        path = straight_line(workspace.world.robot, q, _shifted(T, offset))
         if path is not None:
             contact = lift_contact(workspace, obj, grasp, path, {})
-            if contact is None:
+            if contact is None and beyond.first_contact(path[-1:]) is None:
                 return path
-            reason = told(contact)
-    context.fail(reason)
-    return None
+            second_best = path if second_best is None and contact is None else second_best
+            reason = reason if contact is None else told(contact)
+    if second_best is None:
+        context.fail(reason)
+    return second_best
+
+
+def _lifts() -> Iterator[NDArray[np.float64]]:
+    """Ways to carry an object off, (3,) each [m], the preferred ones first."""
+    yield from (np.array([0.0, 0.0, up]) for up in LIFTS)
+    for angle in np.arange(SIDES) * 2 * np.pi / SIDES:
+        yield np.array([ASIDE * np.cos(angle), ASIDE * np.sin(angle), LIFTS[0]])
 
 
 def _shifted(T: NDArray[np.float64], offset: NDArray[np.float64]) -> NDArray[np.float64]:

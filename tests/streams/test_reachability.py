@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tamp.streams.clearance import opening_for
-from tamp.streams.collisions import handling_hits
+from tamp.streams.collisions import ARM_MARGIN, handling_hits
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.reachability import LIFTS, inverse_kinematics
 from tamp.streams.values import Grasp, Placement
@@ -131,3 +131,13 @@ def test_a_lid_close_above_is_named():
     assert found  # the lid may move
     hits = [handling_hits(workspace, h, {"lid": workspace.start["lid"]}) for _, _, h in found]
     assert all(hit["lid"].endswith("would hit lid") for hit in hits)
+
+
+def test_what_touches_a_wall_is_drawn_away_from_it():
+    book = Object("book", Box((0.1, 0.03, 0.12)), Pose((0.05, 0.2, 0.061)))
+    wall = Object("wall", Box((0.02, 0.1, 0.3)), Pose((0.1105, 0.2, 0.15)))
+    workspace = workspace_of(book, wall)
+    grasp = next(sample_grasp(ToldContext(workspace), "book"))
+    _, _, handling = next(inverse_kinematics(ToldContext(workspace), "book", workspace.start["book"], grasp))
+    T_end = workspace.world.robot.forward(handling.lift[-1]) @ grasp.T_object_tool.inverse().matrix
+    assert workspace.world.separation("book", T_end, "wall", wall.pose.matrix) > ARM_MARGIN
