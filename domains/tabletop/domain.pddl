@@ -48,7 +48,7 @@
 
   (:action pick
     :parameters (?o ?p ?g ?a ?l ?h)
-    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p) (not (Slidable ?o ?p))
                        (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
                        (not (Covered ?o)) (not (UnsafeHandling ?o ?h)))
     :effect (and (AtGrasp ?o ?g) (AtConf ?l)

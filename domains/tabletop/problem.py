@@ -68,6 +68,7 @@ def tabletop_problem(
         init=[
             *_robot_facts(configuration, held),
             *_object_facts(workspace, movable, regrasped),
+            *(_slidable_facts(workspace, movable) if samplers["sample-grasp"] is sample_grasp else ()),
             *_goal_facts(workspace, regrasped),
         ],
         goal=_goal(workspace),
@@ -114,8 +115,6 @@ def _object_facts(workspace: Workspace, movable: Container[str] | None, regraspe
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-            if slidable(workspace, name, placement):
-                yield ("Slidable", name, placement)
             yield ("Placeable", name, TABLE)
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)
@@ -125,6 +124,13 @@ def _object_facts(workspace: Workspace, movable: Container[str] | None, regraspe
     yield ("Region", TABLE)
     for region in workspace.task.regions:
         yield ("Region", region.name)
+
+
+def _slidable_facts(workspace: Workspace, movable: Container[str] | None) -> Iterator[Fact]:
+    """Of what our own sampler of grasps does not even try to grasp as it lies; a researcher's may know how."""
+    for name, placement in workspace.start.items():
+        if (movable is None or name in movable) and slidable(workspace, name, placement):
+            yield ("Slidable", name, placement)
 
 
 def _goal_facts(workspace: Workspace, regrasped: Container[str]) -> Iterator[Fact]:
