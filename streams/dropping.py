@@ -44,7 +44,7 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, carriers: Mappi
     if not _lies_in(workspace, obj, placement, carriers):
         return ()
     under = {name: place.pose.matrix for name, place in carriers.items()}
-    path = [placement.pose, *(raised(placement.pose, h) for h in np.arange(PASSED, HEIGHTS[-1] + 1e-9, PASSED))]
+    path = [placement.pose, *(_raised(placement.pose, h) for h in np.arange(PASSED, HEIGHTS[-1] + 1e-9, PASSED))]
     free = 0
     while free < len(path) and not _within(workspace, obj, path[free], under):
         free += 1
@@ -63,7 +63,7 @@ def _lies_in(workspace: Workspace, obj: str, placement: Placement, carriers: Map
     return False
 
 
-def raised(pose: Pose, height: float) -> Pose:
+def _raised(pose: Pose, height: float) -> Pose:
     """A pose, moved up by a height [m]."""
     x, y, z = pose.xyz
     return Pose((x, y, z + float(height)), pose.quat)

@@ -32,7 +32,7 @@ from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
 from tamp.streams.slides import slidable
 from tamp.streams.turning import turning
-from tamp.streams.values import Grasp, Placement
+from tamp.streams.values import Grasp, Placement, falls_straight
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.kinematics import inverse
 from tamp.world.scene import Scene
@@ -156,7 +156,7 @@ def _fall_cost(
         some = pinches.at(rest)
         able = above_table(workspace, some, Placement(let_go, place.on))
         able &= support_cost(workspace, some, obj, place, let_go) < HINDERED
-        straight = let_go.quat == place.pose.quat
+        straight = falls_straight(let_go, place.pose)
         if straight:
             able &= clear_of_falling(workspace, obj, some, let_go)
         cost[rest[able]] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)

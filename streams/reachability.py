@@ -10,7 +10,7 @@ import numpy as np
 from tamp.streams.clearance import opening_for, standing_around
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
 from tamp.streams.recall import recalled
-from tamp.streams.values import Configuration, Grasp, Handling, Placement
+from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import Context, Workspace, standing
 from tamp.task import Pose
 from tamp.world.kinematics import inverse, straight_line
@@ -120,7 +120,7 @@ def _approach(
     """
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
-    drops = bool(fall) and fall[0].quat == fall[-1].quat
+    drops = bool(fall) and falls_straight(fall[0], fall[-1])
     for back in WITHDRAWALS if drops else APPROACHES:
         retreat = straight_line(workspace.world.robot, q, _shifted(T, -back * T[:3, 2]))
         if retreat is not None:

@@ -51,6 +51,11 @@ class Placement:
     on: tuple[str, ...]
 
 
+def falls_straight(let_go: Pose, end: Pose) -> bool:
+    """Whether what falls from one pose to another does so without a turn."""
+    return let_go.quat == end.quat
+
+
 @dataclass(frozen=True, eq=False)
 class Handling:
     """The arm's way to an object and away with it; read backwards, it puts the object down.
@@ -82,7 +87,7 @@ class Handling:
     @property
     def dropped(self) -> bool:
         """Whether the object falls straight down while the hand is still there."""
-        return bool(self.fall) and self.let_go.quat == self.placement.pose.quat
+        return bool(self.fall) and falls_straight(self.let_go, self.placement.pose)
 
     def __str__(self) -> str:
         return f"handling of {self.object}"
