@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
 WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
-LIFTS = (0.08, 0.15, 0.04)  # how far up the object is carried off [m]
+LIFTS = (0.08, 0.15, 0.04, 0.25)  # how far up the object is carried off [m]
 ASIDE = 0.03  # how far to a side as well, where it leans on something that it would not get clear of [m]
 SIDES = 8
 SOLUTIONS = 4  # arm configurations tried for one grasp
@@ -142,27 +142,32 @@ def _lift(
 ) -> NDArray[np.float64] | None:
     """A straight way up from the grasp at `q`, shape (n, joints); None, and the reason told.
 
-    If possible it ends clear of all that stands around, since the way on begins there: what leans on something is
-    drawn away from it, obliquely.
+    If possible it ends clear of all that stands around, or at least of what the object stands on or in, since the way
+    on begins there: what leans on something is drawn away from it, obliquely.
     """
     workspace: Workspace = context.scene
     reason = "the lift leaves the joint limits"
     T = workspace.world.robot.forward(q)
-    scene = Scene(poses={name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()})
-    held = scene.attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
-    beyond = workspace.world.checker(held, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
-    second_best = None
+    T_tool_object = grasp.T_object_tool.inverse().matrix
+    around = {name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()}
+    on = {name: T_support for name, T_support in around.items() if name in placement.on}
+    scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))
+    beyond = [workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN) for scene in scenes]
+    found: list[tuple[int, NDArray[np.float64]]] = []
     for offset in _lifts():
         path = straight_line(workspace.world.robot, q, _shifted(T, offset))
         if path is not None:
             contact = lift_contact(workspace, obj, grasp, path, {})
-            if contact is None and beyond.first_contact(path[-1:]) is None:
-                return path
-            second_best = path if second_best is None and contact is None else second_best
-            reason = reason if contact is None else told(contact)
-    if second_best is None:
+            if contact is None:
+                found.append((sum(checker.first_contact(path[-1:]) is not None for checker in beyond), path))
+                if found[-1][0] == 0:
+                    return path
+            else:
+                reason = told(contact)
+    if not found:
         context.fail(reason)
-    return second_best
+        return None
+    return min(found, key=lambda each: each[0])[1]
 
 
 def _lifts() -> Iterator[NDArray[np.float64]]:
