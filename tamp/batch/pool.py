@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Literal
 
@@ -48,14 +49,14 @@ class Outcome:
 
     Attributes:
         job: the job.
-        ended: "returned", "raised", "crashed" (also: killed by someone), "timeout" or "memory".
+        ended: "returned", "raised", "crashed" (also: killed by someone), "timeout", "memory" or "full" (the disk is).
         value: what the work function returned; None unless it returned.
         message: why there is no value, in words.
         wall_s: how long it took [s].
     """
 
     job: Job
-    ended: Literal["returned", "raised", "crashed", "timeout", "memory"]
+    ended: Literal["returned", "raised", "crashed", "timeout", "memory", "full"]
     value: Mapping[str, Any] | None
     message: str
     wall_s: float
@@ -91,6 +92,7 @@ def run_jobs(
         os.environ.setdefault(name, "1")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["tamp.batch.worker", *preload])
+    _start_server()
     waiting = deque(jobs)
     running: list[_Worker] = []
     try:
@@ -109,6 +111,16 @@ def run_jobs(
     finally:
         for worker in running:
             worker.kill()
+
+
+def _start_server() -> None:
+    """Start the server that workers are forked from, deaf to Ctrl-C even while it still imports: it ends with us."""
+    resource_tracker.ensure_running()  # which would unblock the signal if it had to start within
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _patience(running: Sequence[_Worker], memory_limit: int | None) -> float | None:
@@ -153,6 +165,8 @@ class _Worker:
             return self._ended("crashed", _cause(self.process.exitcode))
         if "value" in message:
             return self._ended("returned", "", message["value"])
+        if "full" in message:
+            return self._ended("full", str(message["full"]))
         return self._ended("raised", str(message.get("error")))
 
     def kill(self) -> None:

@@ -71,6 +71,8 @@ class Batch:
             done = [r for r in journal.results() if _key(r.task, r.seed) in wanted]
             yield from done
             for outcome in self._outcomes(self._jobs(done=[_key(r.task, r.seed) for r in done])):
+                if outcome.ended == "full":  # no fault of the task's, which is to run once there is room
+                    raise TampError(f"{outcome.message}; the results before this one are kept")
                 result = _result(outcome)
                 journal.append(result)
                 yield result

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import importlib
 import json
 import os
+import select
 import signal
 import sys
 import traceback
@@ -14,17 +16,20 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 PR_SET_PDEATHSIG = 1  # from linux/prctl.h
+FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def run_job(connection: Connection, work: str, arguments: Mapping[str, Any]) -> None:
     """Call `work` ("package.module:function") with `arguments` and send back what it returns, or how it failed.
 
     Args:
-        connection: where one message goes: {"value": ...} or {"error": one line}.
+        connection: where one message goes: {"value": ...}, {"error": one line}, or {"full": one line} for a full disk.
         work: a function of JSON-like keyword arguments that returns a JSON-like mapping.
         arguments: its keyword arguments.
     """
     _detach()
+    if _unheard(connection):
+        return
     try:
         module, _, function = work.partition(":")
         call: Callable[..., Any] = getattr(importlib.import_module(module), function)
@@ -32,12 +37,22 @@ def run_job(connection: Connection, work: str, arguments: Mapping[str, Any]) -> 
     except MemoryError:
         message = {"error": "out of memory"}
     except Exception as error:  # a job's bug costs that job alone; the traceback goes where the user can see it
-        traceback.print_exc()
-        message = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
+        if isinstance(error, OSError) and error.errno in FULL:
+            message = {"full": f"{error.filename or arguments.get('folder')}: {error.strerror}"}
+        else:
+            traceback.print_exc()
+            message = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
     connection.send_bytes(json.dumps(message).encode())
     connection.close()
     sys.stdout.flush()
     sys.stderr.flush()
+
+
+def _unheard(connection: Connection) -> bool:
+    """Whether nobody is left at the other end: the batch was ended while this process began."""
+    ends = select.poll()
+    ends.register(connection.fileno(), 0)  # what is reported all the same is an error: a pipe without a reader
+    return bool(ends.poll(0))
 
 
 def _detach() -> None:

@@ -134,6 +134,12 @@ def test_a_full_disk_is_reported_and_loses_nothing(tmp_path: Path, monkeypatch: 
     assert [r.task for r in read_results(tmp_path / RESULTS)] == ["a"]
 
 
+def test_a_job_that_finds_the_disk_full_ends_the_batch_and_can_run_later(tmp_path: Path) -> None:
+    with pytest.raises(TampError, match="No space left on device; the results before"):
+        _run("ok_1", "full", "ok_2", output=tmp_path)
+    assert [result.task for result in read_results(tmp_path / RESULTS)] == ["ok_1"]
+
+
 def test_tasks_of_the_same_name_are_refused() -> None:
     with pytest.raises(TampError, match="call their task a;"):
         Batch(_tasks("a", "a"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -26,6 +27,8 @@ def work(name: str, path: str, seed: int, folder: str | None = None, **options: 
         sys.exit(3)
     elif kind == "raise":
         raise ValueError("a bug\nin two lines")
+    elif kind == "full":
+        raise OSError(errno.ENOSPC, "No space left on device", "plan-0.json")
     elif kind == "kill":
         os.kill(os.getpid(), signal.SIGKILL)
     elif kind == "hang":
