@@ -42,7 +42,8 @@ def sample_edge_grasp(context: Context, obj: str, placement: Placement) -> Itera
     """Yield grasps of an object that hangs over the table's edge, best first: those that also serve its goal."""
     goal = context.scene.goals.get(obj)
     places = [placement] if goal is None else [placement, goal]
-    yield from recalled(context, ("edge grasps", obj, *places), lambda first: grasps_at(first, obj, places))
+    key = ("edge grasps", obj, *places, str(context.rng.bit_generator.state))
+    yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
 
 
 def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:

@@ -36,6 +36,8 @@ def test_the_domains_own_samplers_fit(stream: str, one: Task) -> None:
     tasks = [one] if stream in given else None
     if stream == "sample-placement":
         tasks = [tamp.load_task(ONE.with_name("on_region.yaml"))]
+    if stream in ("plan-sliding", "sample-edge-grasp", "test-cfree-slide"):
+        tasks = [tamp.load_task(ONE.with_name("slide_box.yaml"))]
     judgement = check_sampler(load_domain("tabletop").samplers[stream], stream, tasks=tasks)
     assert judgement.fits, str(judgement)
     assert judgement.numbers["calls"] > 0
