@@ -23,3 +23,9 @@ def no_grasp(context, obj):
     """Yield no grasp of anything."""
     context.fail(f"nobody grasps {obj}")
     yield from ()
+
+
+def no_slide(context, obj, placement):
+    """Yield no slide of anything."""
+    context.fail(f"nobody slides {obj}")
+    yield from ()

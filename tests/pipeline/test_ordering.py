@@ -11,7 +11,7 @@ from tamp.pipeline.ordering import EFFORTS, Ordering
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
-from tests.pipeline.samplers import no_grasp
+from tests.pipeline.samplers import no_grasp, no_slide
 
 HOME = load_robot("panda").home
 UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
@@ -81,7 +81,7 @@ def test_what_can_be_done_leaves_nothing():
 def test_what_would_stand_on_something_that_is_left_is_brought_near():
     on_board = Object("red", RED.shape, Pose((0.1, -0.1, 0.04)), At(Pose((-0.05, 0.3, 0.06))))
     board = Object("board", Box((0.2, 0.2, 0.02)), Pose((-0.15, -0.25, 0.01)), At(Pose((-0.05, 0.3, 0.01))))
-    planning = search(Task("brought", (board, on_board)), 300.0)
+    planning = search(Task("brought", (board, on_board)), 300.0, {"plan-sliding": no_slide})
     plan = planning.run()
     assert set(planning.left) == {"board", "red"}
     assert planning.left["red"] == "its goal rests on board, which is not at its own"
