@@ -67,7 +67,9 @@ def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, gra
             place = _between(context, obj, one, other, faces)
             if place is not None:
                 yield one, place, other
-            elif time.monotonic() > context.deadline:
+                continue
+            context.fail(f"no place for {obj} in between that both grasps reach")
+            if time.monotonic() > context.deadline:
                 return
 
 
