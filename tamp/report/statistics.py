@@ -35,7 +35,8 @@ def share(successes: int, count: int) -> Estimate:
     p = successes / count
     middle = (p + Z**2 / (2 * count)) / (1 + Z**2 / count)
     half = Z / (1 + Z**2 / count) * math.sqrt(p * (1 - p) / count + Z**2 / (4 * count**2))
-    return Estimate(p, max(0.0, middle - half), min(1.0, middle + half), count)
+    # At shares of 0 and 1 the bounds are these themselves, which rounding may miss.
+    return Estimate(p, min(p, max(0.0, middle - half)), max(p, min(1.0, middle + half)), count)
 
 
 def mean(groups: Mapping[str, Sequence[float]], seed: int = 0) -> Estimate:
