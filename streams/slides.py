@@ -36,7 +36,7 @@ STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
 SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m]
 NARROWEST = 0.016  # room that a finger needs on a side [m]
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
-PROBE = 1  # seed of the pinches that tell whether an object can be grasped as it lies
+PROBE, PROBES = 1, 8  # seed and rounds of the pinches that tell whether an object can be grasped as it lies
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,12 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
 
 
 def _graspable(workspace: Workspace, obj: str, placement: Placement) -> bool:
-    pinches = sample_pinches(workspace, obj, np.random.default_rng(PROBE))
+    rng = np.random.default_rng(PROBE)
+    return any(_pinched(workspace, obj, placement, rng) for _ in range(PROBES))
+
+
+def _pinched(workspace: Workspace, obj: str, placement: Placement, rng: np.random.Generator) -> bool:
+    pinches = sample_pinches(workspace, obj, rng)
     pinches = pinches.at(above_table(workspace, pinches, placement)) if len(pinches) else pinches
     return len(pinches) > 0 and bool(clear_of_object(workspace, obj, pinches).any())
 
