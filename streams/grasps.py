@@ -102,8 +102,9 @@ def _round(
         return pinches, np.empty(0)
     cost = intrinsic_cost(workspace, obj, pinches)
     for place, usable, laid in zip(places, serves, lays, strict=True):
-        upright = tilt_cost(pinches, place) + support_cost(workspace, pinches, obj, place)
-        upright = np.where(usable, upright, HINDERED)
+        upright = np.full(len(pinches), HINDERED)
+        some = pinches.at(usable)
+        upright[usable] = tilt_cost(some, place) + support_cost(workspace, some, obj, place)
         cost += np.minimum(upright, _fall_cost(workspace, obj, pinches, place, laid & (upright >= HINDERED)))
     promising = np.array(_spread(pinches, cost)[:PROMISING])
     pinches, cost = pinches.at(promising), cost[promising]
@@ -153,13 +154,12 @@ def _fall_cost(
     cost = np.full(len(pinches), HINDERED)
     for let_go in letting_go(workspace, obj, place):
         rest = np.flatnonzero(asked & (cost >= HINDERED))
-        some = pinches.at(rest)
-        able = above_table(workspace, some, Placement(let_go, place.on))
-        able &= support_cost(workspace, some, obj, place, let_go) < HINDERED
+        rest = rest[above_table(workspace, pinches.at(rest), Placement(let_go, place.on))]
         straight = falls_straight(let_go, place.pose)
         if straight:
-            able &= clear_of_falling(workspace, obj, some, let_go)
-        cost[rest[able]] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)
+            rest = rest[clear_of_falling(workspace, obj, pinches.at(rest), let_go)]
+        rest = rest[support_cost(workspace, pinches.at(rest), obj, place, let_go) < HINDERED]
+        cost[rest] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)
     return cost
 
 
