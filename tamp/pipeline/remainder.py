@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from tamp.checking import check
 from tamp.execution.record import Execution
-from tamp.task import Action, Fall, Move, Plan, Release, Task
+from tamp.task import Action, Fall, Move, Plan, Pose, Release, Task
 
 BETWEEN_ACTIONS = ("misplaced", "disturbed")  # deviations that stop an execution after an action, not in it
 SAME_CONFIGURATION = 0.02  # how far the arm may stand from where the next action begins [rad]
@@ -49,7 +49,7 @@ def remainder(plan: Plan, execution: Execution) -> Plan | None:
     home = _configuration(plan, done)
     if np.abs(np.array(home) - execution.configuration).max() > SAME_CONFIGURATION:
         return None
-    start = {**plan.start, **{step.object: step.pose for step in _put_down(done)}}
+    start = {**plan.start, **_left(done, execution.final_poses)}
     off = {deviation.object for deviation in execution.log[-1].deviations}
     start |= {name: execution.final_poses[name] for name in sorted(off)}
     return replace(plan, start=start, home=home, actions=left)
@@ -57,6 +57,17 @@ def remainder(plan: Plan, execution: Execution) -> Plan | None:
 
 def _put_down(actions: Iterable[Action]) -> list[Release | Fall]:
     return [step for action in actions for step in action.steps if isinstance(step, Release | Fall)]
+
+
+def _left(done: Iterable[Action], seen: Mapping[str, Pose]) -> dict[str, Pose]:
+    """Object -> where some actions have left it: as the plan has it, or, where it was pushed to, as it is seen."""
+    left: dict[str, Pose] = {}
+    for step in (step for action in done for step in action.steps):
+        if isinstance(step, Release | Fall):
+            left[step.object] = step.pose
+        elif isinstance(step, Move) and step.pushed is not None:
+            left[step.pushed.object] = seen[step.pushed.object]
+    return left
 
 
 def _configuration(plan: Plan, done: Iterable[Action]) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from tamp.execution.record import Deviation
 from tamp.pipeline.planning import Planning, plan
 from tamp.pipeline.remainder import remainder, still_good
 from tamp.pipeline.solving import carry_out
-from tamp.task import At, Box, Object, Pose, Task
+from tamp.task import At, Attachment, Box, Object, Pose, Task
 
 SIDE = Box((0.05, 0.05, 0.05))
 FIRST = Object("first", SIDE, Pose((0.05, 0.2, 0.025)), At(Pose((0.05, -0.1, 0.025))))
@@ -56,6 +56,15 @@ def test_what_is_left_starts_from_the_state_as_it_is(pair):
     assert rest.start[names(pair)[0]] == run.final_poses[names(pair)[0]]
     assert rest.start[names(pair)[1]] == made.start[names(pair)[1]]
     assert rest.goals == made.goals
+
+
+def test_what_was_pushed_stands_where_it_was_pushed_to(pair):
+    made, run = stopped(pair, names(pair)[0], 0.015)
+    (move, *others), pushed = made.actions[0].steps, Attachment(names(pair)[1], Pose((0.0, 0.0, 0.1)))
+    slid = replace(made.actions[0], steps=(replace(move, pushed=pushed), *others))
+    there = {**run.final_poses, pushed.object: shifted(made.start[pushed.object], 0.2)}
+    rest = remainder(replace(made, actions=(slid, *made.actions[1:])), replace(run, final_poses=there))
+    assert rest.start[pushed.object] == there[pushed.object]
 
 
 def test_the_rest_is_good_where_what_is_off_is_not_needed_any_more(pair):
