@@ -69,7 +69,9 @@ def surface_points(parts: Sequence[Part], count: int, rng: np.random.Generator) 
     hidden = np.zeros(count, bool)
     for part in parts:
         A, b = half_spaces(part)
-        hidden |= (points @ A.T - b).max(axis=1) < -1e-4
+        lower, upper = part.vertices.min(axis=0), part.vertices.max(axis=0)
+        near = np.flatnonzero(~hidden & ((points > lower) & (points < upper)).all(axis=1))
+        hidden[near] = (points[near] @ A.T - b).max(axis=1) < -1e-4
     return SurfacePoints(points[~hidden], normals[~hidden], float(areas.sum()) / count)
 
 
@@ -81,15 +83,20 @@ def typical_points(parts: tuple[Part, ...]) -> NDArray[np.float64]:
     return points
 
 
+@lru_cache(maxsize=4096)
 def half_spaces(part: Part) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The part as {x : A x <= b}; A has unit rows, shapes (m, 3) and (m,)."""
+    """The part as {x : A x <= b}, each of its planes once; A has unit rows; shapes (m, 3) and (m,), read-only."""
     corners = part.vertices[part.faces]
     A = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(A, axis=1)
     kept = lengths > 1e-14
     A, first = A[kept] / lengths[kept, None], corners[kept, 0]
     A *= np.where(np.einsum("ij,ij->i", A, part.vertices.mean(0) - first) > 0, -1.0, 1.0)[:, None]
-    return A, np.einsum("ij,ij->i", A, first)
+    planes = np.column_stack([A, np.einsum("ij,ij->i", A, first)])
+    _, once = np.unique(np.round(planes, 7), axis=0, return_index=True)
+    planes = planes[np.sort(once)]
+    planes.setflags(write=False)
+    return planes[:, :3], planes[:, 3]
 
 
 def antipodal_contacts(

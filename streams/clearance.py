@@ -89,7 +89,7 @@ def support_cost(
     if not supports.poses:
         return np.zeros(len(pinches))
     T = (held_at or place.pose).matrix @ pinches.T_object_tool
-    hit = np.zeros(len(pinches), bool)
+    hand, hit = workspace.world.free_hand(supports, HAND_MARGIN), np.zeros(len(pinches), bool)
     for openings in (_openings(workspace, pinches), pinches.widths):  # fingers that close may come over a support
         lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
         near = lower[:, :, 2].min(axis=1) < 0.0
@@ -97,7 +97,7 @@ def support_cost(
             low, high = workspace.bounds(name, around[name].pose)
             near |= np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
         near &= ~hit
-        hit[near] = [hand_hits(workspace, T[i], openings[i], supports) for i in np.flatnonzero(near)]
+        hit[near] = hand.hits(T[near], openings[near])
     return HINDERED * hit
 
 

@@ -16,6 +16,8 @@ from tamp.world.scene import Scene
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.world.free_hand import FreeHand
+
 STOP_EARLY = 0.003  # how far the fingers may stop from where they are meant to touch [m]
 WIDTH_RESOLUTION = 0.0004  # [m]
 LEAST_OPENING = 0.001  # fingers that let go move apart by this at least [m]
@@ -53,11 +55,14 @@ def closed(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], w
 
 def _stop(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:
     """Where the closing fingers stop, looked for from `width` [m]; None where they cannot be opened from there."""
-    alone = Scene(poses={obj: np.eye(4)})
+    key = ("hand beside", obj)
+    if key not in workspace.memory:
+        workspace.memory[key] = workspace.world.free_hand(Scene({obj: np.eye(4)}), margin=0.0, ignore=(TABLE,))
+    hand: FreeHand = workspace.memory[key]
     stroke = workspace.world.robot.spec.gripper.stroke
 
     def free(opening: float) -> bool:
-        return workspace.world.hand_contact(T_object_tool, opening, alone, margin=0.0, ignore=(TABLE,)) is None
+        return not hand.hit(T_object_tool, opening)
 
     low, high = width - STOP_EARLY, min(stroke, width + 2 * CLEARANCE)
     if not free(high):

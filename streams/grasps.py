@@ -7,7 +7,7 @@ approach, and whether the hand is clear of table and neighbours both where the o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from itertools import islice
 from operator import itemgetter
 from typing import TYPE_CHECKING
@@ -63,17 +63,20 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
     yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
 
 
-def grasps_at(context: Context, obj: str, places: list[Placement]) -> Iterator[Grasp]:
-    """Yield grasps of obj, best first: those that serve all placements, then those that serve some of them."""
+def grasps_at(context: Context, obj: str, places: list[Placement]) -> Iterator[Grasp | None]:
+    """Yield grasps of obj, best first: those that serve all placements, then those that serve some of them.
+
+    None stands for work done without a grasp, so that whoever waits for one can look at the clock.
+    """
     workspace: Workspace = context.scene
-    found, costs = _candidates(context, workspace, obj, places)
+    found, costs = yield from _candidates(context, workspace, obj, places)
     if len(costs):
         yield from _reachable_first(context, workspace, found, costs, obj, places)
 
 
 def _candidates(
     context: Context, workspace: Workspace, obj: str, places: list[Placement]
-) -> tuple[Pinches, NDArray[np.float64]]:
+) -> Generator[None, None, tuple[Pinches, NDArray[np.float64]]]:
     """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement."""
     rounds: list[Pinches] = []
     costs: list[NDArray[np.float64]] = []
@@ -83,6 +86,7 @@ def _candidates(
         costs.append(cost)
         if sum(int((cost < HINDERED).sum()) for cost in costs) >= ENOUGH:
             break
+        yield None
     return Pinches.joined(rounds), np.concatenate(costs)
 
 
@@ -125,7 +129,9 @@ def _over_table(
         The pinches; which placements each serves and which it serves by laying, both of shape (places, n).
     """
     serves = np.array([above_table(workspace, pinches, place) for place in places])
-    lays = np.array([_lays(workspace, obj, pinches, place, ~serves[i]) for i, place in enumerate(places)])
+    served = serves.any(axis=0)  # who serves no placement needs not be looked at closely, unless nobody serves any
+    asked = ~serves & (served if served.any() else True)
+    lays = np.array([_lays(workspace, obj, pinches, place, asked[i]) for i, place in enumerate(places)])
     ways = (serves | lays).sum(axis=0) + 0.5 * serves.sum(axis=0)
     order = rng.permutation(len(pinches.widths))
     order = order[np.argsort(-ways[order], kind="stable")]
@@ -184,7 +190,7 @@ def _reachable_first(
     costs: NDArray[np.float64],
     obj: str,
     places: list[Placement],
-) -> Iterator[Grasp]:
+) -> Iterator[Grasp | None]:
     """Yield grasps that the arm can reach at every placement as they come; afterwards those of one only.
 
     Those in which the object would turn come between them, the one in which it turns least first.
@@ -194,13 +200,15 @@ def _reachable_first(
     for index in _spread(pinches, costs)[:LIMIT]:
         grasp = closed(workspace, obj, pinches.T_object_tool[index], float(pinches.widths[index]))
         if grasp is None:
-            continue
-        if costs[index] >= HINDERED or not all(_reached(context, workspace, obj, place, grasp) for place in places):
+            pass
+        elif costs[index] >= HINDERED or not all(_reached(context, workspace, obj, place, grasp) for place in places):
             partly.append(grasp)
         elif (angle := max(turning(workspace, obj, grasp, place.pose) for place in places)) > FIRM:
             loose.append((angle, grasp))
         else:
             yield grasp
+            continue
+        yield None
     yield from (grasp for _, grasp in sorted(loose, key=itemgetter(0)))
     yield from partly
 

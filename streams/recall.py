@@ -41,34 +41,54 @@ class _Drawn:
     items: list[Any] = field(default_factory=list)
 
 
-def recalled(context: Context, key: Hashable, draw: Callable[[Detached], Iterator[T]]) -> Iterator[T]:
+def recalled(context: Context, key: Hashable, draw: Callable[[Detached], Iterator[T | None]]) -> Iterator[T]:
     """Yield what `draw` yields; what was drawn before for the same key is not drawn again.
 
     Args:
         context: of this search; its scene's memory keeps the samples. Its deadline ends only this reading of them.
         key: names the sampler and everything that its samples depend on.
-        draw: begins the sampler; called once for each key, with a context that knows no state and no deadline.
+        draw: begins the sampler; called once for each key, with a context that knows no state and no deadline. It
+            yields None where nothing has come for a while, so that a reader whose deadline is past can stop there.
     """
+    steps = stepwise(context, key, draw)
+    while time.monotonic() <= context.deadline:
+        try:
+            item = next(steps)
+        except StopIteration:
+            return
+        if item is not None:
+            yield item
+
+
+def stepwise(context: Context, key: Hashable, draw: Callable[[Detached], Iterator[T | None]]) -> Iterator[T | None]:
+    """The same with a None wherever `draw` pauses, whatever the time is."""
     memory = context.scene.memory
     if key not in memory:
         first = Detached(context.scene, context.rng)
         memory[key] = _Drawn(first, draw(first))
     drawn: _Drawn = memory[key]
     told = index = 0
-    while time.monotonic() <= context.deadline:
-        ended = index == len(drawn.items) and not _draw(drawn)
+    while True:
+        item = drawn.items[index] if index < len(drawn.items) else _draw(drawn)
         for reason in drawn.context.reasons[told:]:
             context.fail(reason)
         told = len(drawn.context.reasons)
-        if ended:
+        if item is _END:
             return
-        yield drawn.items[index]
-        index += 1
+        index += item is not None
+        yield item
 
 
-def _draw(drawn: _Drawn) -> bool:
-    """Take one more sample from the source; whether there was one."""
-    for item in drawn.source:
+def _draw(drawn: _Drawn) -> Any:
+    """One more sample from the source, None where it pauses, _END where it has ended."""
+    item = next(drawn.source, _END)
+    if item is not None and item is not _END:
         drawn.items.append(item)
-        return True
-    return False
+    return item
+
+
+class _End:
+    """What a source that has ended gives."""
+
+
+_END = _End()

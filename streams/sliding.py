@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Callable, Generator, Hashable, Iterator
 
 from tamp.streams.grasps import grasps_at
 from tamp.streams.pushing import push_hits, pushes
 from tamp.streams.reachability import inverse_kinematics
-from tamp.streams.recall import recalled
+from tamp.streams.recall import Detached, recalled, stepwise
 from tamp.streams.slides import ways
 from tamp.streams.values import Configuration, Grasp, Placement, Slide
 from tamp.streams.workspace import Context, standing
 
 TRIED = 16  # ways
 GRASPS = 6  # tried at the end of a way
+
+Draw = Callable[[Detached], Iterator[Grasp | None]]
 
 
 def plan_sliding(
@@ -40,10 +41,7 @@ def plan_sliding(
 
 def sample_edge_grasp(context: Context, obj: str, placement: Placement) -> Iterator[Grasp]:
     """Yield grasps of an object that hangs over the table's edge, best first: those that also serve its goal."""
-    goal = context.scene.goals.get(obj)
-    places = [placement] if goal is None else [placement, goal]
-    key = ("edge grasps", obj, *places, str(context.rng.bit_generator.state))
-    yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
+    yield from recalled(context, *_edge_grasps(context, obj, placement))
 
 
 def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:
@@ -54,15 +52,31 @@ def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, stand
     return reason is None
 
 
-def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide]:
+def _edge_grasps(context: Context, obj: str, placement: Placement) -> tuple[Hashable, Draw]:
+    """What names the grasps of an object that hangs over the table's edge, and what draws them."""
+    goal = context.scene.goals.get(obj)
+    places = [placement] if goal is None else [placement, goal]
+    key = ("edge grasps", obj, *places, str(context.rng.bit_generator.state))
+    return key, lambda first: grasps_at(first, obj, places)
+
+
+def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide | None]:
     """One slide for each way to where the arm can grip the object, as if nothing else stood on the table."""
     for way in ways(context.scene, obj, placement)[:TRIED]:
         slide = next(pushes(context, obj, placement, way), None)
-        if slide is not None and _grippable(context, obj, way.end):
+        yield None
+        if slide is not None and (yield from _grippable(context, obj, way.end)):
             yield slide
 
 
-def _grippable(context: Context, obj: str, placement: Placement) -> bool:
+def _grippable(context: Context, obj: str, placement: Placement) -> Generator[None, None, bool]:
     """Whether the arm can take an object that hangs over the edge by one of its best grasps."""
-    grasps = islice(sample_edge_grasp(context, obj, placement), GRASPS)
-    return any(next(inverse_kinematics(context, obj, placement, grasp), None) is not None for grasp in grasps)
+    tried = 0
+    for grasp in stepwise(context, *_edge_grasps(context, obj, placement)):
+        if grasp is None:
+            yield None
+        elif next(inverse_kinematics(context, obj, placement, grasp), None) is not None:
+            return True
+        elif (tried := tried + 1) == GRASPS:
+            break
+    return False

@@ -8,6 +8,7 @@ resists.
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 STEP = 0.04  # between the angles looked at [rad]
-FARTHEST = 0.7  # [rad]
+GLANCES = (1, 3, 7, 19)  # steps are looked at in stretches from one of these to the next; most end in the first
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
 TRUSTED = 0.5  # share of the friction that is counted on: lifting shakes, and pads do not touch everywhere
@@ -42,27 +43,35 @@ def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
     force = gripper.holding_force(weight, item.friction)
     R, t = _in_pads(gripper, grasp)
     near = [part for part in geometry.parts if _is_near(part.vertices @ R.T + t, gripper, grasp.width)]
-    faces = [(A @ R.T, b + A @ R.T @ t) for A, b in map(half_spaces, near)]
+    between = _Between([(A @ R.T, b + A @ R.T @ t) for A, b in map(half_spaces, near)], gripper, grasp.width)
     up, center = R @ pose.matrix[2, :3], R @ geometry.center_of_mass + t
 
-    def energy(turn: Array) -> float:
-        thickness = _thickness([(A @ turn.T, b) for A, b in faces], gripper, grasp.width)
-        return force * thickness + weight * float(up @ turn @ center)
+    def energies(turns: Array) -> Array:
+        work: Array = force * between.thickness(turns) + weight * (turns @ center @ up)
+        return work
 
+    still = float(energies(np.eye(3)[None])[0])
     resisted = TRUSTED * PAD_FRICTION * item.friction * force * grasp.width * STEP
-    axes = (_about_side, _about_approach)
-    return max(_slide(energy, about, step, resisted) for about in axes for step in (STEP, -STEP))
+    ways = ((about, step) for about in (_about_side, _about_approach) for step in (STEP, -STEP))
+    return max(_slide(energies, still, about, step, resisted) for about, step in ways)
 
 
-def _slide(energy: Callable[[Array], float], about: Callable[[float], Array], step: float, resisted: float) -> float:
+def _slide(
+    energies: Callable[[Array], Array],
+    still: float,
+    about: Callable[[float], Array],
+    step: float,
+    resisted: float,
+) -> float:
     """How far the angle goes in steps that set free more energy than they take, alone or with the next one [rad]."""
-    reached, least = 0, energy(about(0.0))
-    for count in range(1, round(FARTHEST / abs(step)) + 1):
-        spent = energy(about(count * step)) + count * resisted
-        if spent < least:
-            reached, least = count, spent
-        elif count > reached + 1:
-            break
+    reached, least = 0, still
+    for first, last in itertools.pairwise(GLANCES):
+        taken = energies(np.array([about(count * step) for count in range(first, last)]))
+        for count, spent in enumerate(taken, first):
+            if spent + count * resisted < least:
+                reached, least = count, spent + count * resisted
+            elif count > reached + 1:
+                return reached * abs(step)
     return reached * abs(step)
 
 
@@ -89,18 +98,32 @@ def _about_approach(angle: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _thickness(faces: list[tuple[Array, Array]], gripper: Gripper, width: float) -> float:
-    """How far apart the pads stand with what lies between them, parts given as {x : A x <= b} [m]."""
-    across, along = (np.linspace(-side / 2, side / 2, count) for side, count in zip(gripper.pad[1:], RAYS, strict=True))
-    origins = np.array([(x, 0.0, z) for x in across for z in along])
-    low, high = math.inf, -math.inf
-    for A, b in faces:
-        speed, gap = A[:, 1:2], b[:, None] - A @ origins.T
+class _Between:
+    """What lies between the pads, felt along rays from one pad to the other."""
+
+    def __init__(self, parts: list[tuple[Array, Array]], gripper: Gripper, width: float) -> None:
+        """Parts are given as {x : A x <= b}, in the frame of the pads; `width` is how far those are apart [m]."""
+        self._A = np.concatenate([A for A, _ in parts]) if parts else np.empty((0, 3))
+        self._b = np.concatenate([b for _, b in parts]) if parts else np.empty(0)
+        self._starts = np.cumsum([0, *(len(b) for _, b in parts)])[:-1]
+        self._width = width
+        sides = zip(gripper.pad[1:], RAYS, strict=True)
+        across, along = (np.linspace(-side / 2, side / 2, count) for side, count in sides)
+        self._origins = np.array([(x, 0.0, z) for x in across for z in along])
+
+    def thickness(self, turns: Array) -> Array:
+        """How far apart the pads stand with all of it turned, for each of the rotations (n, 3, 3); shape (n,) [m]."""
+        if not len(self._b):
+            return np.zeros(len(turns))
+        A = self._A @ turns.transpose(0, 2, 1)
+        speed, gap = A[:, :, 1:2], self._b[:, None] - A @ self._origins.T
         with np.errstate(divide="ignore", invalid="ignore"):
             t = gap / speed
-        enter = np.where(speed < -1e-9, t, -np.inf).max(axis=0)
-        leave = np.where(speed > 1e-9, t, np.inf).min(axis=0)
-        beside = ((np.abs(speed) <= 1e-9) & (gap < 0)).any(axis=0)
-        met = ~beside & (enter < leave) & (np.abs(enter + leave) < width + 0.002)
-        low, high = min(low, *enter[met], math.inf), max(high, *leave[met], -math.inf)
-    return max(0.0, high - low)
+        enter = np.maximum.reduceat(np.where(speed < -1e-9, t, -np.inf), self._starts, axis=1)
+        leave = np.minimum.reduceat(np.where(speed > 1e-9, t, np.inf), self._starts, axis=1)
+        beside = np.logical_or.reduceat((np.abs(speed) <= 1e-9) & (gap < 0), self._starts, axis=1)
+        met = ~beside & (enter < leave) & (np.abs(enter + leave) < self._width + 0.002)
+        low = np.where(met, enter, np.inf).min(axis=(1, 2))
+        high = np.where(met, leave, -np.inf).max(axis=(1, 2))
+        apart: Array = np.maximum(high - low, 0.0)
+        return apart

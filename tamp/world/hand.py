@@ -12,9 +12,11 @@ from tamp.world.robot_model import RobotModel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    Matrix = NDArray[np.float64]
 
-def hand_points(robot: RobotModel, opening: float) -> tuple[NDArray[np.float64], ...]:
-    """Vertices of the convex hulls of hand and fingers in the tool frame, shapes (n, 3) [m].
+
+def hand_poses(robot: RobotModel, opening: float) -> tuple[Matrix, ...]:
+    """Poses of hand and fingers in the tool frame, in the order of `robot.hand`, shapes (4, 4).
 
     Args:
         robot: the robot.
@@ -23,8 +25,10 @@ def hand_points(robot: RobotModel, opening: float) -> tuple[NDArray[np.float64],
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, robot.full(robot.home, opening))
     T_tool_world = (data.oMi[robot.tool_joint] * pin.SE3(robot.T_joint_tool)).inverse()
-    hulls = []
-    for body in (robot.bodies[index] for index in robot.hand):
-        T = (T_tool_world * data.oMi[body.joint]).homogeneous
-        hulls.append(body.hull.vertices @ T[:3, :3].T + T[:3, 3])
-    return tuple(hulls)
+    return tuple((T_tool_world * data.oMi[robot.bodies[index].joint]).homogeneous for index in robot.hand)
+
+
+def hand_points(robot: RobotModel, opening: float) -> tuple[Matrix, ...]:
+    """Vertices of the convex hulls of hand and fingers in the tool frame, shapes (n, 3) [m]; `opening` as above."""
+    poses = zip((robot.bodies[index] for index in robot.hand), hand_poses(robot, opening), strict=True)
+    return tuple(body.hull.vertices @ T[:3, :3].T + T[:3, 3] for body, T in poses)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -112,6 +112,38 @@ def relative(T_world_a: Matrix, T_world_b: Matrix) -> Matrix:
     T[:3, 3] = R @ (T_world_b[:3, 3] - T_world_a[:3, 3])
     T[3] = (0.0, 0.0, 0.0, 1.0)
     return T
+
+
+class Crowd:
+    """Solids that keep still, asked about one convex body after another. Belongs to one thread."""
+
+    def __init__(self, standing: Iterable[tuple[Solid, Matrix]], margin: float) -> None:
+        """Take solids, each with its `T_world_solid`, and how near is too near [m], 0 or more."""
+        self._margin = margin
+        self._callback = coal.CollisionCallBackDefault()
+        self._callback.data.request.security_margin = margin
+        self._tree = coal.DynamicAABBTreeCollisionManager()
+        for one, T in standing:
+            pose = coal.Transform3s(T[:3, :3], T[:3, 3])
+            for part in one.parts:
+                self._tree.registerObject(coal.CollisionObject(part, pose))
+        self._tree.setup()
+
+    def meets(self, probe: Probe, R: Matrix, t: Matrix) -> bool:
+        """Whether a body at a pose in the world, (3, 3) and (3,), comes too close to any of them."""
+        body = probe.body
+        body.setTransform(coal.Transform3s(R, t))
+        body.computeAABB()
+        body.getAABB().expand(self._margin)
+        self._tree.collide(body, self._callback)
+        return bool(self._callback.data.result.isCollision())
+
+
+class Probe:
+    """A body that is moved about in a crowd: the hull of a solid."""
+
+    def __init__(self, one: Solid) -> None:
+        self.body = coal.CollisionObject(one.hull)
 
 
 def _box_gaps(a: Solid, b: Solid, T_a_b: Matrix) -> Matrix:

@@ -15,6 +15,7 @@ from tamp.world import solid as solids
 from tamp.world.actor import Actor, hand_actor, hand_configuration, robot_actor
 from tamp.world.arena import Arena, Setting
 from tamp.world.collision import CollisionChecker
+from tamp.world.free_hand import FreeHand
 from tamp.world.geometry import Geometry
 from tamp.world.motion_cache import MotionCache
 from tamp.world.robot_model import RobotModel
@@ -87,6 +88,17 @@ class World:
             self._arenas[held] = Arena(self._actor, self._table, self._solids, held)
         setting = Setting(scene.poses, T_tool_held, margin, margin if held_margin is None else held_margin, touch)
         return CollisionChecker(self.robot, self._arenas[held], setting, scene.opening)
+
+    def free_hand(self, scene: Scene, margin: float = 0.005, *, ignore: Collection[str] = ()) -> FreeHand:
+        """The hand alone among what stands in a scene, for many questions about it; what the scene holds is left out.
+
+        Args:
+            scene: where objects stand.
+            margin: least distance of hand and fingers to everything [m], 0 or more.
+            ignore: objects (or "table") that may be touched.
+        """
+        standing = [(self._solids[name], T) for name, T in scene.poses.items() if name not in ignore]
+        return FreeHand(self.robot, standing if TABLE in ignore else [*standing, self._table], margin)
 
     def hand_contact(
         self,

@@ -1,10 +1,11 @@
 import itertools
 import math
+import time
 from types import SimpleNamespace
 
 import numpy as np
 
-from tamp.streams.recall import recalled
+from tamp.streams.recall import recalled, stepwise
 
 
 def context(memory, deadline=math.inf):
@@ -57,3 +58,29 @@ def test_other_keys_are_other_samples():
     memory, begun = {}, []
     assert list(recalled(context(memory), "a", squares(begun))) == list(recalled(context(memory), "b", squares(begun)))
     assert len(begun) == 2
+
+
+def test_a_reader_whose_deadline_passes_stops_at_the_next_pause():
+    """The sampler's own clock runs here: it is past the deadline before anything has come."""
+    paused, memory = [], {}
+
+    def slow(_):
+        for _ in range(5):
+            paused.append(1)
+            time.sleep(0.002)
+            yield None
+        yield "late"
+
+    assert list(recalled(context(memory, deadline=time.monotonic() + 0.001), "key", slow)) == []
+    assert len(paused) < 5
+    assert list(recalled(context(memory), "key", slow)) == ["late"]
+    assert len(paused) == 5
+
+
+def test_pauses_show_to_those_who_step():
+    def draw(_):
+        yield from (None, 1, None, 2)
+
+    steps = context({})
+    assert list(stepwise(steps, "key", draw)) == [None, 1, None, 2]
+    assert list(stepwise(steps, "key", draw)) == [1, 2]
