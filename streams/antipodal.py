@@ -41,6 +41,12 @@ class Contacts:
     widths: NDArray[np.float64]
     slants: NDArray[np.float64]
 
+    @staticmethod
+    def joined(*several: Contacts) -> Contacts:
+        """All of them, in order."""
+        columns = zip(*((c.centers, c.axes, c.widths, c.slants) for c in several), strict=True)
+        return Contacts(*(np.concatenate(column) for column in columns))
+
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
@@ -113,25 +119,56 @@ def antipodal_contacts(
     """
     count = len(surface.points)
     tilt = TILT * rng.normal(size=(count, 3)) * (rng.random(count) < PERTURBED_SHARE)[:, None]
-    directions = tilt - surface.normals
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
-    entry_angle = _angle(directions, -surface.normals)
-    enter, leave, normals = _crossings(parts, surface.points, directions)
-    rays, widths, exit_normals = [], [], []
-    for ray in np.flatnonzero(entry_angle < friction_angle):
-        for part in _exits(enter[:, ray], leave[:, ray]):
-            if 1e-3 < leave[part, ray] <= max_width:
-                rays.append(ray)
-                widths.append(leave[part, ray])
-                exit_normals.append(normals[part, ray])
-    if not rays:
-        return Contacts(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
-    index, width = np.array(rays), np.array(widths)
-    axes = directions[index]
-    slants = np.maximum(entry_angle[index], _angle(axes, np.array(exit_normals)))
+    rays = _Rays(surface.points, surface.normals, _unit(tilt - surface.normals))
+    contacts, exits = _pairs(parts, rays, max_width, friction_angle)
+    between, _ = _pairs(parts, _aimed(rays, exits, friction_angle), max_width, friction_angle)
+    return Contacts.joined(contacts, between)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rays:
+    """Lines into an object: origins on its surface [m], outward normals there, unit directions; each (n, 3)."""
+
+    origins: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+
+def _pairs(
+    parts: Sequence[Part], rays: _Rays, max_width: float, friction_angle: float
+) -> tuple[Contacts, tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    """The pairs that rays find, and all their exits within reach: which ray (m,) left with which normal (m, 3)."""
+    enter, leave, normals = _crossings(parts, rays.origins, rays.directions)
+    found = [
+        (ray, part)
+        for ray in range(len(rays.origins))
+        for part in _exits(enter[:, ray], leave[:, ray])
+        if 1e-3 < leave[part, ray] <= max_width
+    ]
+    index, part = np.array(found, dtype=np.int64).reshape(-1, 2).T
+    widths, exits = leave[part, index], normals[part, index]
+    axes, entries = rays.directions[index], rays.normals[index]
+    slants = np.maximum(_angle(axes, -entries), _angle(axes, exits))
     kept = slants < friction_angle
-    centers = surface.points[index] + 0.5 * width[:, None] * axes
-    return Contacts(centers[kept], axes[kept], width[kept], slants[kept])
+    centers = rays.origins[index] + 0.5 * widths[:, None] * axes
+    return Contacts(centers[kept], axes[kept], widths[kept], slants[kept]), (index, exits)
+
+
+def _aimed(rays: _Rays, exits: tuple[NDArray[np.int64], NDArray[np.float64]], friction_angle: float) -> _Rays:
+    """Rays between two faces that taper: from where a ray began, along the line that meets both at the same slant.
+
+    Pads hold a taper only close to that line, which rays along normals never take and tilted ones hardly ever do.
+    """
+    index, normals = exits
+    apart = _angle(-rays.normals[index], normals)
+    aimed = (apart > friction_angle) & (apart < 2 * friction_angle)
+    index, normals = index[aimed], normals[aimed]
+    return _Rays(rays.origins[index], rays.normals[index], _unit(normals - rays.normals[index]))
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    unit: NDArray[np.float64] = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    return unit
 
 
 def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -54,6 +55,20 @@ def test_a_cylinder_is_held_across_its_diameter_or_along_its_height():
     assert across.any()
     assert (~across).any()
     assert np.median(found.widths[across]) == pytest.approx(0.06, abs=0.003)
+
+
+@pytest.mark.parametrize("slant", [0.25, 0.3, 0.34])
+def test_faces_that_taper_are_pinched_along_the_line_that_meets_both_alike(slant):
+    """Both normals must lie within the friction cone of the line: 0.35 rad, so it may be off by 0.35 less the slant."""
+    top, bottom, height = 0.03, 0.03 + 2 * 0.05 * np.tan(slant), 0.05
+    corners = [
+        (sx * w / 2, sy * 0.06, z) for w, z in ((top, height), (bottom, 0.0)) for sx in (1, -1) for sy in (1, -1)
+    ]
+    hull = trimesh.convex.convex_hull(np.array(corners))
+    taper = Part(np.array(hull.vertices), np.array(hull.faces))
+    for seed in range(5):
+        level = np.abs(contacts_of([taper], seed=seed).axes[:, 0]) > np.cos(0.1)
+        assert level.sum() > 10
 
 
 def test_a_hollow_ring_offers_its_wall_and_its_outer_width():
