@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 STEP = 0.04  # between the angles looked at [rad]
+FARTHEST = 0.7  # it is enough to know that it turns this far [rad]
 GLANCES = (1, 3, 7, 19)  # steps are looked at in stretches from one of these to the next; most end in the first
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
@@ -50,29 +52,36 @@ def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
         work: Array = force * between.thickness(turns) + weight * (turns @ center @ up)
         return work
 
-    still = float(energies(np.eye(3)[None])[0])
     resisted = TRUSTED * PAD_FRICTION * item.friction * force * grasp.width * STEP
-    ways = ((about, step) for about in (_about_side, _about_approach) for step in (STEP, -STEP))
-    return max(_slide(energies, still, about, step, resisted) for about, step in ways)
+    ways = [(about, step) for about in (_about_side, _about_approach) for step in (STEP, -STEP)]
+    turn, steps = np.eye(3), 1
+    while steps and _angle(turn) < FARTHEST:  # where it has turned about one axis, it may go on about the other
+        steps, turn = max((_slide(energies, turn, *way, resisted) for way in ways), key=itemgetter(0))
+    return _angle(turn)
 
 
 def _slide(
-    energies: Callable[[Array], Array],
-    still: float,
-    about: Callable[[float], Array],
-    step: float,
-    resisted: float,
-) -> float:
-    """How far the angle goes in steps that set free more energy than they take, alone or with the next one [rad]."""
-    reached, least = 0, still
+    energies: Callable[[Array], Array], turn: Array, about: Callable[[float], Array], step: float, resisted: float
+) -> tuple[int, Array]:
+    """How many steps it goes on from a rotation, each setting free more energy than it takes, alone or with the next.
+
+    Returns:
+        The number of steps, and the rotation that they lead to, shape (3, 3).
+    """
+    reached, least = 0, float(energies(turn[None])[0])
     for first, last in itertools.pairwise(GLANCES):
-        taken = energies(np.array([about(count * step) for count in range(first, last)]))
+        taken = energies(np.array([about(count * step) @ turn for count in range(first, last)]))
         for count, spent in enumerate(taken, first):
             if spent + count * resisted < least:
                 reached, least = count, spent + count * resisted
             elif count > reached + 1:
-                return reached * abs(step)
-    return reached * abs(step)
+                return reached, about(reached * step) @ turn
+    return reached, about(reached * step) @ turn
+
+
+def _angle(turn: Array) -> float:
+    """By how much a rotation (3, 3) turns [rad]."""
+    return math.acos(min(1.0, max(-1.0, (float(np.trace(turn)) - 1.0) / 2.0)))
 
 
 def _in_pads(gripper: Gripper, grasp: Grasp) -> tuple[Array, Array]:

@@ -37,6 +37,11 @@ def test_what_is_slanted_between_the_pads_turns_until_it_lies_flat(angle):
     assert turned_in_hand(0.0, yaw=angle) == pytest.approx(abs(angle), abs=2 * STEP)
 
 
+@pytest.mark.parametrize("angle", [-0.3, 0.3])
+def test_what_is_slanted_about_both_axes_turns_about_one_after_the_other(angle):
+    assert turned_in_hand(angle, yaw=0.3) == pytest.approx(np.hypot(angle, 0.3), abs=2 * STEP)
+
+
 def test_friction_holds_what_is_thick_and_a_little_slanted():
     assert turned_in_hand(0.08, thickness=0.06, friction=1.0) == 0.0
     assert turned_in_hand(0.08, thickness=0.06, friction=0.1) > 0.0
