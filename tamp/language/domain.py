@@ -97,6 +97,10 @@ class Domain:
         for name in ("types", "constants", "constant_types", "predicates", "functions", "actions"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
+    def __hash__(self) -> int:
+        """Equal domains have equal names."""
+        return hash((self.name, tuple(self.predicates), tuple(self.actions)))
+
     @property
     def derived(self) -> frozenset[str]:
         """Names of the predicates that axioms define."""

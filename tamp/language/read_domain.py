@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from tamp.language.domain import Action, Axiom, Domain
 from tamp.language.formula import polarities
 from tamp.language.read_action import ActionReader
 from tamp.language.read_declarations import Declarations
-from tamp.language.sexpr import Group, Source, Symbol, load, read, show, suggest
+from tamp.language.sexpr import Group, Source, Symbol, Text, load, read, show, suggest
 
 # Declarations come first, wherever they stand in the file; axioms before actions, which may not change what is derived.
 SECTIONS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action")
@@ -29,6 +30,16 @@ def parse_domain(text_or_path: str | Path, constants: Mapping[str, Any] | None =
         DomainError: with file, line and column of what cannot be read.
     """
     source = load(text_or_path, "domain")
+    return _parsed(source, {key.lower(): value for key, value in constants.items()}) if constants else _known(source)
+
+
+@lru_cache(maxsize=16)
+def _known(source: Text) -> Domain:
+    """The same for a text without constants that stand for objects: read once, as it stays what it is."""
+    return _parsed(source, {})
+
+
+def _parsed(source: Text, constants: Mapping[str, Any]) -> Domain:
     name, sections = read_define(source, read(source), "domain")
     for head, _ in sections:
         if head.text == ":durative-action":
@@ -36,9 +47,7 @@ def parse_domain(text_or_path: str | Path, constants: Mapping[str, Any] | None =
             raise source.error(head, message)
         if head.text not in SECTIONS:
             raise source.error(head, f"unknown section {head.text!r}{suggest(head.text, SECTIONS, 'sections')}")
-    reader = _DomainReader(
-        source, Declarations(source, {key.lower(): value for key, value in (constants or {}).items()})
-    )
+    reader = _DomainReader(source, Declarations(source, constants))
     for wanted in SECTIONS:
         for head, group in sections:
             if head.text == wanted:

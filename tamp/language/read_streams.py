@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from tamp.language.domain import Domain, Signature
@@ -10,7 +11,7 @@ from tamp.language.formula import OBJECT, Atom, Parameter, Variable
 from tamp.language.read_action import read_attributes
 from tamp.language.read_domain import read_define
 from tamp.language.read_formula import FormulaReader, Scope
-from tamp.language.sexpr import Group, Node, Symbol, load, read, show, suggest
+from tamp.language.sexpr import Group, Node, Symbol, Text, load, read, show, suggest
 from tamp.language.streams import FunctionStream, PredicateStream, Rule, Stream, StreamFile
 
 SECTIONS = (":stream", ":wild-stream", ":function", ":predicate", ":rule")
@@ -26,9 +27,12 @@ def parse_streams(text_or_path: str | Path | None, domain: Domain | None = None)
     Raises:
         DomainError: with file, line and column of what cannot be read.
     """
-    if text_or_path is None:
-        return StreamFile("none")
-    source = load(text_or_path, "stream")
+    return StreamFile("none") if text_or_path is None else _parsed(load(text_or_path, "stream"), domain)
+
+
+@lru_cache(maxsize=16)
+def _parsed(source: Text, domain: Domain | None) -> StreamFile:
+    """The streams of a text that is read once, as it stays what it is."""
     name, sections = read_define(source, read(source), "stream")
     known = domain or Domain(name)
     constants = None if domain is None else known.constants
