@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import above_table, clear_of_object
+from tamp.streams.closing import closed
 from tamp.streams.footing import outline
 from tamp.streams.pinches import sample_pinches
 from tamp.streams.tilting import APART, too_wide
@@ -93,7 +94,12 @@ def _graspable(workspace: Workspace, obj: str, placement: Placement) -> bool:
 def _pinched(workspace: Workspace, obj: str, placement: Placement, rng: np.random.Generator) -> bool:
     pinches = sample_pinches(workspace, obj, rng)
     pinches = pinches.at(above_table(workspace, pinches, placement)) if len(pinches) else pinches
-    return len(pinches) > 0 and bool(clear_of_object(workspace, obj, pinches).any())
+    pinches = pinches.at(clear_of_object(workspace, obj, pinches)) if len(pinches) else pinches
+    # A rim is seldom as clear of the fingers as its sampled surface has it.
+    return any(
+        closed(workspace, obj, T, float(width)) is not None
+        for T, width in zip(pinches.T_object_tool, pinches.widths, strict=True)
+    )
 
 
 def _squat(workspace: Workspace, obj: str, placement: Placement) -> bool:

@@ -19,8 +19,11 @@
     (Contained ?o ?p ?s ?ps)
     (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
     (Layable ?o ?p)                ; a hand that puts ?o down at ?p may be in its own way
+    (LaidOnTable ?o ?p)            ; what is laid down at ?p rests on nothing that moves
+    (LiesFlat ?o ?p)               ; taken from ?p, ?o can only be laid on the table: it lies flat on every face
     (Regrasped ?o ?p1 ?p2)         ; on its way from ?p1 to ?p2, ?o is put down in between and grasped anew
-    (Fits ?o ?p ?g)                ; ?g is meant for ?o at ?p, and not for any other placement
+    (Takes ?o ?p ?g)               ; ?g is meant to take up ?o at ?p, and not at any other placement
+    (Brings ?o ?p ?g)              ; ?g is meant to bring ?o to ?p: put down, or laid down where it has to be
     (Laying ?o ?p ?g ?a ?l ?h)
     (Slidable ?o ?p)               ; no hand can grasp ?o at ?p, but it may be slid from there
     (Slide ?o ?p ?p2 ?a ?l ?w) (SlideOf ?o ?w)
@@ -80,7 +83,7 @@
 
   (:action lay
     :parameters (?o ?p ?g ?a ?l ?h)
-    :precondition (and (Laying ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+    :precondition (and (Laying ?o ?p ?g ?a ?l ?h) (LaidOnTable ?o ?p)
                        (AtGrasp ?o ?g) (AtConf ?l)
                        (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
     :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)

@@ -10,6 +10,7 @@ from typing import Any
 from tamp.planning import Problem, StreamInfo
 from tamp.streams.falls import may_fall
 from tamp.streams.grasps import sample_grasp
+from tamp.streams.laid_aside import lies_flat
 from tamp.streams.regrasps import regrasping, sample_regrasp
 from tamp.streams.slides import slidable
 from tamp.streams.values import Configuration, Grasp, Placement
@@ -31,6 +32,7 @@ DEFAULT_SAMPLERS = {
     "sample-regrasp": "tamp.streams.regrasps:sample_regrasp",
     "regrasp-kinematics": "tamp.streams.reachability:inverse_kinematics",
     "plan-laying": "tamp.streams.laying:plan_laying",
+    "sample-laid-aside": "tamp.streams.laid_aside:sample_laid_aside",
     "plan-sliding": "tamp.streams.sliding:plan_sliding",
     "sample-edge-grasp": "tamp.streams.sliding:sample_edge_grasp",
     "plan-free-motion": "tamp.streams.motions:plan_free_motion",
@@ -61,21 +63,23 @@ def tabletop_problem(
         movable: objects that may be moved; None for all.
         regrasped: those of them with a goal pose that shall reach it only by way of another placement and grasp.
     """
+    builtin = samplers["sample-grasp"] is sample_grasp
     return Problem(
         domain=DOMAIN,
         streams=STREAMS,
         samplers=_consistent(samplers),
         init=[
             *_robot_facts(configuration, held),
-            *_object_facts(workspace, movable, regrasped),
-            *(_slidable_facts(workspace, movable) if samplers["sample-grasp"] is sample_grasp else ()),
-            *_goal_facts(workspace, regrasped),
+            *_object_facts(workspace, movable, regrasped, builtin),
+            *(_slidable_facts(workspace, movable) if builtin else ()),
+            *_goal_facts(workspace, regrasped, builtin),
         ],
         goal=_goal(workspace),
         scene=workspace,
         info={
             "sample-placement": StreamInfo(fresh=True),
             "sample-regrasp": StreamInfo(fresh=True),
+            "sample-laid-aside": StreamInfo(fresh=True),
             "test-cfree-placements": StreamInfo(eager=True),
             "plan-laying": StreamInfo(cost=LAYING_EFFORT),
         },
@@ -109,13 +113,19 @@ def _robot_facts(configuration: Configuration, held: tuple[str, Grasp] | None) -
         yield ("AtGrasp", *held)
 
 
-def _object_facts(workspace: Workspace, movable: Container[str] | None, regrasped: Container[str]) -> Iterator[Fact]:
+def _object_facts(
+    workspace: Workspace, movable: Container[str] | None, regrasped: Container[str], builtin: bool
+) -> Iterator[Fact]:
+    """Where objects are and where they may be put aside; `builtin` where grasps are sampled by our own sampler."""
     for name, placement in workspace.start.items():
         if name in regrasped:
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-            yield ("Placeable", name, TABLE)
+            if builtin and lies_flat(workspace, name):
+                yield ("LiesFlat", name, placement)
+            else:
+                yield ("Placeable", name, TABLE)
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)
         for region in workspace.task.regions:
@@ -133,11 +143,16 @@ def _slidable_facts(workspace: Workspace, movable: Container[str] | None) -> Ite
             yield ("Slidable", name, placement)
 
 
-def _goal_facts(workspace: Workspace, regrasped: Container[str]) -> Iterator[Fact]:
+def _goal_facts(workspace: Workspace, regrasped: Container[str], builtin: bool) -> Iterator[Fact]:
     regions = {region.name for region in workspace.task.regions}
     for name, placement in workspace.goals.items():
         if placement != workspace.start[name]:
-            yield from _placement_facts({**workspace.start, **workspace.goals}, name, placement)
+            facts = _placement_facts({**workspace.start, **workspace.goals}, name, placement)
+            if builtin and slidable(workspace, name, placement):  # no hand can put it down there
+                facts = (fact for fact in facts if fact[0] != "OnTable")
+            yield from facts
+            if placement.on == (TABLE,):
+                yield ("LaidOnTable", name, placement)
             if name not in regrasped and may_fall(workspace, name, placement):
                 yield ("Layable", name, placement)
     for obj in workspace.task.objects:

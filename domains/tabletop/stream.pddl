@@ -35,7 +35,7 @@
     :inputs (?o ?p1 ?p2)
     :domain (Regrasped ?o ?p1 ?p2)
     :outputs (?g1 ?p ?g2)
-    :certified (and (Grasp ?o ?g1) (Grasp ?o ?g2) (Placement ?o ?p) (OnTable ?o ?p)
+    :certified (and (Grasp ?o ?g1) (Grasp ?o ?g2) (Placement ?o ?p) (OnTable ?o ?p) (LaidOnTable ?o ?p)
                     (Fits ?o ?p1 ?g1) (Fits ?o ?p ?g1) (Fits ?o ?p ?g2) (Fits ?o ?p2 ?g2)))
 
   (:stream regrasp-kinematics
@@ -49,6 +49,13 @@
     :domain (and (Layable ?o ?p) (Placement ?o ?p) (Grasp ?o ?g))
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Laying ?o ?p ?g ?a ?l ?h)))
+
+  ; What lies too flat for any hand to put it down is laid where it is put aside; grasp and place are chosen together.
+  (:stream sample-laid-aside
+    :inputs (?o ?p1)
+    :domain (LiesFlat ?o ?p1)
+    :outputs (?g ?p)
+    :certified (and (Grasp ?o ?g) (Placement ?o ?p) (Layable ?o ?p) (LaidOnTable ?o ?p)))
 
   (:stream plan-sliding
     :inputs (?o ?p)

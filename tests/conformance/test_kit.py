@@ -35,6 +35,7 @@ SCENARIOS_OF = {
     "sample-stacking": "mug_onto_tray",
     "sample-insertion": "in_box",
     "plan-laying": "lay_book",
+    "sample-laid-aside": "lay_aside",
     "sample-regrasp": "regrasp_into_box",
     "regrasp-kinematics": "regrasp_into_box",
     "plan-sliding": "slide_box",

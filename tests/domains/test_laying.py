@@ -26,3 +26,13 @@ def test_a_block_for_the_corner_of_a_deep_box_is_dropped_into_it(seed):
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "lay-on"]
     run = tamp.execute(task, plan, monitor=None)
     assert tamp.score(task, run.final_poses).ede_m < 0.03
+
+
+def test_a_disc_that_no_hand_can_put_down_flat_is_laid_aside():
+    task = tamp.load_task(SCENARIOS / "lay_aside.yaml")
+    plan = tamp.plan(task, seed=0, timeout=100.0)
+    names = [action.name for action in plan.actions if action.name != "move"]
+    assert names == ["unstack", "lay", "pick", "place"]
+    run = tamp.execute(task, plan)
+    assert run.status == "done"
+    assert tamp.score(task, run.final_poses).ede_m < 0.01

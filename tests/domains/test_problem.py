@@ -1,9 +1,10 @@
 import pytest
 
 from tamp.domains.tabletop import DEFAULT_SAMPLERS, tabletop_problem
+from tamp.streams.grasps import sample_grasp
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import At, In, Object, On, Pose, Region
+from tamp.task import At, Cylinder, In, Object, On, Pose, Region
 from tests.streams.tables import CRATE, CUBE, RED, SLAB, workspace_of
 
 HOME = Configuration((0.0,) * 7, 0.08)
@@ -108,3 +109,18 @@ def test_the_hand_is_empty_or_holds_something(table):
 
 def test_the_arm_is_where_it_is(table):
     assert facts(table, "AtConf") == facts(table, "Conf") == [(HOME,)]
+
+
+def test_what_lies_flat_on_every_face_is_only_laid_on_the_table_unless_grasps_are_a_researchers_own():
+    disc = Object("disc", Cylinder(0.08, 0.02), Pose((0.0, 0.2, 0.131)), At(Pose((0.0, -0.2, 0.011))))
+    workspace = workspace_of(CUBE, disc)
+    start, goal = workspace.start["disc"], workspace.goals["disc"]
+    samplers = {**dict.fromkeys(DEFAULT_SAMPLERS, print), "sample-grasp": sample_grasp}
+    own, others = tabletop_problem(workspace, samplers, HOME).init, problem_of(workspace).init
+    assert ("LiesFlat", "disc", start) in own
+    assert ("Placeable", "disc", "table") not in own
+    assert ("LaidOnTable", "disc", goal) in own
+    assert ("OnTable", "disc", goal) not in own
+    assert ("Placeable", "disc", "table") in others
+    assert {("OnTable", "disc", goal), ("LaidOnTable", "disc", goal)} <= set(others)
+    assert not any(fact[0] == "LiesFlat" for fact in others)

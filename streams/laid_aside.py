@@ -1,0 +1,102 @@
+"""Putting aside what lies so flat, on every face, that no hand has room beside it: on the table it can only be laid.
+
+The grasp is chosen together with the place: one that the object can be taken up by, whether or not it serves its goal.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.collisions import handling_hits
+from tamp.streams.footing import resting
+from tamp.streams.grasps import grasps_at
+from tamp.streams.laying import plan_laying
+from tamp.streams.placements import put_aside
+from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.recall import Detached, recalled
+from tamp.streams.slides import slidable
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import TABLE, Context, Workspace, standing
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LOOKED_AT = 60  # grasps
+TRIES = 6  # places for each of them
+ROUNDS = 4  # through the grasps that serve
+
+
+def lies_flat(workspace: Workspace, obj: str) -> bool:
+    """Whether no hand can put an object down or pick it up on the table, whatever face it rests on."""
+    key = ("lies flat", obj)
+    if key not in workspace.memory:
+        workspace.memory[key] = all(slidable(workspace, obj, _amid(workspace, obj, R)) for R in resting(workspace, obj))
+    answer: bool = workspace.memory[key]
+    return answer
+
+
+def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
+    """Yield (grasp that takes a flat object up, place on the table out of the way where it lays it down).
+
+    Grasps by which the hand meets nothing that stands there by then come first.
+    """
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    key = ("grasps at", obj, start, str(context.rng.bit_generator.state))
+    free, blocked = list[Grasp](), list[Grasp]()
+    for grasp in islice(recalled(context, key, lambda first: grasps_at(first, obj, [start])), LOOKED_AT):
+        hits = _hits(context, obj, start, grasp, around)
+        if hits is not None:
+            (blocked if hits else free).append(grasp)
+        if hits == {}:
+            yield from _laid(context, obj, grasp)
+    for _ in range(ROUNDS):
+        for grasp in [*free, *blocked]:
+            yield from _laid(context, obj, grasp)
+
+
+def _hits(
+    context: Context, obj: str, start: Placement, grasp: Grasp, around: dict[str, Placement]
+) -> dict[str, str] | None:
+    """What the arm would hit while it takes an object up, in words; None where it does not reach it."""
+    found = inverse_kinematics(_detached(context), obj, start, grasp)
+    handling = next((handling for _, _, handling in found), None)
+    return None if handling is None else handling_hits(context.scene, handling, around)
+
+
+def _laid(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:
+    """A grasp and the first of a few places where the arm can lay the object down by it."""
+    faces = resting(context.scene, obj)
+    for _ in range(TRIES):
+        if time.monotonic() > context.deadline:
+            return
+        R = faces[int(context.rng.integers(len(faces)))]
+        place = put_aside(context, obj, _turned(R, context.rng.uniform(-np.pi, np.pi)))
+        if place is not None and next(plan_laying(_detached(context), obj, place, grasp), None) is not None:
+            yield grasp, place
+            return
+    context.fail(f"no place was found where the arm can lay {obj} down")
+
+
+def _detached(context: Context) -> Detached:
+    return Detached(context.scene, context.rng.spawn(1)[0], context.deadline)
+
+
+def _amid(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> Placement:
+    """An object turned by R (3, 3) in the middle of the table."""
+    T = np.eye(4)
+    T[:3, :3] = R
+    T[:2, 3] = workspace.task.table.center
+    T[2, 3] = -float((workspace.points(obj) @ R[2]).min())
+    return Placement(Pose.from_matrix(T), (TABLE,))
+
+
+def _turned(R: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    c, s = np.cos(angle), np.sin(angle)
+    turned: NDArray[np.float64] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
+    return turned

@@ -1,0 +1,50 @@
+from itertools import islice
+
+import pytest
+
+from tamp.streams.collisions import handling_hits
+from tamp.streams.footing import stands
+from tamp.streams.laid_aside import lies_flat, sample_laid_aside
+from tamp.streams.laying import plan_laying
+from tamp.streams.reachability import inverse_kinematics
+from tamp.task import Box, Cylinder, Object, Pose
+from tests.streams.tables import CUBE, RED, ToldContext, at, workspace_of
+
+DISC = Object("disc", Cylinder(0.08, 0.02), Pose((0.0, 0.2, 0.131)))
+BLOCK = Object("block", Box((0.05, 0.05, 0.12)), Pose((0.0, 0.2, 0.06)))
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(DISC, BLOCK, RED, CUBE, on={"disc": ("block",)})
+
+
+@pytest.fixture(scope="module")
+def samples(workspace):
+    context = ToldContext(workspace, bound=tuple(at(*item) for item in workspace.start.items()))
+    return list(islice(sample_laid_aside(context, "disc", workspace.start["disc"]), 3))
+
+
+def test_only_what_no_hand_can_put_down_on_any_face_lies_flat(workspace):
+    assert [name for name in workspace.start if lies_flat(workspace, name)] == ["disc"]
+
+
+def test_the_grasp_takes_it_up_and_lays_it_down_clear_of_what_stands_there(workspace, samples):
+    assert len(samples) == 3
+    start = workspace.start["disc"]
+    others = {name: place for name, place in workspace.start.items() if name != "disc"}
+    for grasp, place in samples:
+        taken = next(inverse_kinematics(ToldContext(workspace), "disc", start, grasp), None)
+        assert taken is not None
+        assert not handling_hits(workspace, taken[2], others)
+        assert next(plan_laying(ToldContext(workspace), "disc", place, grasp), None) is not None
+
+
+def test_the_place_is_on_the_table_and_apart_from_all_others(workspace, samples):
+    geometry = workspace.world.geometries["disc"]
+    for _, place in samples:
+        assert place.on == ("table",)
+        assert stands(geometry, place.pose.matrix[:3, :3])
+        for name in ("block", "red", "cube"):
+            other = workspace.start[name].pose.matrix
+            assert workspace.world.separation("disc", place.pose.matrix, name, other) > 0.0
