@@ -12,13 +12,14 @@ from collections.abc import Iterator
 
 from tamp.streams.clearance import beneath, hand_hits, opening_for, standing_around
 from tamp.streams.dropping import drops
-from tamp.streams.reachability import handlings
+from tamp.streams.reachability import handlings, reaches
 from tamp.streams.tilting import Tilt, layable, tilts
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace
 from tamp.task import Pose
 from tamp.world.scene import Scene
 
+TRIED = 3  # falls from the least to the farthest that tell whether an object can be laid down at all
 ON_EDGE = 0.004  # the edge is at most this far above what it is set on [m]
 
 
@@ -29,6 +30,29 @@ def plan_laying(
 
     Read as those of `inverse_kinematics`: the handling ends where the object is let go.
     """
+    for fall in _falls(context, obj, placement, grasp):
+        if time.monotonic() > context.deadline:
+            return
+        yield from handlings(context, obj, placement, grasp, fall)
+
+
+def plan_bringing(
+    context: Context, obj: str, placement: Placement, grasp: Grasp
+) -> Iterator[tuple[Configuration, Configuration, Handling]]:
+    """Yield (approach configuration, lift configuration, handling) that put an object down, then those that lay it."""
+    yield from handlings(context, obj, placement, grasp)
+    yield from plan_laying(context, obj, placement, grasp)
+
+
+def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool:
+    """Whether an object can be let fall to a placement, were nothing else on the table than what carries it there."""
+    falls = _falls(context, obj, placement, grasp)
+    falls = falls[:: -(-len(falls) // TRIED)] if falls else []
+    return any(reaches(context, obj, placement, grasp, fall) for fall in falls)
+
+
+def _falls(context: Context, obj: str, placement: Placement, grasp: Grasp) -> list[tuple[Pose, ...]]:
+    """Ways to fall to a placement that leave room for the hand that lets go; a reason is told where there are none."""
     workspace: Workspace = context.scene
     ways = list(drops(workspace, obj, placement))
     if layable(workspace, obj, placement):
@@ -36,10 +60,7 @@ def plan_laying(
     roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
     if not roomy:
         context.fail(f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there")
-    for fall in roomy:
-        if time.monotonic() > context.deadline:
-            return
-        yield from handlings(context, obj, placement, grasp, fall)
+    return roomy
 
 
 def _on_edge(workspace: Workspace, obj: str, placement: Placement, tilt: Tilt) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import opening_for, standing_around
+from tamp.streams.clearance import beneath, opening_for, standing_around
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
 from tamp.streams.recall import recalled
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
@@ -75,9 +75,17 @@ def handlings(
     yield from blocked_by_others
 
 
-def reaches(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool:
-    """Whether there is a handling at all, were nothing else on the table; it is not remembered."""
-    return next(_alone(context, obj, placement, grasp, ()), None) is not None
+def reaches(
+    context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...] = ()
+) -> bool:
+    """Whether there is a handling at all, were nothing else on the table than what carries the object there.
+
+    It is not remembered. The arguments are those of `handlings`.
+    """
+    around = standing_around(context.scene, obj, placement)
+    carriers = {name: around[name] for name in beneath(placement, around)}
+    found = _alone(context, obj, placement, grasp, fall)
+    return any(not handling_hits(context.scene, handling, carriers) for handling in found)
 
 
 def _alone(

@@ -1,7 +1,8 @@
 """Regrasps: an object is put down in between, so that it is put to its goal by another grasp than it was taken up by.
 
 Grasps for the start and grasps for the goal are paired where the object has a face to stand on that leaves room for
-both hands. Then a place for it is sought on the table where the arm reaches it by both.
+both hands. Then a place for it is sought on the table where the arm reaches it by both. What has to be turned over may
+be laid down there, and what goes into something may be dropped: it falls the last bit (see `laying`).
 """
 
 from __future__ import annotations
@@ -14,26 +15,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import hand_hits, opening_for
+from tamp.streams.clearance import HAND_MARGIN, opening_for
 from tamp.streams.footing import resting
 from tamp.streams.grasps import grasps_at
+from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
 from tamp.streams.reachability import reaches
 from tamp.streams.recall import Detached, recalled
+from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import Context, Workspace
+from tamp.streams.workspace import TABLE, Context, Workspace
+from tamp.task import Pose
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-ENDS = 60  # grasps for the start, and for the goal, that are looked at
+    from tamp.world.free_hand import FreeHand
+
+ENDS = 80  # grasps for the start, and for the goal, that are looked at
 PAIRS = 8  # of them that are tried in turn
-ROUNDS = 6  # times that a place in between is sought for each pair
-TRIES = 12  # places in one round
+ROUNDS = 6  # times at most that a place in between is sought for each pair
+TRIES = 8  # places in one round
 
 Regrasp = tuple[Grasp, Placement, Grasp]
-Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"]]
+Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
 Grasps = Callable[[Context, str, Placement], Iterable[Grasp]]
 
 
@@ -63,58 +69,98 @@ def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., It
 def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
     pairs = list(islice(_pairs(context, obj, start, goal, grasps), PAIRS))
     for _ in range(ROUNDS):
-        for one, other, faces in pairs:
-            place = _between(context, obj, one, other, faces)
+        found = False
+        for one, other, faces, laid in pairs:
+            place = _between(context, obj, one, other, faces, laid)
             if place is not None:
+                found = True
                 yield one, place, other
                 continue
             context.fail(f"no place for {obj} in between that both grasps reach")
             if time.monotonic() > context.deadline:
                 return
+        if not found:
+            return
 
 
 def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
-    """Grasps that can take turns, and the faces (3, 3) to stand on meanwhile; the best of both ends first."""
+    """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
+
+    An object is laid down there only where no two grasps leave a face on which both of them could put it.
+    """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
     for found, deed in ((first, "takes it up"), (second, "puts it to its goal")):
         if not found:
             context.fail(f"no grasp of {obj} {deed}")
     rotations = resting(workspace, obj)
-    above = {grasp: [_above_table(workspace, obj, R, grasp) for R in rotations] for grasp in (*first, *second)}
-    reached = cache(lambda place, grasp: _reaches(context, obj, place, grasp))
-    taken_over = False
-    for one, other in sorted(product(first, second), key=lambda pair: first.index(pair[0]) + second.index(pair[1])):
-        faces = [R for R, *both in zip(rotations, above[one], above[other], strict=True) if all(both)]
-        taken_over |= bool(faces)
-        if faces and reached(start, one) and reached(goal, other):
-            yield one, other, faces
-    if first and second and not taken_over:
-        context.fail(f"{obj} has no face to stand on with room for the hands of both grasps")
+    amid = [_amid(workspace, obj, R) for R in rotations]
+    over = {grasp: [_above_table(workspace, place.pose, grasp) for place in amid] for grasp in second}
+    takes = cache(lambda grasp: _takes(context, obj, start, grasp))
+    brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
+    ranked = sorted(product(first, second), key=lambda pair: first.index(pair[0]) + second.index(pair[1]))
+    for laid in (False, True):
+        put = {grasp: [_put_above_table(workspace, obj, place, grasp, laid) for place in amid] for grasp in first}
+        taken_over = False
+        for one, other in ranked:
+            faces = [R for R, *both in zip(rotations, put[one], over[other], strict=True) if all(both)]
+            taken_over |= bool(faces)
+            if faces and takes(one) and brings(other):
+                yield one, other, faces, laid
+        if taken_over:
+            return
+    if first and second:
+        context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
 
 
-def _reaches(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
-    return reaches(Detached(context.scene, context.rng.spawn(1)[0]), obj, place, grasp)
+def _takes(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
+    return reaches(_apart(context), obj, place, grasp)
 
 
-def _above_table(workspace: Workspace, obj: str, R: NDArray[np.float64], grasp: Grasp) -> bool:
-    """Whether the open hand is clear of the table where the object stands on a face."""
+def _brings(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
+    return _takes(context, obj, place, grasp) or lays(_apart(context), obj, place, grasp)
+
+
+def _apart(context: Context) -> Detached:
+    return Detached(context.scene, context.rng.spawn(1)[0])
+
+
+def _amid(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> Placement:
+    """The object amid the table on a face."""
     T = np.eye(4)
     T[:3, :3] = R
     T[2, 3] = -float((workspace.points(obj) @ R[2]).min())
+    return Placement(Pose.from_matrix(T), (TABLE,))
+
+
+def _put_above_table(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> bool:
+    """Whether a hand that puts an object down, or else lays it down, is clear of the table."""
+    if not laid:
+        return _above_table(workspace, place.pose, grasp)
+    tilted = tilts(workspace, obj, place) if layable(workspace, obj, place) else ()
+    return any(_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
+
+
+def _above_table(workspace: Workspace, pose: Pose, grasp: Grasp) -> bool:
+    """Whether the open hand is clear of the table."""
+    if "hand over table" not in workspace.memory:
+        workspace.memory["hand over table"] = workspace.world.free_hand(Scene(), HAND_MARGIN)
+    hand: FreeHand = workspace.memory["hand over table"]
     opening = opening_for(workspace.world.robot.spec.gripper, grasp)
-    return not hand_hits(workspace, T @ grasp.T_object_tool.matrix, opening, Scene())
+    return not hand.hit(pose.matrix @ grasp.T_object_tool.matrix, opening)
 
 
 def _between(
-    context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]]
+    context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
 ) -> Placement | None:
-    """A place on the table where the arm puts the object down by one grasp and takes it up by the other."""
+    """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
     for _ in range(TRIES):
         angle = context.rng.uniform(-np.pi, np.pi)
         c, s = np.cos(angle), np.sin(angle)
         turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ faces[context.rng.integers(len(faces))]
         place = put_aside(context, obj, turned)
-        if place is not None and all(_reaches(context, obj, place, grasp) for grasp in (one, other)):
-            return place
+        if place is not None and _takes(context, obj, place, other):
+            brought = lays(_apart(context), obj, place, one) if laid else _takes(context, obj, place, one)
+            if brought:
+                return place
     return None

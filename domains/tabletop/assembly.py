@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 CARRYING = 0.5  # share of the limits while holding an object: friction alone keeps it from turning in the fingers
 GENTLE = 0.4  # share of the limits near an object
+PUT = {"lay": "place", "lay-on": "stack"}  # what laying is called where nothing falls
 PUSHING = 0.2  # share of the limits while pushing one: it must not slide on where the hand slows down
 CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
 
@@ -61,6 +62,7 @@ class _Assembly:
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._pick(handling)))
             case "place" | "stack" | "lay" | "lay-on":
                 handling = args[-1]
+                name = name if handling.fall else PUT.get(name, name)
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._place(handling)))
             case "slide":
                 slide: Slide = args[-1]

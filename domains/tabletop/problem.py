@@ -31,6 +31,7 @@ DEFAULT_SAMPLERS = {
     "inverse-kinematics": "tamp.streams.reachability:inverse_kinematics",
     "sample-regrasp": "tamp.streams.regrasps:sample_regrasp",
     "regrasp-kinematics": "tamp.streams.reachability:inverse_kinematics",
+    "plan-bringing": "tamp.streams.laying:plan_bringing",
     "plan-laying": "tamp.streams.laying:plan_laying",
     "sample-laid-aside": "tamp.streams.laid_aside:sample_laid_aside",
     "plan-sliding": "tamp.streams.sliding:plan_sliding",
@@ -122,7 +123,7 @@ def _object_facts(
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-            if builtin and lies_flat(workspace, name):
+            if builtin and lies_flat(workspace, name) and not slidable(workspace, name, placement):
                 yield ("LiesFlat", name, placement)
             else:
                 yield ("Placeable", name, TABLE)

@@ -36,13 +36,19 @@
     :domain (Regrasped ?o ?p1 ?p2)
     :outputs (?g1 ?p ?g2)
     :certified (and (Grasp ?o ?g1) (Grasp ?o ?g2) (Placement ?o ?p) (OnTable ?o ?p) (LaidOnTable ?o ?p)
-                    (Fits ?o ?p1 ?g1) (Fits ?o ?p ?g1) (Fits ?o ?p ?g2) (Fits ?o ?p2 ?g2)))
+                    (Takes ?o ?p1 ?g1) (Brings ?o ?p ?g1) (Takes ?o ?p ?g2) (Brings ?o ?p2 ?g2)))
 
   (:stream regrasp-kinematics
     :inputs (?o ?p ?g)
-    :domain (and (Placement ?o ?p) (Grasp ?o ?g) (Fits ?o ?p ?g))
+    :domain (and (Placement ?o ?p) (Grasp ?o ?g) (Takes ?o ?p ?g))
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Handling ?o ?p ?g ?a ?l ?h)))
+
+  (:stream plan-bringing
+    :inputs (?o ?p ?g)
+    :domain (and (Placement ?o ?p) (Grasp ?o ?g) (Brings ?o ?p ?g))
+    :outputs (?a ?l ?h)
+    :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Laying ?o ?p ?g ?a ?l ?h)))
 
   (:stream plan-laying
     :inputs (?o ?p ?g)

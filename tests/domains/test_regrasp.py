@@ -26,7 +26,7 @@ def test_an_object_that_is_regrasped_is_put_down_in_between_in_the_plan_itself(a
     solution = solve(problem_of(attempt, regrasped={"block"}), seed=seed, timeout=100.0)
     assert solution.plan is not None
     hands = [action for action in solution.plan if not action.name.startswith("move")]
-    assert [action.name for action in hands] == ["pick", "place", "pick", "place"]
+    assert [action.name for action in hands] == ["pick", "lay", "pick", "lay"]
     grasps = [action.args[2] for action in hands]
     assert grasps[0] == grasps[1] != grasps[2] == grasps[3]
     assert hands[1].args[1] == hands[2].args[1] != attempt.workspace.goals["block"]

@@ -74,4 +74,4 @@ def test_a_coin_has_no_face_from_which_it_could_be_turned_over():
     coin = Object("coin", Cylinder(0.035, 0.02), Pose((0.05, 0.2, 0.011)), goal)
     found, reasons = regrasps(workspace_of(coin), "coin")
     assert not found
-    assert reasons == ["coin has no face to stand on with room for the hands of both grasps"]
+    assert reasons == ["coin has no face to rest on with room for the hands of both grasps"]
