@@ -7,6 +7,7 @@ import pytest
 import tamp
 from tamp.checking import check
 from tamp.task import Box, Fall, Object, Pose
+from tests.checking.mutations import FALLS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -112,3 +113,20 @@ def test_a_falling_block_is_not_let_go_over_the_wall(corner, drop):
     brick = Object("brick", Box((0.02, 0.02, 0.01)), Pose((*drop.goals["block"].xyz[:2], 0.04)))
     crowded = replace(corner, objects=(*corner.objects, brick))
     assert "into brick" in said(crowded, replace(drop, start={**drop.start, "brick": brick.pose}))
+
+
+@pytest.mark.parametrize("mutation", FALLS, ids=lambda mutation: mutation.__name__)
+def test_a_corrupted_fall_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    mutant = mutation(task, plan, np.random.default_rng(0))
+    assert wrong(*mutant) is not None
+    assert {problem.kind for problem in check(*mutant).problems} & set(FALLS[mutation])
+
+
+def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    assert wrong(task, plan) is None

@@ -1,12 +1,14 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tamp
 from tamp.checking import check
 from tamp.task import Box, Move, Object, Pose, Trajectory, load_robot
 from tamp.world.robot_model import robot_model
+from tests.checking.mutations import PUSHES
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "slide_box.yaml"
 
@@ -94,3 +96,20 @@ def test_what_stands_on_it_is_not_slid_along(task, plan):
     loaded = replace(task, objects=(*task.objects, rider))
     found = said(loaded, replace(plan, start={**plan.start, "rider": rider.pose}))
     assert "rider stands on box, which is taken away" in found
+
+
+@pytest.mark.parametrize("mutation", PUSHES, ids=lambda mutation: mutation.__name__)
+def test_a_corrupted_push_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    mutant = mutation(task, plan, np.random.default_rng(0))
+    assert wrong(*mutant) is not None
+    assert {problem.kind for problem in check(*mutant).problems} & set(PUSHES[mutation])
+
+
+def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    assert wrong(task, plan) is None

@@ -2,13 +2,23 @@
 
 A mutation takes a task, a valid plan and a random generator and returns the corrupted pair, or None where the plan
 gives it nothing to corrupt. `MUTATIONS` names them all with the kinds of problem that are the right reason for
-rejecting them: the checker must name at least one of those.
+rejecting them: the checker must name at least one of those. `PUSHES` and `FALLS` are more of them, for plans that push
+something along the table, or let something fall.
 """
 
 from __future__ import annotations
 
 from tests.checking.mutations.editing import Mutation
 from tests.checking.mutations.ends import goal_missed, other_home, stale_start, start_in_the_air
+from tests.checking.mutations.falls import (
+    another_falls,
+    fall_elsewhere,
+    fall_into_the_air,
+    fall_into_what_carries,
+    fall_up,
+    fall_upside_down,
+    never_fall,
+)
 from tests.checking.mutations.grips import (
     grasp_air,
     grasp_beside,
@@ -46,8 +56,17 @@ from tests.checking.mutations.places import (
     place_in_the_air,
     release_another,
 )
+from tests.checking.mutations.pushes import (
+    push_beside,
+    push_from_afar,
+    push_hastily,
+    push_loaded,
+    push_nothing,
+    push_over_the_edge,
+    push_through,
+)
 
-__all__ = ["MUTATIONS", "Mutation"]
+__all__ = ["FALLS", "MUTATIONS", "PUSHES", "Mutation"]
 
 MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     swap_actions: ("continuity", "precondition"),
@@ -83,4 +102,24 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     stop_early: ("goal",),
     closed_fingers: ("collision",),
     unknown_action: ("precondition",),
+}
+
+PUSHES: dict[Mutation, tuple[str, ...]] = {
+    push_beside: ("grasp",),
+    push_nothing: ("precondition",),
+    push_from_afar: ("push",),
+    push_through: ("collision",),
+    push_loaded: ("precondition",),
+    push_over_the_edge: ("support",),
+    push_hastily: ("push",),
+}
+
+FALLS: dict[Mutation, tuple[str, ...]] = {
+    fall_elsewhere: ("fall",),
+    fall_into_the_air: ("support",),
+    fall_into_what_carries: ("support", "fall"),
+    fall_up: ("fall", "support"),
+    fall_upside_down: ("fall",),
+    never_fall: ("precondition",),
+    another_falls: ("fall", "precondition"),
 }

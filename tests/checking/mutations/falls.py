@@ -1,0 +1,62 @@
+"""Corruptions of what falls after it was let go."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import Fall, Plan, Pose, Task
+from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, step_at, steps_of
+
+
+def fall_elsewhere(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    return _fallen(task, plan, rng, sideways(rng, 0.05, 0.2))
+
+
+def fall_into_the_air(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """It stops before it comes to rest."""
+    return _fallen(task, plan, rng, np.array([0.0, 0.0, rng.uniform(0.015, 0.1)]))
+
+
+def fall_into_what_carries(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    return _fallen(task, plan, rng, np.array([0.0, 0.0, -rng.uniform(0.012, 0.05)]))
+
+
+def fall_up(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    return _fallen(task, plan, rng, np.array([0.0, 0.0, rng.uniform(0.2, 0.4)]))
+
+
+def never_fall(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    where = choose(steps_of(plan, Fall), rng)
+    return None if where is None else (task, put(plan, where))
+
+
+def another_falls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    where = choose(steps_of(plan, Fall), rng)
+    if where is None:
+        return None
+    others = [o.name for o in task.objects if o.name != step_at(plan, where).object]
+    name = choose(others or ["nobody"], rng)
+    return task, put(plan, where, replace(step_at(plan, where), object=name))
+
+
+def fall_upside_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """It turns over in its fall."""
+    where = choose(steps_of(plan, Fall), rng)
+    if where is None:
+        return None
+    fall = step_at(plan, where)
+    over = Pose.from_rpy((0.0, 0.0, 0.0), (np.pi, 0.0, rng.uniform(-np.pi, np.pi)))
+    x, y, z = fall.pose.xyz
+    turned = over @ Pose((0.0, 0.0, 0.0), fall.pose.quat)
+    return task, put(plan, where, replace(fall, pose=Pose((x, y, z), turned.quat)))
+
+
+def _fallen(task: Task, plan: Plan, rng: np.random.Generator, by: np.ndarray) -> Pair | None:
+    """A fall that ends elsewhere than it does."""
+    where = choose(steps_of(plan, Fall), rng)
+    if where is None:
+        return None
+    fall = step_at(plan, where)
+    return task, put(plan, where, replace(fall, pose=shifted(fall.pose, by)))

@@ -1,0 +1,96 @@
+"""Corruptions of pushes along the table."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.checking.kinematics import read_kinematics
+from tamp.task import Box, Move, Object, Plan, Pose, Task, load_robot
+from tamp.task.mesh import parts
+from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, step_at, steps_of
+
+
+def push_beside(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The push begins elsewhere than where the object is."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    T = shifted(move.pushed.T_tool_object, sideways(rng, 0.008, 0.05))
+    return task, put(plan, where, replace(move, pushed=replace(move.pushed, T_tool_object=T)))
+
+
+def push_nothing(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    where = _push(plan, rng)
+    return None if where is None else (task, put(plan, where, replace(step_at(plan, where), pushed=None)))
+
+
+def push_from_afar(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The object lies where no finger is; task and plan agree on that."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    name, by = move.pushed.object, sideways(rng, 0.15, 0.25)
+    T = Pose(tuple(by)) @ plan.start[name]
+    away = plan.start[name].inverse() @ T
+    attached = replace(move.pushed, T_tool_object=move.pushed.T_tool_object @ away)
+    objects = tuple(replace(o, pose=T) if o.name == name else o for o in task.objects)
+    moved = put(plan, where, replace(move, pushed=attached))
+    return replace(task, objects=objects), replace(moved, start={**plan.start, name: T})
+
+
+def push_through(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Something stands where the object is pushed to."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    last = read_kinematics(load_robot(task.robot)).tool(move.trajectory.positions[-1:])[0]
+    end = (last @ move.pushed.T_tool_object.matrix)[:3, 3]
+    x, y, _ = end + sideways(rng, 0.0, 0.02)
+    return _with(task, plan, Object("peg", Box((0.03, 0.03, 0.06)), Pose((float(x), float(y), 0.03))))
+
+
+def push_loaded(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Something stands on what is pushed."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    name = step_at(plan, where).pushed.object
+    x, y, z = plan.start[name].xyz
+    dx, dy, _ = sideways(rng, 0.0, 0.02)
+    corners = np.concatenate([part.vertices for part in parts(task.object(name).shape)])
+    top = z + float((corners @ plan.start[name].matrix[2, :3]).max())
+    return _with(task, plan, Object("rider", Box((0.03, 0.03, 0.03)), Pose((x + dx, y + dy, top + 0.015))))
+
+
+def push_over_the_edge(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The table ends earlier than the plan thinks."""
+    if _push(plan, rng) is None:
+        return None
+    less = rng.uniform(0.1, 0.2)
+    length, width = task.table.size
+    return replace(task, table=replace(task.table, size=(length - less, width - less))), plan
+
+
+def push_hastily(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The hand stops as fast as no arm can, and as nothing would that is pushed."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    move, factor = step_at(plan, where), rng.uniform(6.0, 10.0)
+    t = move.trajectory
+    faster = replace(t, times=t.times / factor, velocities=t.velocities * factor)
+    return task, put(plan, where, replace(move, trajectory=faster))
+
+
+def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:
+    """Where a push is, or None."""
+    return choose([where for where in steps_of(plan, Move) if step_at(plan, where).pushed is not None], rng)
+
+
+def _with(task: Task, plan: Plan, thing: Object) -> Pair:
+    return replace(task, objects=(*task.objects, thing)), replace(plan, start={**plan.start, thing.name: thing.pose})

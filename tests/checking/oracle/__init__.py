@@ -1,0 +1,88 @@
+"""A slow judge of plans by brute force: Pinocchio's kinematics, every 10 ms, points in half-spaces. No cleverness.
+
+It shares nothing with the checker but the reading of meshes. It calls wrong only what is clearly wrong, well beyond the
+checker's tolerances: the checker must reject all that it calls wrong. A motion that it has looked at among the same
+bodies it does not look at again, so that of many mutants of one plan only what was changed costs time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tamp.task import Box, Fall, Grip, Move, Plan, Pose, Release, Step, Task
+from tests.checking.oracle.bodies import body_of, tool_at
+from tests.checking.oracle.bookkeeping import bookkeeping
+from tests.checking.oracle.falls import fall
+from tests.checking.oracle.pushes import push
+from tests.checking.oracle.world import World, arrive, between, goals, grip, let_go, rests, start, sweep
+
+
+@dataclass
+class Oracle:
+    """The judge, and what it found of motions so far: by their trajectory and all that stood around."""
+
+    swept: dict[bytes, str | None] = field(default_factory=dict)
+
+    def wrong(self, task: Task, plan: Plan) -> str | None:
+        """What is clearly wrong with a plan, or None."""
+        bodies = {o.name: body_of(o.shape) for o in task.objects}
+        bodies["table"] = body_of(Box((*task.table.size, task.table.thickness)))
+        poses = {name: pose.matrix for name, pose in plan.start.items()}
+        poses["table"] = Pose((*task.table.center, -task.table.thickness / 2)).matrix
+        quick, slow = (World(task, bodies, dict(poses), np.array(plan.home)) for _ in range(2))
+        return (
+            bookkeeping(plan)
+            or start(quick)
+            or self._replay(quick, plan, sweep=False)
+            or goals(quick, plan)
+            or self._replay(slow, plan, sweep=True)
+        )
+
+    def _replay(self, world: World, plan: Plan, sweep: bool) -> str | None:
+        """Grips, releases, falls and pushes, and with `sweep` everything on the way."""
+        for action in plan.actions:
+            for step in action.steps:
+                text = self._swept(world, step) if sweep and isinstance(step, Move) else None
+                text = text or _carried_out(world, step)
+                if text is not None:
+                    return f"{action}: {text}"
+            if action.name in ("place", "stack"):
+                text = "the hand stays round the object" if _is_round(world, action.arguments[0]) else None
+                text = text or rests(world, action.arguments[0])
+                if text is not None:
+                    return f"{action}: {text}"
+        return None
+
+    def _swept(self, world: World, move: Move) -> str | None:
+        arrays = (move.trajectory.times, move.trajectory.positions, move.trajectory.velocities, *world.poses.values())
+        shapes = [(thing.name, thing.shape) for thing in world.task.objects]
+        words = repr((move.phase, move.opening, move.held, move.pushed, list(world.poses), shapes, world.task.table))
+        key = hashlib.sha256(words.encode() + b"".join(array.tobytes() for array in arrays)).digest()
+        if key not in self.swept:
+            self.swept[key] = sweep(world, move)
+        return self.swept[key]
+
+
+def _carried_out(world: World, step: Step) -> str | None:
+    """Carry a step out; what is clearly wrong with it, or None."""
+    if isinstance(step, Grip):
+        return grip(world, step)
+    if isinstance(step, Release):
+        return let_go(world, step)
+    if isinstance(step, Fall):
+        return fall(world, step)
+    text = push(world, step)
+    arrive(world, step)
+    return text
+
+
+def _is_round(world: World, name: str) -> bool:
+    return bool(len(between(world, name, tool_at(world.q))))
+
+
+def wrong(task: Task, plan: Plan) -> str | None:
+    """What is clearly wrong with one plan, or None."""
+    return Oracle().wrong(task, plan)

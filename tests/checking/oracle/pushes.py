@@ -1,0 +1,42 @@
+"""What is clearly wrong with an object that is pushed along the table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tamp.task import Move
+from tests.checking.oracle.bodies import links_along, meets, robot, tool_at
+from tests.checking.oracle.world import World, rests
+
+REACH = 0.01  # a finger farther than this from an object does not push it [m]
+LIFTED = 0.01  # [m]
+
+
+def push(world: World, move: Move) -> str | None:
+    """The object goes where the hand takes it; why it does not, or None."""
+    if move.pushed is None:
+        return None
+    name, T_tool_object = move.pushed.object, move.pushed.T_tool_object.matrix
+    before, q = world.poses[name], move.trajectory.positions
+    claimed = tool_at(q[0]) @ T_tool_object
+    if np.linalg.norm(claimed[:3, 3] - before[:3, 3]) > 0.006:
+        return f"{name} is not where the push begins"
+    riders = [other for other in world.others(name, "table") if rests(world, other) is None]
+    fingers, ahead = _fingers(world, move, name), tool_at(q[-1]) @ T_tool_object
+    if not fingers:
+        return f"no finger is at {name}"
+    if abs(ahead[2, 3] - before[2, 3]) > LIFTED:
+        return f"{name} leaves the table"
+    world.poses[name] = ahead
+    return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
+
+
+def _fingers(world: World, move: Move, name: str) -> list[str]:
+    """The fingers that are at an object as a push begins: moved a little ahead they would be in it."""
+    tool = [tool_at(q) for q in move.trajectory.positions[[0, -1]]]
+    way = tool[1][:3, 3] - tool[0][:3, 3]
+    placed, _ = links_along(move.trajectory.positions[:1], move.opening)
+    shift = np.eye(4)
+    shift[:3, 3] = REACH * way / max(np.linalg.norm(way), 1e-9)
+    body, T = world.bodies[name], world.poses[name]
+    return [f for f in robot()[0].gripper.fingers if meets(robot()[2][f], shift @ placed[f], body, T, 0.0)]

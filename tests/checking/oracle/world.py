@@ -1,0 +1,143 @@
+"""The world while a plan is replayed, and what may be wrong with each of its steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from tamp.task import At, Grip, Move, Plan, Release, Task, Trajectory
+from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at
+
+STEP = 0.01  # [s]
+INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
+TOUCHING = 0.008  # ... and so deep where the two may touch
+ALLOWED = {
+    "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
+}  # fmt: skip
+
+
+@dataclass
+class World:
+    """Where everything is while the plan is replayed."""
+
+    task: Task
+    bodies: dict[str, Body]
+    poses: dict[str, np.ndarray]
+    q: np.ndarray
+    held: tuple[str, np.ndarray] | None = None
+
+    def others(self, *but: str) -> dict[str, np.ndarray]:
+        held = self.held[0] if self.held else None
+        return {name: T for name, T in self.poses.items() if name not in (*but, held)}
+
+
+def start(world: World) -> str | None:
+    for thing in world.task.objects:
+        if np.linalg.norm(world.poses[thing.name][:3, 3] - thing.pose.xyz) > 0.27:
+            return f"{thing.name} starts elsewhere"
+    for a, b in combinations(sorted(world.poses), 2):
+        if depth(world.bodies[a], world.poses[a], world.bodies[b], world.poses[b]) > TOUCHING:
+            return f"{a} starts inside {b}"
+    return None
+
+
+def arrive(world: World, move: Move) -> None:
+    world.q = move.trajectory.positions[-1]
+    if world.held:
+        world.poses[world.held[0]] = tool_at(world.q) @ world.held[1]
+
+
+def _hermite(t: Trajectory) -> np.ndarray:
+    from scipy.interpolate import CubicHermiteSpline
+
+    times = np.append(np.arange(0.0, t.times[-1], STEP), t.times[-1])
+    return CubicHermiteSpline(t.times, t.positions, t.velocities)(times)
+
+
+def sweep(world: World, move: Move) -> str | None:
+    """What the arm meets, or what it carries or pushes along, or None."""
+    placed, tool = links_along(_hermite(move.trajectory), move.opening)
+    fingers = ("panda_hand", *robot()[0].gripper.fingers)
+    taken = move.pushed.object if move.pushed is not None else None
+    others = world.others(*([taken] if taken else []))
+    carried = {name: tool @ T for name, T in ([world.held] if world.held else [])}
+    if move.pushed is not None:
+        carried[taken] = tool @ move.pushed.T_tool_object.matrix
+    limit = TOUCHING if ALLOWED[move.phase] else INSIDE
+    for other, T in others.items():
+        for link, body in robot()[2].items():
+            near = ALLOWED[move.phase] and other != "table" and link in fingers
+            if (other, link) != ("table", "panda_link0") and meets(
+                body, placed[link], world.bodies[other], T, TOUCHING if near else INSIDE
+            ):
+                return f"{link} in {other}"
+        for name, poses in carried.items():
+            if meets(world.bodies[name], poses, world.bodies[other], T, limit):
+                return f"{name} in {other}"
+    return None
+
+
+def between(world: World, name: str, tool: np.ndarray) -> np.ndarray:
+    """Surface points of an object between the pads, along the closing axis [m]."""
+    gripper = robot()[0].gripper
+    T = np.linalg.inv(tool) @ world.poses[name]
+    points = world.bodies[name].points @ T[:3, :3].T + T[:3, 3]
+    along = points @ np.array(gripper.axis)
+    across = points @ np.cross((0.0, 0.0, 1.0), gripper.axis)
+    inside = (np.abs(across) < gripper.pad[1] / 2 - 0.002) & (np.abs(points[:, 2]) < gripper.pad[2] / 2 - 0.002)
+    return along[inside & (np.abs(along) < gripper.stroke / 2)]
+
+
+def grip(world: World, grip: Grip) -> str | None:
+    name = grip.attachment.object
+    tool = tool_at(world.q)
+    claimed = tool @ grip.attachment.T_tool_object.matrix
+    if np.linalg.norm(claimed[:3, 3] - world.poses[name][:3, 3]) > 0.004 + 0.03 * world.bodies[name].radius:
+        return "the object is not where the grip says"
+    found = between(world, name, tool)
+    if len(found) and max(found.max() - grip.width / 2, -grip.width / 2 - found.min()) > 0.006:
+        return "the fingers close into the object"
+    world.held = (name, grip.attachment.T_tool_object.matrix)
+    return None
+
+
+def let_go(world: World, release: Release) -> str | None:
+    """The fingers open, wherever that is."""
+    if np.linalg.norm(release.pose.matrix[:3, 3] - world.poses[release.object][:3, 3]) > 0.02:
+        return "released elsewhere than it stands"
+    world.held = None
+    world.poses[release.object] = release.pose.matrix
+    return None
+
+
+def rests(world: World, name: str) -> str | None:
+    """Why an object cannot rest where it is, or None."""
+    body, T = world.bodies[name], world.poses[name]
+    lower = T.copy()
+    lower[2, 3] -= 0.010
+    carried = [o for o, at in world.others(name).items() if depth(body, lower, world.bodies[o], at) > 0.001]
+    if not carried:
+        return f"{name} is left in the air"
+    if carried == ["table"]:
+        (x, y), table = (body.points @ T[:3, :3].T + T[:3, 3]).mean(axis=0)[:2], world.task.table
+        outside = max(abs(x - table.center[0]) - table.size[0] / 2, abs(y - table.center[1]) - table.size[1] / 2)
+        if outside > 0.01:
+            return f"{name} is left over the edge of the table"
+    return None
+
+
+def goals(world: World, plan: Plan) -> str | None:
+    regions = {region.name: region for region in world.task.regions}
+    for thing in world.task.objects:
+        T, body = world.poses[thing.name], world.bodies[thing.name]
+        if isinstance(thing.goal, At):
+            if thing.name not in plan.goals or np.linalg.norm(T[:3, 3] - thing.goal.pose.xyz) > 0.04:
+                return f"{thing.name} misses its goal"
+        elif thing.goal is not None and thing.goal.target in regions:
+            region, points = regions[thing.goal.target], body.points @ T[:3, :3].T + T[:3, 3]
+            low, high = (side(points[:, :2], axis=0) - region.center for side in (np.min, np.max))
+            if (np.abs(low + high) / 2 > np.array(region.size) / 2 + 0.005).any():
+                return f"{thing.name} misses its region"
+    return None
