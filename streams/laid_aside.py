@@ -20,7 +20,7 @@ from tamp.streams.placements import put_aside
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.slides import slidable
-from tamp.streams.values import Grasp, Placement
+from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
 from tamp.task import Pose
 
@@ -47,26 +47,27 @@ def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[
     Grasps by which the hand meets nothing that stands there by then come first.
     """
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
-    key = ("grasps at", obj, start, str(context.rng.bit_generator.state))
     free, blocked = list[Grasp](), list[Grasp]()
-    for grasp in islice(recalled(context, key, lambda first: grasps_at(first, obj, [start])), LOOKED_AT):
-        hits = _hits(context, obj, start, grasp, around)
-        if hits is not None:
-            (blocked if hits else free).append(grasp)
-        if hits == {}:
-            yield from _laid(context, obj, grasp)
+    key = ("taking", obj, start, str(context.rng.bit_generator.state))
+    for handling in recalled(context, key, lambda first: _taking(first, obj, start)):
+        if handling_hits(context.scene, handling, around):
+            blocked.append(handling.grasp)
+        else:
+            free.append(handling.grasp)
+            yield from _laid(context, obj, handling.grasp)
     for _ in range(ROUNDS):
         for grasp in [*free, *blocked]:
             yield from _laid(context, obj, grasp)
 
 
-def _hits(
-    context: Context, obj: str, start: Placement, grasp: Grasp, around: dict[str, Placement]
-) -> dict[str, str] | None:
-    """What the arm would hit while it takes an object up, in words; None where it does not reach it."""
-    found = inverse_kinematics(_detached(context), obj, start, grasp)
-    handling = next((handling for _, _, handling in found), None)
-    return None if handling is None else handling_hits(context.scene, handling, around)
+def _taking(context: Context, obj: str, start: Placement) -> Iterator[Handling | None]:
+    """One handling for each grasp by which the arm reaches an object, were nothing else on the table.
+
+    None stands for work done without one.
+    """
+    for grasp in islice(grasps_at(context, obj, [start]), LOOKED_AT):
+        found = inverse_kinematics(_detached(context), obj, start, grasp) if grasp is not None else iter(())
+        yield next((handling for _, _, handling in found), None)
 
 
 def _laid(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:

@@ -1,12 +1,11 @@
 """The order in which goals are reached, and who has to step aside for them.
 
 Goals are committed one after the other: each is planned from the state that the plan so far leaves, with all goals
-reached before. First only the object itself may move, which costs little to try and finds the order in which nobody
-has to step aside; where nothing goes that way any more, others may be put aside too, with growing effort. Whatever
-brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others
-out of the way is regrasped where that helps, and else left for last: a task is never abandoned because of one object.
-What is left in the end, and what would have stood on it, is at least brought near its goal. What puts more aside than
-it gains is not done.
+reached before. First only the object itself may move, which costs little and finds the order in which nobody has to
+step aside; where nothing goes that way any more, others may be put aside too, with growing effort, and first where the
+fewest are in the way. Whatever brings one goal further lets all others try cheaply again. An object that cannot reach
+its goal even with all others out of the way is regrasped where that helps, and else left for last. What is left in the
+end, and what would have stood on it, is at least brought near its goal. What puts more aside than it gains is not done.
 """
 
 from __future__ import annotations
@@ -19,9 +18,11 @@ from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
 from tamp.pipeline.nearness import bring_near
+from tamp.pipeline.obstacles import in_the_way
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
 from tamp.planning import Report
+from tamp.streams.laid_aside import lies_flat
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Effort:
     hopeless_too: bool = False
 
 
-EFFORTS = (Effort(4, False), Effort(5, True), Effort(12, True))
+EFFORTS = (Effort(4, False), Effort(8, True), Effort(12, True))
 LAST = (Effort(30, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
 ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
 GOALS_SHARE = 0.7  # of the time goes to goals, the rest to what is left
@@ -131,7 +132,8 @@ class Ordering:
     def _sweep(self, effort: Effort) -> bool:
         """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
         progress = False
-        for name in supports_first(self._asker.workspace, list(self.left)):
+        names = supports_first(self._asker.workspace, list(self.left))
+        for name in self._clearest_first(names) if effort.others_move else names:
             if self._asker.late:
                 break
             if self._try(name, effort):
@@ -139,6 +141,11 @@ class Ordering:
                 if effort.others_move:
                     break
         return progress
+
+    def _clearest_first(self, names: Sequence[str]) -> list[str]:
+        asker, samplers = self._asker, self.progress.now.samplers
+        seed, deadline = asker.drawn_seed, asker.deadline
+        return sorted(names, key=lambda name: len(in_the_way(asker.workspace, name, samplers, seed, deadline)))
 
     def _try(self, name: str, effort: Effort) -> bool:
         """Plan for one more goal; whether it was reached."""
@@ -186,6 +193,8 @@ class Ordering:
     def _regrasp_helps(self, name: str) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
         workspace = alone(self._asker.workspace, name)
-        if name in workspace.goals and self._asker.ask(workspace, ALONE, {name}, regrasped={name}).plan is not None:
+        # Wherever what lies flat is put down in between, no hand takes it up again.
+        able = name in workspace.goals and not lies_flat(workspace, name)
+        if able and self._asker.ask(workspace, ALONE, {name}, regrasped={name}).plan is not None:
             self._regrasped.add(name)
         return name in self._regrasped
