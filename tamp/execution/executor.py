@@ -13,13 +13,14 @@ from functools import cached_property
 import numpy as np
 
 from tamp.errors import PlanError
+from tamp.execution.carrying import can_carry
 from tamp.execution.monitor import Monitor
 from tamp.execution.operator import Operator
 from tamp.execution.performer import Performer
 from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Status
 from tamp.execution.recovery import way_out
 from tamp.execution.simulator import STEP, Simulator
-from tamp.task import Move, Plan, Pose, Task, load_robot
+from tamp.task import Attachment, Move, Plan, Pose, Step, Task, load_robot
 from tamp.world.geometry import load_geometry
 from tamp.world.robot_model import robot_model
 from tamp.world.timing import time_path
@@ -48,7 +49,7 @@ class Executor:
         self._task = task
         self._simulator = simulator
         self._operator = Operator(simulator)
-        self._performer = Performer(simulator, self._operator, monitor)
+        self._performer = Performer(simulator, self._operator, monitor, self._can_carry)
         self._frames: list[Frame] = []
         if frame_s is not None:
             self._record(max(1, round(frame_s / STEP)))
@@ -85,8 +86,8 @@ class Executor:
         """Run a plan to its end, or until something is off by more than the monitor tolerates.
 
         A disturbed object stops the plan once the hand is empty: what is held is put down first. An object that the
-        fingers missed or lost stops it at once, and so does one that turned between them as it was lifted: it is put
-        back. After a stop the hand is drawn out of what it touches.
+        fingers missed or lost stops it at once, and so does one that turned between them as it was lifted and would
+        now meet others on its way: it is put back. After a stop the hand is drawn out of what it touches.
 
         Raises:
             PlanError: where the plan is for other objects, or starts from another arm configuration.
@@ -97,8 +98,9 @@ class Executor:
         log: list[ActionLog] = []
         stop: Deviation | None = None
         status: Status = "done"
-        for action in plan.actions:
-            entry, lost = self._performer.perform(action, expected)
+        for index, action in enumerate(plan.actions):
+            after = [step for later in plan.actions[index + 1 :] for step in later.steps]
+            entry, lost = self._performer.perform(action, expected, after)
             log.append(entry)
             if lost is not None or (entry.deviations and self._operator.held is None):
                 stop, status = lost or entry.deviations[0], "deviated"
@@ -127,6 +129,10 @@ class Executor:
         off = np.abs(np.array(plan.home) - self._operator.robot.configuration()).max()
         if off > START_TOLERANCE:
             raise PlanError(f"the plan starts {off:.3f} rad from where the arm stands; {START_TOLERANCE} is tolerated")
+
+    def _can_carry(self, held: Attachment, steps: Sequence[Step]) -> bool:
+        """Whether what is held meets nothing on its way, as it lies in the hand now."""
+        return can_carry(self._world, self.poses(), held, steps)
 
     def _draw_out(self) -> None:
         """Move the empty hand away from what it is too near to plan from."""

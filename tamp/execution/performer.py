@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from tamp.execution.monitor import Monitor
@@ -11,10 +11,13 @@ from tamp.execution.operator import Operator
 from tamp.execution.record import ActionLog, Deviation
 from tamp.execution.recovery import undone
 from tamp.execution.simulator import Simulator
-from tamp.task import Action, Fall, Grip, Move, Pose, Release, Step
+from tamp.task import Action, Attachment, Fall, Grip, Move, Pose, Release, Step
 
 PUT_BACK = 2
-"""How often an object that turns or slides in the fingers is put back where it was; after that it is carried so."""
+"""How often an object that turns or slides in the fingers, and would then meet others, is put back where it was.
+
+After that it is carried so.
+"""
 
 DRAWING_BACK = ("lift", "retreat")
 """What is still done of an action whose object is lost."""
@@ -38,18 +41,29 @@ class Performer:
         simulator: the world.
         operator: works its robot.
         monitor: when something counts as off; None never says so.
+        can_carry: whether what is held can be carried on as it lies in the hand while further steps are done.
     """
 
-    def __init__(self, simulator: Simulator, operator: Operator, monitor: Monitor | None) -> None:
+    def __init__(
+        self,
+        simulator: Simulator,
+        operator: Operator,
+        monitor: Monitor | None,
+        can_carry: Callable[[Attachment, Sequence[Step]], bool],
+    ) -> None:
         self._simulator, self._operator, self._monitor = simulator, operator, monitor
+        self._can_carry = can_carry
         self._put_back: Counter[str] = Counter()
 
-    def perform(self, action: Action, expected: dict[str, Pose]) -> tuple[ActionLog, Deviation | None]:
+    def perform(
+        self, action: Action, expected: dict[str, Pose], after: Sequence[Step] = ()
+    ) -> tuple[ActionLog, Deviation | None]:
         """Carry out an action.
 
         Args:
             action: what to do.
             expected: object -> pose (world frame) as the plan has it; brought up to date.
+            after: the steps of the actions that come after it.
 
         Returns:
             The entry in the log, and the deviation that ends the plan at once, the hand being empty; None where it
@@ -65,7 +79,7 @@ class Performer:
             self._step(step, tally)
             if tally.attempted and not proven and isinstance(step, Move) and self._operator.held is not None:
                 tally.succeeded, proven = tally.succeeded + 1, True
-                if self._is_put_back(action.steps[: index + 1], start, tally):
+                if self._is_put_back(action.steps[: index + 1], (*action.steps[index + 1 :], *after), start, tally):
                     break
         poses = self._simulator.poses()
         deviations = (*self._slipped(), *self._misplaced(tally, poses))
@@ -92,15 +106,17 @@ class Performer:
                 tally.placed.append(step.pushed.object)
             tally.lost = tally.lost or self._operator.lost()
 
-    def _is_put_back(self, steps: Sequence[Step], start: dict[str, Pose], tally: _Tally) -> bool:
+    def _is_put_back(self, steps: Sequence[Step], ahead: Sequence[Step], start: dict[str, Pose], tally: _Tally) -> bool:
         """Take back a grip after which the object turned or slid between the fingers; whether it did.
 
-        Carried on like this it would sweep through what the plan holds to be free.
+        That is done where, carried on like this, it would sweep through what the plan holds to be free.
         """
         slipped = self._slipped()
         if not slipped or self._put_back[slipped[0].object] == PUT_BACK:
             return False
         name = slipped[0].object
+        if self._can_carry(Attachment(name, self._operator.in_tool(name)), ahead):
+            return False
         self._put_back[name] += 1
         for step in undone(steps, start[name]):
             self._step(step, tally)

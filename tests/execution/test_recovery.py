@@ -50,9 +50,10 @@ def test_a_pick_is_taken_back_step_by_step():
     assert isinstance(grip, Grip) and release.opening == approach.opening
 
 
-def test_what_turns_in_the_fingers_is_put_back_and_only_so_often():
+def test_what_turns_in_the_fingers_and_is_in_the_way_is_put_back_and_only_so_often(monkeypatch):
     """A monitor for whom whatever is held has slipped."""
     task = Task("one", (BLOCK,))
+    monkeypatch.setattr("tamp.execution.executor.can_carry", lambda *_: False)
     with open_execution(task, settle(task).poses, monitor=Monitor(slip=-1.0)) as execution:
         for attempt in range(PUT_BACK + 1):
             hand = HandPlanner(task, execution.poses(), q=execution.configuration())
@@ -65,6 +66,14 @@ def test_what_turns_in_the_fingers_is_put_back_and_only_so_often():
                 assert [entry.name for entry in run.log] == ["pick(block)"]
                 assert math.dist(run.final_poses["block"].xyz, BLOCK.pose.xyz) < 0.003
     assert run.status == "done"
+    assert math.dist(run.final_poses["block"].xyz, GOAL.xyz) < 0.003
+
+
+def test_what_turns_in_the_fingers_but_meets_nothing_is_carried_on():
+    task = Task("one", (BLOCK,))
+    run = execute(task, planned(task, "block", GRASP, 0.05, GOAL), monitor=Monitor(slip=-1.0))
+    assert run.status == "done"
+    assert run.log[0].deviations[0].kind == "slipped"
     assert math.dist(run.final_poses["block"].xyz, GOAL.xyz) < 0.003
 
 

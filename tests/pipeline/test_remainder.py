@@ -89,7 +89,7 @@ def test_a_run_goes_on_with_the_rest_and_corrects_in_the_end(monkeypatch):
     """The first object is made to end 15 mm beside its goal, as if somebody had nudged it."""
     true, nudged, searches, search = Performer.perform, [], [], Planning.run
 
-    def perform(self, action, expected):
+    def perform(self, action, expected, after):
         if action.name == "move" and not action.arguments and len(expected) == 2 and searches and not nudged:
             placed = [name for name, pose in expected.items() if pose.xyz[1] < 0]
             if placed:
@@ -98,7 +98,7 @@ def test_a_run_goes_on_with_the_rest_and_corrects_in_the_end(monkeypatch):
                 position, turn = pybullet.getBasePositionAndOrientation(body.id, physicsClientId=client)
                 aside = (position[0] - 0.015, *position[1:])
                 pybullet.resetBasePositionAndOrientation(body.id, aside, turn, physicsClientId=client)
-        return true(self, action, expected)
+        return true(self, action, expected, after)
 
     def counted(self, **options):
         searches.append(self)
