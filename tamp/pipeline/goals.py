@@ -47,6 +47,26 @@ def supports_first(workspace: Workspace, names: Sequence[str]) -> list[str]:
     return sorted(names, key=height)
 
 
+def farthest_first(workspace: Workspace, names: Collection[str]) -> list[str]:
+    """Objects with goal poses, those farthest from theirs (EDE) first, each after those that its goal rests on."""
+    order: list[str] = []
+
+    def away(name: str) -> float:
+        obj = workspace.task.object(name)
+        return ede(mean_edge(obj.shape), workspace.start[name].pose, workspace.goals[name].pose)
+
+    def add(name: str, above: tuple[str, ...] = ()) -> None:
+        for lower in goal_supports(workspace, name):
+            if lower in names and lower not in above:
+                add(lower, (*above, name))
+        if name not in order:
+            order.append(name)
+
+    for name in sorted(names, key=lambda name: (-away(name), name)):
+        add(name)
+    return order
+
+
 def asking_for(workspace: Workspace, names: Collection[str]) -> Workspace:
     """The workspace in which only the goals of some objects are asked for.
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import islice
 
 from tamp.pipeline.asking import Asker
-from tamp.pipeline.goals import asking_for, supports_first
+from tamp.pipeline.goals import asking_for, farthest_first
 from tamp.pipeline.gripping import Grips
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import Context
@@ -25,12 +25,14 @@ ITERATIONS = 4  # of the stream planner for one place
 def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> bool:
     """Put each of some objects to the best second-best place that it reaches; whether any was brought nearer.
 
+    Those that are farthest from their goals have most to gain and come first: time may run out.
+
     Args:
         asker: the plan so far, which grows.
         names: objects whose goals are poses.
         kept: objects that must stay at their goals.
     """
-    moved = [_bring_near(asker, name, kept) for name in supports_first(asker.workspace, sorted(names))]
+    moved = [_bring_near(asker, name, kept) for name in farthest_first(asker.workspace, names)]
     return any(moved)
 
 

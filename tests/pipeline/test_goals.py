@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from tamp.pipeline.goals import alone
+from tamp.pipeline.goals import alone, farthest_first
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose
 from tests.streams.tables import workspace_of
@@ -25,3 +25,12 @@ def test_what_an_object_shall_rest_on_stands_where_it_shall_be():
     only = alone(replace(workspace, goals=goals), "block")
     assert only.start == {"block": workspace.start["block"], "tray": goals["tray"]}
     assert only.goals == {"block": goals["block"], "tray": goals["tray"]}
+
+
+def test_the_farthest_from_its_goal_comes_first_but_after_what_that_rests_on():
+    tray = replace(TRAY, goal=At(Pose((0.02, -0.3, 0.01))))
+    workspace = workspace_of(tray, BLOCK, CUBE)
+    goals = {**workspace.goals, "block": Placement(workspace.goals["block"].pose, ("tray",))}
+    workspace = replace(workspace, goals=goals)
+    assert farthest_first(workspace, {"tray", "block", "cube"}) == ["tray", "block", "cube"]
+    assert farthest_first(workspace, {"tray", "cube"}) == ["cube", "tray"]
