@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from itertools import islice
-from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +27,7 @@ from tamp.streams.clearance import (
 )
 from tamp.streams.closing import closed
 from tamp.streams.falls import letting_go
+from tamp.streams.holding import FIRM, second_best
 from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
 from tamp.streams.recall import recalled
 from tamp.streams.slides import slidable
@@ -45,7 +45,6 @@ ENOUGH = 40  # clear grasps after which no further round is needed
 SIEVED = 600  # pinches looked at closely in one round
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
-FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
 FALLING = 10.0  # cost of a grasp from which the object falls straight, for each metre
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
 
@@ -193,7 +192,7 @@ def _reachable_first(
 ) -> Iterator[Grasp | None]:
     """Yield grasps that the arm can reach at every placement as they come; afterwards those of one only.
 
-    Those in which the object would turn come between them, the one in which it turns least first.
+    Those in which the object would turn come between them, see `second_best`.
     """
     partly: list[Grasp] = []
     loose: list[tuple[float, Grasp]] = []
@@ -209,8 +208,7 @@ def _reachable_first(
             yield grasp
             continue
         yield None
-    yield from (grasp for _, grasp in sorted(loose, key=itemgetter(0)))
-    yield from partly
+    yield from second_best(workspace, obj, places[0], loose, partly)
 
 
 def _reached(context: Context, workspace: Workspace, obj: str, place: Placement, grasp: Grasp) -> bool:
