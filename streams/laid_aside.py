@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from itertools import islice
+from math import dist
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,17 +72,23 @@ def _taking(context: Context, obj: str, start: Placement) -> Iterator[Handling |
 
 
 def _laid(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:
-    """A grasp and the first of a few places where the arm can lay the object down by it."""
-    faces = resting(context.scene, obj)
-    for _ in range(TRIES):
+    """A grasp and, of a few places where the arm can lay the object down by it, that which is nearest to its goal."""
+    for place in _places(context, obj):
         if time.monotonic() > context.deadline:
             return
-        R = faces[int(context.rng.integers(len(faces)))]
-        place = put_aside(context, obj, _turned(R, context.rng.uniform(-np.pi, np.pi)))
-        if place is not None and next(plan_laying(_detached(context), obj, place, grasp), None) is not None:
+        if next(plan_laying(_detached(context), obj, place, grasp), None) is not None:
             yield grasp, place
             return
     context.fail(f"no place was found where the arm can lay {obj} down")
+
+
+def _places(context: Context, obj: str) -> list[Placement]:
+    """A few places out of the way, those nearest to the object's goal first: it may have to stay there."""
+    faces, goal = resting(context.scene, obj), context.scene.goals.get(obj)
+    turns = (faces[int(context.rng.integers(len(faces)))] for _ in range(TRIES))
+    drawn = (put_aside(context, obj, _turned(R, context.rng.uniform(-np.pi, np.pi))) for R in turns)
+    places = [place for place in drawn if place is not None]
+    return places if goal is None else sorted(places, key=lambda place: dist(place.pose.xyz, goal.pose.xyz))
 
 
 def _detached(context: Context) -> Detached:

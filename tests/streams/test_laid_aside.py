@@ -1,5 +1,8 @@
+from dataclasses import replace
 from itertools import islice
+from math import dist
 
+import numpy as np
 import pytest
 
 from tamp.streams.collisions import handling_hits
@@ -7,6 +10,7 @@ from tamp.streams.footing import stands
 from tamp.streams.laid_aside import lies_flat, sample_laid_aside
 from tamp.streams.laying import plan_laying
 from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.values import Placement
 from tamp.task import Box, Cylinder, Object, Pose
 from tests.streams.tables import CUBE, RED, ToldContext, at, workspace_of
 
@@ -48,3 +52,15 @@ def test_the_place_is_on_the_table_and_apart_from_all_others(workspace, samples)
         for name in ("block", "red", "cube"):
             other = workspace.start[name].pose.matrix
             assert workspace.world.separation("disc", place.pose.matrix, name, other) > 0.0
+
+
+def test_it_is_laid_nearer_to_its_goal_than_chance_would_have_it(workspace, samples):
+    goal = Placement(Pose((0.15, -0.35, 0.011)), ("table",))
+    aiming = replace(workspace, goals={**workspace.goals, "disc": goal})
+    context = ToldContext(aiming, bound=tuple(at(*item) for item in aiming.start.items()))
+    aimed = list(islice(sample_laid_aside(context, "disc", aiming.start["disc"]), 3))
+
+    def distance(found):
+        return np.mean([dist(place.pose.xyz, goal.pose.xyz) for _, place in found])
+
+    assert distance(aimed) < distance(samples)
