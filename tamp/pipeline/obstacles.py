@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 from typing import Any
 
@@ -13,6 +13,13 @@ from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 
 LOOKED_AT = 12  # grasps of an object
+
+
+def clearest_first(
+    workspace: Workspace, names: Sequence[str], samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+) -> list[str]:
+    """The names, those of objects for which the fewest others have to leave first; arguments as of `in_the_way`."""
+    return sorted(names, key=lambda name: len(in_the_way(workspace, name, samplers, seed, deadline)))
 
 
 def in_the_way(

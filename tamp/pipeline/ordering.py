@@ -18,7 +18,7 @@ from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
 from tamp.pipeline.nearness import bring_near
-from tamp.pipeline.obstacles import in_the_way
+from tamp.pipeline.obstacles import clearest_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
 from tamp.planning import Report
@@ -43,7 +43,8 @@ class Effort:
 EFFORTS = (Effort(4, False), Effort(8, True), Effort(12, True))
 LAST = (Effort(30, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
 ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
-GOALS_SHARE = 0.7  # of the time goes to goals, the rest to what is left
+FIRST_SHARE = 0.35  # of the time goes to the try for all goals at once at most
+GOALS_SHARE = 0.7  # of the rest goes to goals, what remains to what is left
 UNLIMITED = 1_000_000
 ALL_AT_ONCE = 8  # iterations of the first try; where all goals can be planned together, the plan is short
 
@@ -85,11 +86,13 @@ class Ordering:
         Args:
             persistent: whether all goals at once are sought until time is up where some are left.
         """
-        begin = self.progress.now
-        if self._all_at_once(ALL_AT_ONCE):
-            return
-        if not persistent:
+        begin, final = self.progress.now, self._asker.deadline
+        self._asker.deadline = time.monotonic() + FIRST_SHARE * (final - time.monotonic())
+        reached = self._all_at_once(ALL_AT_ONCE)
+        self._asker.deadline = final
+        if not reached and not persistent:
             self._come_near()
+        if reached or not persistent:
             return
         self._climb((*EFFORTS, *LAST))
         if self.left:
@@ -131,21 +134,18 @@ class Ordering:
 
     def _sweep(self, effort: Effort) -> bool:
         """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
-        progress = False
-        names = supports_first(self._asker.workspace, list(self.left))
-        for name in self._clearest_first(names) if effort.others_move else names:
-            if self._asker.late:
+        asker, progress = self._asker, False
+        workspace, samplers = asker.workspace, self.progress.now.samplers
+        names = supports_first(workspace, list(self.left))
+        if effort.others_move:
+            names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
+        for name in names:
+            if asker.late:
                 break
-            if self._try(name, effort):
-                progress = True
-                if effort.others_move:
-                    break
+            progress |= self._try(name, effort)
+            if progress and effort.others_move:
+                break
         return progress
-
-    def _clearest_first(self, names: Sequence[str]) -> list[str]:
-        asker, samplers = self._asker, self.progress.now.samplers
-        seed, deadline = asker.drawn_seed, asker.deadline
-        return sorted(names, key=lambda name: len(in_the_way(asker.workspace, name, samplers, seed, deadline)))
 
     def _try(self, name: str, effort: Effort) -> bool:
         """Plan for one more goal; whether it was reached."""

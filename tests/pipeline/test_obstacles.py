@@ -1,7 +1,7 @@
 import math
 
 from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.obstacles import in_the_way
+from tamp.pipeline.obstacles import clearest_first, in_the_way
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import no_grasp
@@ -43,3 +43,13 @@ def test_who_leaves_the_hand_no_room_is_in_the_way():
 
 def test_where_nobody_knows_a_grasp_all_others_may_be_in_the_way():
     assert obstacles(RED, FAR, samplers={"sample-grasp": no_grasp}) == {"far"}
+
+
+def test_what_has_nothing_in_its_way_comes_first():
+    setup = prepare(Task("obstacles", (RED, TOP, FAR)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    assert clearest_first(attempt.workspace, ["red", "top", "far"], attempt.samplers, 0, math.inf) == [
+        "top",
+        "far",
+        "red",
+    ]
