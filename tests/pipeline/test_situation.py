@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from tamp.execution.settling import settle
 from tamp.pipeline.setup import prepare
-from tamp.pipeline.situation import observe, placements, settled_goals
+from tamp.pipeline.situation import left_at, observe, placements, raised, settled_goals
 from tamp.streams.placements import RELEASE_HEIGHT
+from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose, Task
 
 NAMES = ("a", "b", "c", "d")
@@ -102,6 +103,29 @@ def test_a_tower_at_its_goal_stays_as_a_whole():
     setup = prepare(Task("tower", tower))
     seen = observe(setup.task, setup.start, setup.goals)
     assert all(seen.goals[name] is seen.start[name] for name in ("low", "top"))
+
+
+def test_what_shall_rest_on_an_object_that_stays_a_little_off_moves_along():
+    low, mid = cube("low", 0.005, 0.0, 0.025, (0.0, 0.0, 0.025)), cube("mid", 0.3, 0.2, 0.025, (0.0, 0.0, 0.075))
+    top, beside = cube("top", 0.3, 0.0, 0.025, (0.0, 0.0, 0.125)), cube("beside", 0.3, -0.2, 0.025, (0.0, 0.2, 0.025))
+    setup = prepare(Task("tower", (low, mid, top, beside)))
+    seen = observe(setup.task, setup.start, setup.goals)
+    assert seen.goals["low"] is seen.start["low"]
+    assert seen.goals["beside"] is setup.goals["beside"]
+    for name in ("mid", "top"):
+        expected = setup.goals[name].pose.xyz[0] + 0.005, *setup.goals[name].pose.xyz[1:]
+        assert seen.goals[name].pose.xyz == pytest.approx(expected, abs=5e-4)
+        assert seen.goals[name].on == setup.goals[name].on
+
+
+def test_what_rests_on_two_objects_stays_where_it_shall_be_if_one_of_them_is_off():
+    goals = {
+        "left": raised(Placement(Pose((0.0, 0.0, 0.02)), ("table",))),
+        "right": raised(Placement(Pose((0.1, 0.0, 0.02)), ("table",))),
+        "plank": raised(Placement(Pose((0.05, 0.0, 0.05)), ("left", "right"))),
+    }
+    here = Placement(Pose((0.004, 0.0, 0.02)), ("table",))
+    assert left_at(goals, "left", here) == {"left": here}
 
 
 def test_goals_mean_where_things_come_to_rest_let_go_a_little_above():
