@@ -75,9 +75,7 @@ def handlings(
     yield from blocked_by_others
 
 
-def reaches(
-    context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...] = ()
-) -> bool:
+def reaches(context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...] = ()) -> bool:
     """Whether there is a handling at all, were nothing else on the table than what carries the object there.
 
     It is not remembered. The arguments are those of `handlings`.

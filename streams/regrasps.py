@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 ENDS = 80  # grasps for the start, and for the goal, that are looked at
 PAIRS = 8  # of them that are tried in turn
 ROUNDS = 6  # times at most that a place in between is sought for each pair
-TRIES = 8  # places in one round
+TRIES = 12  # places in one round
+LAID_TRIES = 4  # the same where the object is laid down, which takes long to find out
 
 Regrasp = tuple[Grasp, Placement, Grasp]
 Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
@@ -154,7 +155,7 @@ def _between(
     context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
 ) -> Placement | None:
     """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
-    for _ in range(TRIES):
+    for _ in range(LAID_TRIES if laid else TRIES):
         angle = context.rng.uniform(-np.pi, np.pi)
         c, s = np.cos(angle), np.sin(angle)
         turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ faces[context.rng.integers(len(faces))]

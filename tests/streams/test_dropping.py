@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from tamp.streams.dropping import HEIGHTS, drops
 from tamp.streams.falls import letting_go, may_fall
 from tamp.streams.grasps import sample_grasp
-from tamp.streams.laying import plan_laying
+from tamp.streams.laying import lays, plan_bringing, plan_laying
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Mesh, Object, Pose
@@ -79,3 +79,12 @@ def test_a_block_for_the_corner_of_a_deep_box_is_let_go_above_it(workspace):
     T_tool = handling.let_go.matrix @ handling.grasp.T_object_tool.matrix
     np.testing.assert_allclose(workspace.world.robot.forward(handling.approach[-1]), T_tool, atol=1e-3)
     assert corners(workspace, "block", handling.let_go)[:, 2].min() > corners(workspace, "block", goal.pose)[:, 2].min()
+
+
+def test_what_cannot_be_put_into_the_corner_is_brought_there_by_a_drop(workspace):
+    context, goal = ToldContext(workspace, bound=(at("crate", workspace.start["crate"]),)), workspace.goals["block"]
+    grasp = next(sample_grasp(context, "block"))
+    assert lays(context, "block", goal, grasp)
+    falls = [handling.dropped for _, _, handling in plan_bringing(context, "block", goal, grasp)]
+    assert falls == sorted(falls)
+    assert falls[-1]
