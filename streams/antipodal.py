@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,6 +46,10 @@ class Contacts:
         """All of them, in order."""
         columns = zip(*((c.centers, c.axes, c.widths, c.slants) for c in several), strict=True)
         return Contacts(*(np.concatenate(column) for column in columns))
+
+    def at(self, index: NDArray[Any]) -> Contacts:
+        """Those at the given indices, or where a mask holds."""
+        return Contacts(self.centers[index], self.axes[index], self.widths[index], self.slants[index])
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,7 @@ def drops(workspace: Workspace, obj: str, placement: Placement) -> tuple[Fall, .
 
 
 def _drops(workspace: Workspace, obj: str, placement: Placement, carriers: Mapping[str, Placement]) -> tuple[Fall, ...]:
-    if not _lies_in(workspace, obj, placement, carriers):
+    if not lies_in(workspace, obj, placement, carriers):
         return ()
     under = {name: place.pose.matrix for name, place in carriers.items()}
     path = [placement.pose, *(_raised(placement.pose, h) for h in np.arange(PASSED, HEIGHTS[-1] + 1e-9, PASSED))]
@@ -52,7 +52,7 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, carriers: Mappi
     return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)
 
 
-def _lies_in(workspace: Workspace, obj: str, placement: Placement, carriers: Mapping[str, Placement]) -> bool:
+def lies_in(workspace: Workspace, obj: str, placement: Placement, carriers: Mapping[str, Placement]) -> bool:
     """Whether an object lies in one of those that carry it, directly or through others."""
     lower, upper = workspace.bounds(obj, placement.pose)
     middle = (lower + upper)[:2] / 2

@@ -26,9 +26,10 @@ from tamp.streams.clearance import (
     tilt_cost,
 )
 from tamp.streams.closing import closed
+from tamp.streams.enclosed import roomy_pinches
 from tamp.streams.falls import letting_go
 from tamp.streams.holding import FIRM, second_best
-from tamp.streams.pinches import Pinches, intrinsic_cost, sample_pinches
+from tamp.streams.pinches import Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
 from tamp.streams.slides import slidable
 from tamp.streams.turning import turning
@@ -93,7 +94,7 @@ def _round(
     context: Context, workspace: Workspace, obj: str, places: list[Placement]
 ) -> tuple[Pinches, NDArray[np.float64]]:
     """One round of sampling: the promising pinches and their costs; neighbours are looked at only for those."""
-    pinches = sample_pinches(workspace, obj, context.rng)
+    pinches = roomy_pinches(workspace, obj, places, context.rng)
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
         return pinches, np.empty(0)

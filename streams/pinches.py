@@ -61,33 +61,38 @@ def sample_pinches(workspace: Workspace, obj: str, rng: np.random.Generator) -> 
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
-    T, widths, depths = _frames(contacts, gripper, phase)
-    return Pinches(T, widths, depths, np.repeat(contacts.slants, DIRECTIONS * len(DEPTHS)))
+    return pinches_at(contacts, gripper, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
 
 
-def _frames(
-    contacts: Contacts, gripper: Gripper, phase: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Tool frames (n, 4, 4) for every contact pair, approach direction and depth, with widths and depths (n,)."""
-    axes = contacts.axes
+def pinches_at(contacts: Contacts, gripper: Gripper, angles: NDArray[np.float64]) -> Pinches:
+    """Pinches of every contact pair at every depth, the hand coming from some angles about its axis, (n, k) [rad].
+
+    At zero it comes along the first of `sides`, at a right angle along the second.
+    """
+    axes, count = contacts.axes, angles.shape[1]
     closing = np.array(gripper.axis)
     side = np.cross(closing, [0.0, 0.0, 1.0])
     basis = np.stack([side, closing, [0.0, 0.0, 1.0]], axis=1)  # columns: the tool's side, closing and approach axes
-    helper = np.where(np.abs(axes[:, :1]) < 0.8, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    u = np.cross(axes, helper)
-    u /= np.linalg.norm(u, axis=1)[:, None]
-    v = np.cross(axes, u)
-    angles = phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
+    u, v = sides(axes)
     approach = np.cos(angles)[:, :, None] * u[:, None] + np.sin(angles)[:, :, None] * v[:, None]
-    y = np.repeat(axes[:, None], DIRECTIONS, axis=1)
+    y = np.repeat(axes[:, None], count, axis=1)
     R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ basis.T
     shift = np.array(DEPTHS) - gripper.pad[2] / 2
-    each = DIRECTIONS * len(DEPTHS)
+    each = count * len(DEPTHS)
     T = np.tile(np.eye(4), (len(axes) * each, 1, 1))
     T[:, :3, :3] = np.repeat(R.reshape(-1, 3, 3), len(DEPTHS), axis=0)
     middles = contacts.centers[:, None, None] + approach[:, :, None] * shift[None, None, :, None]
     T[:, :3, 3] = middles.reshape(-1, 3)
-    return T, np.repeat(contacts.widths, each), np.tile(DEPTHS, len(axes) * DIRECTIONS)
+    widths, slants = np.repeat(contacts.widths, each), np.repeat(contacts.slants, each)
+    return Pinches(T, widths, np.tile(DEPTHS, len(axes) * count), slants)
+
+
+def sides(axes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Two unit vectors across each axis and each other, (n, 3) each."""
+    helper = np.where(np.abs(axes[:, :1]) < 0.8, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    u = np.cross(axes, helper)
+    u /= np.linalg.norm(u, axis=1)[:, None]
+    return u, np.cross(axes, u)
 
 
 def intrinsic_cost(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.float64]:

@@ -1,0 +1,67 @@
+"""Pinches of what lies in something: walls leave so little room for the hand that the rare ones have to be sought.
+
+Of all the hands that could hold a fruit in a corner of its box, one in a thousand has room there. Hands that come
+straight down across a level axis have it oftenest, so many of those are drawn, and what meets a wall is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.antipodal import SurfacePoints, antipodal_contacts, surface_points
+from tamp.streams.clearance import above_table, beneath, clear_of_object, standing_around, support_cost
+from tamp.streams.dropping import lies_in
+from tamp.streams.pinches import FRICTION_ANGLE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+POINTS = 1000  # on the surface, that rays start from
+LEVEL = 0.25  # how far a closing axis may point up
+TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # of the hand about its closing axis [rad]
+
+
+def roomy_pinches(workspace: Workspace, obj: str, places: Sequence[Placement], rng: np.random.Generator) -> Pinches:
+    """Pinches of an object from all around; only those with room for the hand, if any, where it lies in something.
+
+    Args:
+        workspace: what stands where.
+        obj: the object.
+        places: where it shall be grasped; its goal, above which it may be let go, is left to others.
+        rng: source of the pinches.
+    """
+    pinches, place = sample_pinches(workspace, obj, rng), workspace.start[obj]
+    around = standing_around(workspace, obj, place)
+    carriers = {name: around[name] for name in beneath(place, around)}
+    if place not in places or not lies_in(workspace, obj, place, carriers):
+        return pinches
+    roomy = Pinches.joined([pinches, _upright_pinches(workspace, obj, place, rng)])
+    roomy = roomy.at(above_table(workspace, roomy, place))
+    roomy = roomy.at(clear_of_object(workspace, obj, roomy))
+    roomy = roomy.at(support_cost(workspace, roomy, obj, place) == 0.0)
+    return roomy if len(roomy) else pinches
+
+
+def _upright_pinches(workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator) -> Pinches:
+    """Pinches across level axes by hands that come down, straight or a little tilted, at a placement."""
+    gripper, pieces = workspace.world.robot.spec.gripper, workspace.world.geometries[obj].parts
+    down = -place.pose.matrix[2, :3]
+    surface = surface_points(pieces, POINTS, rng)
+    level = _level(surface.normals, down)
+    surface = SurfacePoints(surface.points[level], surface.normals[level], surface.area)
+    widest = gripper.stroke - WIDTH_RESERVE
+    contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
+    contacts = contacts.at(_level(contacts.axes, down))
+    u, v = sides(contacts.axes)
+    angles = np.arctan2(v @ down, u @ down)[:, None] + np.array(TILTS)
+    return pinches_at(contacts, gripper, angles)
+
+
+def _level(directions: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
+    level: NDArray[np.bool_] = np.abs(directions @ down) < LEVEL
+    return level

@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from tamp.streams.clearance import support_cost
+from tamp.streams.enclosed import roomy_pinches
+from tamp.streams.pinches import sample_pinches
+from tamp.task import Box, Mesh, Object, Pose
+from tests.streams.tables import CUBE, OBJECTS, workspace_of
+
+CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
+FLOOR = 0.01
+INSIDE = Object("inside", Box((0.04, 0.05, 0.06)), Pose((0.14, -0.2, 0.041 + FLOOR)))
+"""Stands in the crate, a hand's breadth from one of its walls."""
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(CRATE, INSIDE, CUBE, on={"inside": ("crate",)})
+
+
+def drawn(workspace, name, seed=0):
+    return roomy_pinches(workspace, name, [workspace.start[name]], np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hands_that_reach_into_something_meet_no_wall(workspace, seed):
+    pinches = drawn(workspace, "inside", seed)
+    assert len(pinches)
+    assert not support_cost(workspace, pinches, "inside", workspace.start["inside"]).any()
+
+
+def test_most_of_them_come_straight_down(workspace):
+    approach = (workspace.start["inside"].pose.matrix @ drawn(workspace, "inside").T_object_tool)[:, :3, 2]
+    assert np.median(approach[:, 2]) < -0.9
+
+
+def test_what_stands_on_the_table_is_pinched_from_all_around(workspace):
+    expected = sample_pinches(workspace, "cube", np.random.default_rng(0))
+    assert np.array_equal(drawn(workspace, "cube").T_object_tool, expected.T_object_tool)
+
+
+def test_for_a_goal_alone_no_room_is_sought_at_the_start(workspace):
+    expected = sample_pinches(workspace, "inside", np.random.default_rng(0))
+    found = roomy_pinches(workspace, "inside", [], np.random.default_rng(0))
+    assert np.array_equal(found.T_object_tool, expected.T_object_tool)
