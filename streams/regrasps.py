@@ -104,6 +104,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
         put = {grasp: [_put_above_table(workspace, obj, place, grasp, laid) for place in amid] for grasp in first}
         taken_over = False
         for one, other in ranked:
+            if time.monotonic() > context.deadline:
+                return
             faces = [R for R, *both in zip(rotations, put[one], over[other], strict=True) if all(both)]
             taken_over |= bool(faces)
             if faces and takes(one) and brings(other):
@@ -156,6 +158,8 @@ def _between(
 ) -> Placement | None:
     """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
     for _ in range(LAID_TRIES if laid else TRIES):
+        if time.monotonic() > context.deadline:
+            return None
         angle = context.rng.uniform(-np.pi, np.pi)
         c, s = np.cos(angle), np.sin(angle)
         turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ faces[context.rng.integers(len(faces))]

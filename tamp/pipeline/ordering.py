@@ -21,6 +21,7 @@ from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.obstacles import clearest_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
+from tamp.pipeline.situation import left_at
 from tamp.planning import Report
 from tamp.streams.laid_aside import lies_flat
 
@@ -174,8 +175,8 @@ class Ordering:
         for name in supports_first(self._asker.workspace, names):
             workspace = self._asker.workspace
             if nearly_there(workspace, name):
-                near = replace(workspace, goals={**workspace.goals, name: workspace.start[name]})
-                self.progress.now = replace(self.progress.now, workspace=near)
+                goals = {**workspace.goals, **left_at(workspace.goals, name, workspace.start[name])}
+                self.progress.now = replace(self.progress.now, workspace=replace(workspace, goals=goals))
                 del self.left[name]
                 self._reached.add(name)
         return len(self.left) < before

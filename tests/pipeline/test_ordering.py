@@ -11,7 +11,7 @@ from tamp.pipeline.ordering import EFFORTS, Ordering
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
-from tests.pipeline.samplers import no_grasp, no_slide
+from tests.pipeline.samplers import from_above, no_grasp, no_slide
 
 HOME = load_robot("panda").home
 UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
@@ -99,3 +99,16 @@ def test_others_step_aside_where_the_goal_is_taken():
             break
     assert effort.others_move
     assert len(ordering.left) == 1
+
+
+def test_what_shall_rest_on_an_object_that_is_left_near_its_goal_is_put_there():
+    def only_top(context, obj):
+        yield from from_above(context, obj) if obj == "top" else no_grasp(context, obj)
+
+    red = replace(RED, pose=Pose((0.07, -0.2, 0.04)))
+    planning = search(Task("near", (red, TOP)), 300.0, {"sample-grasp": only_top})
+    plan = planning.run()
+    assert not planning.left
+    (put,) = [step for action in plan.actions for step in action.steps if isinstance(step, Release)]
+    assert put.object == "top"
+    assert put.pose.xyz[0] == pytest.approx(0.07, abs=0.001)
