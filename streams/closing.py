@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.antipodal import surface_points
 from tamp.streams.clearance import CLEARANCE
+from tamp.streams.surfaces import surface_points
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.antipodal import SurfacePoints, antipodal_contacts, surface_points
+from tamp.streams.antipodal import antipodal_contacts
 from tamp.streams.clearance import above_table, beneath, clear_of_object, standing_around, support_cost
 from tamp.streams.dropping import lies_in
 from tamp.streams.pinches import FRICTION_ANGLE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
+from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 

@@ -13,27 +13,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import (
-    HINDERED,
-    above_table,
-    beneath,
-    clear_of_falling,
-    clear_of_object,
-    hand_hits,
-    neighbour_cost,
-    standing_around,
-    support_cost,
-    tilt_cost,
-)
+from tamp.streams.clearance import HINDERED, beneath, clear_of_object, hand_hits, neighbour_cost, standing_around
 from tamp.streams.closing import closed
 from tamp.streams.enclosed import roomy_pinches
 from tamp.streams.falls import letting_go
 from tamp.streams.holding import FIRM, second_best
 from tamp.streams.pinches import Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
+from tamp.streams.serving import over_table, placement_cost
 from tamp.streams.slides import slidable
 from tamp.streams.turning import turning
-from tamp.streams.values import Grasp, Placement, falls_straight
+from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.world.kinematics import inverse
 from tamp.world.scene import Scene
@@ -43,11 +33,8 @@ if TYPE_CHECKING:
 
 ROUNDS = 8  # of sampling, where few grasps are clear at every placement
 ENOUGH = 40  # clear grasps after which no further round is needed
-SIEVED = 600  # pinches looked at closely in one round
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
-FALLING = 10.0  # cost of a grasp from which the object falls straight, for each metre
-LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
 
 
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
@@ -58,7 +45,7 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
     if slidable(context.scene, obj, context.scene.start[obj]):
         context.fail(f"every hand that could grasp {obj} as it lies would reach into the table")
         return
-    places = list(context.scene.placements_of(obj))
+    places = list(dict.fromkeys(context.scene.placements_of(obj)))
     key = ("grasps", obj, *places, str(context.rng.bit_generator.state))
     yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
 
@@ -98,7 +85,7 @@ def _round(
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
         return pinches, np.empty(0)
-    pinches, serves, lays = _over_table(workspace, obj, pinches, places, context.rng)
+    pinches, serves, lays = over_table(workspace, obj, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
     pinches, serves, lays = pinches.at(clear), serves[:, clear], lays[:, clear]
     if not len(pinches):
@@ -106,67 +93,12 @@ def _round(
         return pinches, np.empty(0)
     cost = intrinsic_cost(workspace, obj, pinches)
     for place, usable, laid in zip(places, serves, lays, strict=True):
-        upright = np.full(len(pinches), HINDERED)
-        some = pinches.at(usable)
-        upright[usable] = tilt_cost(some, place) + support_cost(workspace, some, obj, place)
-        cost += np.minimum(upright, _fall_cost(workspace, obj, pinches, place, laid & (upright >= HINDERED)))
+        cost += placement_cost(workspace, obj, pinches, place, usable, laid)
     promising = np.array(_spread(pinches, cost)[:PROMISING])
     pinches, cost = pinches.at(promising), cost[promising]
     for place in places:
         cost += neighbour_cost(workspace, pinches, obj, place)
     return pinches, cost
-
-
-def _over_table(
-    workspace: Workspace, obj: str, pinches: Pinches, places: list[Placement], rng: np.random.Generator
-) -> tuple[Pinches, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Pinches whose hand stays above the table at one placement at least.
-
-    Those that serve most placements are kept first: a uniform choice of a pool would lose them, since nine in ten
-    of all hands reach into the table.
-
-    Returns:
-        The pinches; which placements each serves and which it serves by laying, both of shape (places, n).
-    """
-    serves = np.array([above_table(workspace, pinches, place) for place in places])
-    served = serves.any(axis=0)  # who serves no placement needs not be looked at closely, unless nobody serves any
-    asked = ~serves & (served if served.any() else True)
-    lays = np.array([_lays(workspace, obj, pinches, place, asked[i]) for i, place in enumerate(places)])
-    ways = (serves | lays).sum(axis=0) + 0.5 * serves.sum(axis=0)
-    order = rng.permutation(len(pinches.widths))
-    order = order[np.argsort(-ways[order], kind="stable")]
-    order = order[ways[order] > 0][:SIEVED]
-    return pinches.at(order), serves[:, order], lays[:, order]
-
-
-def _lays(
-    workspace: Workspace, obj: str, pinches: Pinches, place: Placement, asked: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Whether each of the pinches asked about can let the object fall to its goal, as far as the table says, (n,)."""
-    able = np.zeros(len(pinches), bool)
-    for let_go in letting_go(workspace, obj, place):
-        rest = np.flatnonzero(asked & ~able)
-        able[rest] = above_table(workspace, pinches.at(rest), Placement(let_go, place.on))
-    return able
-
-
-def _fall_cost(
-    workspace: Workspace, obj: str, pinches: Pinches, place: Placement, asked: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """What it costs each of the pinches asked about to let the object fall to its goal, HINDERED where it cannot, (n,).
-
-    The hand must be clear of what carries the object, and of the object on its way straight down.
-    """
-    cost = np.full(len(pinches), HINDERED)
-    for let_go in letting_go(workspace, obj, place):
-        rest = np.flatnonzero(asked & (cost >= HINDERED))
-        rest = rest[above_table(workspace, pinches.at(rest), Placement(let_go, place.on))]
-        straight = falls_straight(let_go, place.pose)
-        if straight:
-            rest = rest[clear_of_falling(workspace, obj, pinches.at(rest), let_go)]
-        rest = rest[support_cost(workspace, pinches.at(rest), obj, place, let_go) < HINDERED]
-        cost[rest] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)
-    return cost
 
 
 def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
@@ -203,7 +135,7 @@ def _reachable_first(
             pass
         elif costs[index] >= HINDERED or not all(_reached(context, workspace, obj, place, grasp) for place in places):
             partly.append(grasp)
-        elif (angle := max(turning(workspace, obj, grasp, place.pose) for place in places)) > FIRM:
+        elif (angle := turning(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
             loose.append((angle, grasp))
         else:
             yield grasp

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.streams.antipodal import Contacts, antipodal_contacts, surface_points
+from tamp.streams.antipodal import Contacts, antipodal_contacts
+from tamp.streams.surfaces import surface_points
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from functools import partial
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.antipodal import half_spaces
+from tamp.streams.surfaces import half_spaces
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper, Pose
@@ -37,8 +38,15 @@ TRUSTED = 0.5  # share of the friction that is counted on: lifting shakes, and p
 GRAVITY = 9.81  # [m/s^2]
 
 
-def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
-    """The angle that an object turns by, held by a grasp and lifted from a pose [rad]; 0 where it keeps still."""
+def turning(workspace: Workspace, obj: str, grasp: Grasp, *poses: Pose) -> float:
+    """The angle that an object turns by, held by a grasp and lifted [rad]; 0 where it keeps still.
+
+    Args:
+        workspace: where the object is.
+        obj: the object.
+        grasp: what holds it.
+        poses: where it is lifted from; the one at which it turns farthest counts.
+    """
     item, geometry = workspace.task.object(obj), workspace.world.geometries[obj]
     gripper = workspace.world.robot.spec.gripper
     weight = item.mass * GRAVITY
@@ -46,29 +54,41 @@ def turning(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float:
     R, t = _in_pads(gripper, grasp)
     near = [part for part in geometry.parts if _is_near(part.vertices @ R.T + t, gripper, grasp.width)]
     between = _Between([(A @ R.T, b + A @ R.T @ t) for A, b in map(half_spaces, near)], gripper, grasp.width)
-    up, center = R @ pose.matrix[2, :3], R @ geometry.center_of_mass + t
+    center = R @ geometry.center_of_mass + t
+    resisted = TRUSTED * PAD_FRICTION * item.friction * force * grasp.width * STEP
 
-    def energies(turns: Array) -> Array:
+    def energies(turns: Array, up: Array) -> Array:
         work: Array = force * between.thickness(turns) + weight * (turns @ center @ up)
         return work
 
-    resisted = TRUSTED * PAD_FRICTION * item.friction * force * grasp.width * STEP
+    upward = np.unique(np.round([pose.matrix[2, :3] for pose in poses], 6), axis=0)
+    return max(_turned(partial(energies, up=R @ up), resisted) for up in upward)
+
+
+def _turned(energies: Callable[[Array], Array], resisted: float) -> float:
+    """How far it turns [rad]; where it has turned about one axis, it may go on about the other."""
     ways = [(about, step) for about in (_about_side, _about_approach) for step in (STEP, -STEP)]
     turn, steps = np.eye(3), 1
-    while steps and _angle(turn) < FARTHEST:  # where it has turned about one axis, it may go on about the other
-        steps, turn = max((_slide(energies, turn, *way, resisted) for way in ways), key=itemgetter(0))
+    while steps and _angle(turn) < FARTHEST:
+        still = float(energies(turn[None])[0])
+        steps, turn = max((_slide(energies, turn, still, *way, resisted) for way in ways), key=itemgetter(0))
     return _angle(turn)
 
 
 def _slide(
-    energies: Callable[[Array], Array], turn: Array, about: Callable[[float], Array], step: float, resisted: float
+    energies: Callable[[Array], Array],
+    turn: Array,
+    still: float,
+    about: Callable[[float], Array],
+    step: float,
+    resisted: float,
 ) -> tuple[int, Array]:
     """How many steps it goes on from a rotation, each setting free more energy than it takes, alone or with the next.
 
     Returns:
         The number of steps, and the rotation that they lead to, shape (3, 3).
     """
-    reached, least = 0, float(energies(turn[None])[0])
+    reached, least = 0, still
     for first, last in itertools.pairwise(GLANCES):
         taken = energies(np.array([about(count * step) @ turn for count in range(first, last)]))
         for count, spent in enumerate(taken, first):

@@ -96,7 +96,7 @@ class Workspace:
     @cached_property
     def surface(self) -> Mapping[str, NDArray[np.float64]]:
         """Object -> points on its surface in its own frame, shape (n, 3); the same for every seed."""
-        from tamp.streams.antipodal import typical_points
+        from tamp.streams.surfaces import typical_points
 
         return {name: typical_points(geometry.parts) for name, geometry in self.world.geometries.items()}
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.antipodal import surface_points
 from tamp.streams.clearance import opening_for
 from tamp.streams.grasps import sample_grasp
+from tamp.streams.surfaces import surface_points
 from tamp.task import Box, Object, Pose
 from tamp.world.kinematics import inverse
 from tamp.world.scene import Scene

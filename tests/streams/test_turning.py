@@ -55,3 +55,13 @@ def test_a_hand_turned_by_half_a_turn_holds_as_well(angle, thickness):
     pose = workspace.start["board"].pose
     one, other = (turning(workspace, "board", Grasp(T, thickness), pose) for T in (tool, tool @ HALF_TURN))
     assert one == pytest.approx(other, abs=1.01 * STEP)
+
+
+def test_the_pose_at_which_it_turns_farthest_counts():
+    workspace = workspace_of(board(mass=2.0, friction=0.2))
+    grasp = Grasp(Pose.from_rpy((0.04, 0, 0.03), (0.2, 0, 0)) @ DOWN, 0.01)
+    standing = workspace.start["board"].pose
+    poses = [standing, standing @ Pose.from_rpy((0, 0, 0), (np.pi / 2, 0, 0)), Pose((0.3, 0, 0)) @ standing]
+    angles = [turning(workspace, "board", grasp, pose) for pose in poses]
+    assert turning(workspace, "board", grasp, *poses) == max(angles)
+    assert angles[0] == angles[2]
