@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Container, Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from tamp.domains.tabletop.flatness import Flatness
 from tamp.planning import Problem, StreamInfo
 from tamp.streams.falls import may_fall
 from tamp.streams.grasps import sample_grasp
-from tamp.streams.laid_aside import lies_flat
 from tamp.streams.regrasps import regrasping, sample_regrasp
-from tamp.streams.slides import slidable
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, In, Object, On
@@ -53,6 +53,7 @@ def tabletop_problem(
     held: tuple[str, Grasp] | None = None,
     movable: Container[str] | None = None,
     regrasped: Container[str] = (),
+    deadline: float = math.inf,
 ) -> Problem:
     """The planning problem of a workspace as it is now.
 
@@ -63,17 +64,17 @@ def tabletop_problem(
         held: the object in the hand and its grasp, or None.
         movable: objects that may be moved; None for all.
         regrasped: those of them with a goal pose that shall reach it only by way of another placement and grasp.
+        deadline: of the search, on the clock of time.monotonic [s].
     """
-    builtin = samplers["sample-grasp"] is sample_grasp
+    flatness = Flatness(workspace, samplers["sample-grasp"] is sample_grasp, deadline)
     return Problem(
         domain=DOMAIN,
         streams=STREAMS,
         samplers=_consistent(samplers),
         init=[
             *_robot_facts(configuration, held),
-            *_object_facts(workspace, movable, regrasped, builtin),
-            *(_slidable_facts(workspace, movable) if builtin else ()),
-            *_goal_facts(workspace, regrasped, builtin),
+            *_object_facts(workspace, movable, regrasped, flatness),
+            *_goal_facts(workspace, regrasped, flatness),
         ],
         goal=_goal(workspace),
         scene=workspace,
@@ -115,15 +116,18 @@ def _robot_facts(configuration: Configuration, held: tuple[str, Grasp] | None) -
 
 
 def _object_facts(
-    workspace: Workspace, movable: Container[str] | None, regrasped: Container[str], builtin: bool
+    workspace: Workspace, movable: Container[str] | None, regrasped: Container[str], flatness: Flatness
 ) -> Iterator[Fact]:
-    """Where objects are and where they may be put aside; `builtin` where grasps are sampled by our own sampler."""
+    """Where objects are, and how they may be put aside."""
     for name, placement in workspace.start.items():
+        slidable = (movable is None or name in movable) and flatness.slidable(name, placement)
+        if slidable:
+            yield ("Slidable", name, placement)
         if name in regrasped:
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-            if builtin and lies_flat(workspace, name) and not slidable(workspace, name, placement):
+            if flatness.lies_flat(name) and not slidable:
                 yield ("LiesFlat", name, placement)
             else:
                 yield ("Placeable", name, TABLE)
@@ -137,19 +141,12 @@ def _object_facts(
         yield ("Region", region.name)
 
 
-def _slidable_facts(workspace: Workspace, movable: Container[str] | None) -> Iterator[Fact]:
-    """Of what our own sampler of grasps does not even try to grasp as it lies; a researcher's may know how."""
-    for name, placement in workspace.start.items():
-        if (movable is None or name in movable) and slidable(workspace, name, placement):
-            yield ("Slidable", name, placement)
-
-
-def _goal_facts(workspace: Workspace, regrasped: Container[str], builtin: bool) -> Iterator[Fact]:
+def _goal_facts(workspace: Workspace, regrasped: Container[str], flatness: Flatness) -> Iterator[Fact]:
     regions = {region.name for region in workspace.task.regions}
     for name, placement in workspace.goals.items():
         if placement != workspace.start[name]:
             facts = _placement_facts({**workspace.start, **workspace.goals}, name, placement)
-            if builtin and slidable(workspace, name, placement):  # no hand can put it down there
+            if flatness.slidable(name, placement):  # no hand can put it down there
                 facts = (fact for fact in facts if fact[0] != "OnTable")
             yield from facts
             if placement.on == (TABLE,):

@@ -69,7 +69,12 @@ class Asker:
         moving = {name for name in regrasped if workspace.task.object(name).goal is not None}
         moving -= {name for name in moving if workspace.goals[name] == workspace.start[name]}
         problem = tabletop_problem(
-            workspace, {**now.samplers, **(samplers or {})}, now.configuration, movable=movable, regrasped=moving
+            workspace,
+            {**now.samplers, **(samplers or {})},
+            now.configuration,
+            movable=movable,
+            regrasped=moving,
+            deadline=self.deadline,
         )
         return solve(
             problem,

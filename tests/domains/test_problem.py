@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from tamp.domains.tabletop import DEFAULT_SAMPLERS, tabletop_problem
@@ -124,3 +126,12 @@ def test_what_lies_flat_on_every_face_is_only_laid_on_the_table_unless_grasps_ar
     assert ("Placeable", "disc", "table") in others
     assert {("OnTable", "disc", goal), ("LaidOnTable", "disc", goal)} <= set(others)
     assert not any(fact[0] == "LiesFlat" for fact in others)
+
+
+def test_nothing_is_looked_at_closely_once_it_is_too_late_to_search():
+    disc = Object("disc", Cylinder(0.08, 0.02), Pose((0.0, 0.2, 0.011)))
+    workspace = workspace_of(disc)
+    samplers = {**dict.fromkeys(DEFAULT_SAMPLERS, print), "sample-grasp": sample_grasp}
+    in_time, late = (tabletop_problem(workspace, samplers, HOME, deadline=end).init for end in (math.inf, 0.0))
+    assert ("Slidable", "disc", workspace.start["disc"]) in in_time
+    assert ("Slidable", "disc", workspace.start["disc"]) not in late
