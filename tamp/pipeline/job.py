@@ -13,6 +13,7 @@ from tamp.execution.record import Execution
 from tamp.pipeline.attempt import Samplers
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.remainder import still_good
+from tamp.pipeline.run import Run
 from tamp.pipeline.setup import Setup
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
@@ -26,27 +27,6 @@ NEXT_SHARE = 0.5  # of the time that is left goes to each further one
 ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
 
 
-@dataclass(frozen=True)
-class Run:
-    """Everything a run left behind.
-
-    Attributes:
-        result: the record.
-        plans: all plans, in order.
-        executions: one for each plan that was carried out.
-        final_poses: object -> pose (world frame) at the end.
-        failure: why planning gave up the last time, or None.
-        rejections: the verdict on each piece of a plan that the checker sent back.
-    """
-
-    result: Result
-    plans: tuple[Plan, ...]
-    executions: tuple[Execution, ...]
-    final_poses: Mapping[str, Pose]
-    failure: PlanningFailure | None = None
-    rejections: tuple[str, ...] = ()
-
-
 @dataclass
 class Job:
     """A run in the making."""
@@ -58,6 +38,7 @@ class Job:
     algorithm: str
     began: float = field(default_factory=time.monotonic)
     planning_s: float = 0.0
+    searches: int = 0
     plans: list[Plan] = field(default_factory=list)
     executions: list[Execution] = field(default_factory=list)
     final_poses: dict[str, Pose] = field(default_factory=dict)
@@ -76,8 +57,12 @@ class Job:
 
     def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
         """Plan from a state at rest; False where there is no plan."""
+        share = NEXT_SHARE if self.plans else FIRST_SHARE
         try:
-            search, found = self._search(setup, poses, q)
+            search, found = self._search(setup, poses, q, share)
+            if found is None and search.late and not self.plans:  # what was kept for later plans serves for the first
+                self.rejections += search.rejections
+                search, found = self._search(setup, poses, q, 1.0)
         except PlanningFailure as failure:  # no time was left to begin
             self.failure = failure
             return False
@@ -89,15 +74,18 @@ class Job:
         self.plans.append(found)
         return True
 
-    def _search(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> tuple[Planning, Plan | None]:
+    def _search(
+        self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...], share: float
+    ) -> tuple[Planning, Plan | None]:
+        """Search for a plan in a share of the time that is left."""
+        self.searches += 1
         with self.planning():
-            share = NEXT_SHARE if self.plans else FIRST_SHARE
             search = Planning(
                 setup,
                 poses,
                 q,
-                # A new plan from a state that chance has brought about draws other samples than the first.
-                seed=self.seed + 7919 * len(self.plans),
+                # A new search, from a state that chance has brought about or after one in vain, draws other samples.
+                seed=self.seed + 7919 * (self.searches - 1),
                 deadline=time.monotonic() + share * (self.limit - self.planning_s),
                 samplers=self.samplers,
                 algorithm=self.algorithm,

@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.efforts import ALONE, EFFORTS, LAST, Effort
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
 from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.obstacles import clearest_first
@@ -25,25 +26,6 @@ from tamp.pipeline.situation import left_at
 from tamp.planning import Report
 from tamp.streams.laid_aside import lies_flat
 
-
-@dataclass(frozen=True)
-class Effort:
-    """How hard a goal is tried.
-
-    Attributes:
-        iterations: of the stream planner; counts, so that a busy machine finds the same plan.
-        others_move: whether other objects may be put aside.
-        hopeless_too: whether goals that not even the object alone could reach are tried.
-    """
-
-    iterations: int
-    others_move: bool
-    hopeless_too: bool = False
-
-
-EFFORTS = (Effort(4, False), Effort(8, True), Effort(12, True))
-LAST = (Effort(30, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
-ALONE = 6  # iterations after which an object that cannot reach its goal even alone counts as hopeless
 FIRST_SHARE = 0.35  # of the time goes to the try for all goals at once at most
 GOALS_SHARE = 0.7  # of the rest goes to goals, what remains to what is left
 UNLIMITED = 1_000_000
@@ -75,6 +57,11 @@ class Ordering:
     def report(self) -> Report:
         """Of the longest search for all goals at once; only after `run`."""
         return max(self._reports, key=lambda report: report.total_s)
+
+    @property
+    def late(self) -> bool:
+        """Whether time is up."""
+        return self._asker.late
 
     @property
     def progress(self) -> Progress:

@@ -85,6 +85,11 @@ class Planning:
         return self._ordering.report
 
     @property
+    def late(self) -> bool:
+        """Whether the search has used all its time."""
+        return self._ordering.late
+
+    @property
     def left(self) -> Mapping[str, str]:
         """Objects whose goals the plan does not reach -> why."""
         return self._ordering.left

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tamp.pipeline.job import Run
+from tamp.pipeline.run import Run
 from tamp.results import to_json
 from tamp.task import Mesh, Pose, Task
 from tamp.task.plan_file import save_plan

@@ -5,7 +5,8 @@ from __future__ import annotations
 from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.pipeline.attempt import Samplers
-from tamp.pipeline.job import Job, Run
+from tamp.pipeline.job import Job
+from tamp.pipeline.run import Run
 from tamp.pipeline.setup import Setup, prepare
 from tamp.results import Result
 from tamp.task import Grip, Move, Plan, Task, load_robot

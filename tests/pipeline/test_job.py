@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pybullet
@@ -57,3 +58,24 @@ def test_an_object_that_ends_a_little_off_is_corrected(monkeypatch):
     assert run.result.status == "solved"
     assert run.result.ede_m < 0.5 * ASTRAY
     assert run.result.n_replans == 1
+
+
+def test_a_first_search_in_vain_is_followed_by_another_with_all_the_time_that_is_left(monkeypatch):
+    begun = []
+
+    class InVain:
+        late, rejections, left = True, (), {"red": "no time was left"}
+        report = SimpleNamespace(status="timeout")
+
+        def __init__(self, *_, seed, deadline, **__):
+            begun.append((seed, deadline))
+
+        def run(self):
+            return None
+
+    monkeypatch.setattr("tamp.pipeline.job.Planning", InVain)
+    job = Job(Task("vain", (RED,)), 3, 100.0, None, "adaptive")
+    assert not job.plan(None, {}, ())
+    (first, soft), (second, hard) = begun
+    assert first == 3 != second
+    assert hard - soft > 20.0

@@ -6,8 +6,9 @@ import pytest
 
 import tamp
 from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.efforts import EFFORTS
 from tamp.pipeline.job import Job
-from tamp.pipeline.ordering import EFFORTS, Ordering
+from tamp.pipeline.ordering import Ordering
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
