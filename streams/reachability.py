@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
 WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
-LIFTS = (0.08, 0.15, 0.04, 0.25)  # how far up the object is carried off [m]
+LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, the last out of what is deep [m]
 ASIDE = 0.03  # how far to a side as well, where it leans on something that it would not get clear of [m]
 SIDES = 8
 SOLUTIONS = 4  # arm configurations tried for one grasp
