@@ -44,14 +44,16 @@ def _boxes(workspace: Workspace) -> HandBoxes:
 
 def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
     """Whether the hand comes from above and stays above the table or beside it at a placement, shape (n,)."""
-    T = place.pose.matrix @ pinches.T_object_tool
-    upright: NDArray[np.bool_] = T[:, 2, 2] < FROM_BELOW
-    boxes, openings, table = _boxes(workspace), _openings(workspace, pinches), workspace.task.table
-    clear = lowest_point(boxes, openings, T) > TABLE_GAP
+    clear: NDArray[np.bool_] = pinches.T_object_tool[:, :3, 2] @ place.pose.matrix[2, :3] < FROM_BELOW
+    upright = np.flatnonzero(clear)
+    T = place.pose.matrix @ pinches.T_object_tool[upright]
+    boxes, openings, table = _boxes(workspace), _openings(workspace, pinches)[upright], workspace.task.table
+    above = lowest_point(boxes, openings, T) > TABLE_GAP
     middle, half = np.array(table.center), np.array(table.size) / 2
-    beside = upright & ~clear & (np.abs(T[:, :2, 3] - middle) > half).any(axis=1)
-    clear[beside] = clear_of_slab(boxes, openings[beside], T[beside], middle - half, middle + half, TABLE_GAP)
-    return upright & clear
+    beside = ~above & (np.abs(T[:, :2, 3] - middle) > half).any(axis=1)
+    above[beside] = clear_of_slab(boxes, openings[beside], T[beside], middle - half, middle + half, TABLE_GAP)
+    clear[upright] = above
+    return clear
 
 
 def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:

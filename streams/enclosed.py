@@ -14,7 +14,7 @@ import numpy as np
 from tamp.streams.antipodal import antipodal_contacts
 from tamp.streams.clearance import above_table, beneath, clear_of_object, standing_around, support_cost
 from tamp.streams.dropping import lies_in
-from tamp.streams.pinches import FRICTION_ANGLE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
+from tamp.streams.pinches import FRICTION_ANGLE, SURFACE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
 from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -27,7 +27,9 @@ LEVEL = 0.25  # how far a closing axis may point up
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # of the hand about its closing axis [rad]
 
 
-def roomy_pinches(workspace: Workspace, obj: str, places: Sequence[Placement], rng: np.random.Generator) -> Pinches:
+def roomy_pinches(
+    workspace: Workspace, obj: str, places: Sequence[Placement], rng: np.random.Generator, points: int = SURFACE
+) -> Pinches:
     """Pinches of an object from all around; only those with room for the hand, if any, where it lies in something.
 
     Args:
@@ -35,8 +37,9 @@ def roomy_pinches(workspace: Workspace, obj: str, places: Sequence[Placement], r
         obj: the object.
         places: where it shall be grasped; its goal, above which it may be let go, is left to others.
         rng: source of the pinches.
+        points: on the surface, that the rays of the first start from.
     """
-    pinches, place = sample_pinches(workspace, obj, rng), workspace.start[obj]
+    pinches, place = sample_pinches(workspace, obj, rng, points), workspace.start[obj]
     around = standing_around(workspace, obj, place)
     carriers = {name: around[name] for name in beneath(place, around)}
     if place not in places or not lies_in(workspace, obj, place, carriers):

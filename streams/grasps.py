@@ -18,7 +18,7 @@ from tamp.streams.closing import closed
 from tamp.streams.enclosed import roomy_pinches
 from tamp.streams.falls import letting_go
 from tamp.streams.holding import FIRM, second_best
-from tamp.streams.pinches import Pinches, intrinsic_cost
+from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
 from tamp.streams.serving import over_table, placement_cost
 from tamp.streams.slides import slidable
@@ -31,7 +31,8 @@ from tamp.world.scene import Scene
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-ROUNDS = 8  # of sampling, where few grasps are clear at every placement
+GLANCE = 150  # points on the surface that a first round of sampling looks at
+ROUNDS = 8  # after it, of SURFACE points, where few grasps are clear at every placement
 ENOUGH = 40  # clear grasps after which no further round is needed
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
@@ -67,38 +68,40 @@ def _candidates(
     """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement."""
     rounds: list[Pinches] = []
     costs: list[NDArray[np.float64]] = []
-    for _ in range(ROUNDS):
-        pinches, cost = _round(context, workspace, obj, places)
+    enough = 0
+    for points in (GLANCE, *(SURFACE for _ in range(ROUNDS))):
+        pinches, cost, met = _round(context, workspace, obj, places, points)
         rounds.append(pinches)
-        costs.append(cost)
-        if sum(int((cost < HINDERED).sum()) for cost in costs) >= ENOUGH:
+        costs.append(cost + met)
+        # Among neighbours one cannot choose from too many, so a glance is enough where they are not met.
+        enough += int(((cost < HINDERED) & ((met == 0) | (points > GLANCE))).sum())
+        if enough >= ENOUGH:
             break
         yield None
     return Pinches.joined(rounds), np.concatenate(costs)
 
 
 def _round(
-    context: Context, workspace: Workspace, obj: str, places: list[Placement]
-) -> tuple[Pinches, NDArray[np.float64]]:
-    """One round of sampling: the promising pinches and their costs; neighbours are looked at only for those."""
-    pinches = roomy_pinches(workspace, obj, places, context.rng)
+    context: Context, workspace: Workspace, obj: str, places: list[Placement], points: int
+) -> tuple[Pinches, NDArray[np.float64], NDArray[np.float64]]:
+    """One round of sampling: the promising pinches, what they cost, and what the neighbours that they meet cost."""
+    pinches = roomy_pinches(workspace, obj, places, context.rng, points)
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
-        return pinches, np.empty(0)
+        return pinches, np.empty(0), np.empty(0)
     pinches, serves, lays = over_table(workspace, obj, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
     pinches, serves, lays = pinches.at(clear), serves[:, clear], lays[:, clear]
     if not len(pinches):
         context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
-        return pinches, np.empty(0)
+        return pinches, np.empty(0), np.empty(0)
     cost = intrinsic_cost(workspace, obj, pinches)
     for place, usable, laid in zip(places, serves, lays, strict=True):
         cost += placement_cost(workspace, obj, pinches, place, usable, laid)
     promising = np.array(_spread(pinches, cost)[:PROMISING])
     pinches, cost = pinches.at(promising), cost[promising]
-    for place in places:
-        cost += neighbour_cost(workspace, pinches, obj, place)
-    return pinches, cost
+    met = np.sum([neighbour_cost(workspace, pinches, obj, place) for place in places], axis=0)
+    return pinches, cost, met
 
 
 def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:

@@ -21,6 +21,7 @@ from tamp.streams.placements import put_aside
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.slides import slidable
+from tamp.streams.tilting import too_wide
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
 from tamp.task import Pose
@@ -35,6 +36,9 @@ ROUNDS = 4  # through the grasps that serve
 
 def lies_flat(workspace: Workspace, obj: str) -> bool:
     """Whether no hand can put an object down or pick it up on the table, whatever face it rests on."""
+    start = workspace.start[obj]
+    if start.on == (TABLE,) and not too_wide(workspace, obj, start):  # one face is enough
+        return False
     key = ("lies flat", obj)
     if key not in workspace.memory:
         workspace.memory[key] = all(slidable(workspace, obj, _amid(workspace, obj, R)) for R in resting(workspace, obj))

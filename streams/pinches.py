@@ -54,11 +54,11 @@ class Pinches:
         return Pinches(*(np.concatenate(column) for column in columns))
 
 
-def sample_pinches(workspace: Workspace, obj: str, rng: np.random.Generator) -> Pinches:
-    """Every antipodal contact pair of an object from directions all around at every depth."""
+def sample_pinches(workspace: Workspace, obj: str, rng: np.random.Generator, points: int = SURFACE) -> Pinches:
+    """Every antipodal contact pair that rays from so many points find, from directions all around at every depth."""
     gripper = workspace.world.robot.spec.gripper
     pieces = workspace.world.geometries[obj].parts
-    surface = surface_points(pieces, SURFACE, rng)
+    surface = surface_points(pieces, points, rng)
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))

@@ -12,7 +12,7 @@ from tamp.planning.objects import Fact
 from tamp.planning.schema import External
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Instance:
     """A stream applied to inputs, and everything that happened to it.
 

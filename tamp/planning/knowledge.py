@@ -44,7 +44,8 @@ class Knowledge:
         found = self._instances.get(key)
         if found is None:
             found = self._instances[key] = Instance(external, inputs, fluents)
-            found.domain = tuple(ground(p, found.binding()) for p in external.domain)
+            binding = found.binding()
+            found.domain = tuple(ground(pattern, binding) for pattern in external.domain)
         return found
 
     def find(self, external: External, inputs: tuple[int, ...]) -> Instance | None:

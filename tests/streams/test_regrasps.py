@@ -69,9 +69,22 @@ def test_what_cannot_be_taken_up_is_not_regrasped():
     assert "no grasp of wide takes it up" in reasons
 
 
-def test_a_coin_has_no_face_from_which_it_could_be_turned_over():
-    goal = At(Pose.from_rpy((0.05, -0.2, 0.011), (np.pi, 0.0, 0.0)))
-    coin = Object("coin", Cylinder(0.035, 0.02), Pose((0.05, 0.2, 0.011)), goal)
-    found, reasons = regrasps(workspace_of(coin), "coin")
+COIN = Object(
+    "coin", Cylinder(0.035, 0.02), Pose((0.05, 0.2, 0.011)), At(Pose.from_rpy((0.05, -0.2, 0.011), (np.pi, 0.0, 0.0)))
+)
+
+
+def test_a_coin_is_turned_over_where_it_is_laid_down_in_between():
+    found, _ = regrasps(workspace_of(COIN), "coin")
+    assert found
+    for first, between, _ in found:
+        assert between.pose.matrix[2, 2] == pytest.approx(-1.0)
+        tool = between.pose.matrix @ first.T_object_tool.matrix
+        assert workspace_of(COIN).world.hand_contact(tool, 0.08, Scene(), margin=0.0) == "table"  # it cannot be put
+
+
+def test_what_rests_on_no_face_is_not_regrasped(monkeypatch):
+    monkeypatch.setattr("tamp.streams.regrasps.resting", lambda workspace, obj: [])
+    found, reasons = regrasps(workspace_of(COIN), "coin")
     assert not found
     assert reasons == ["coin has no face to rest on with room for the hands of both grasps"]
