@@ -90,10 +90,10 @@ def test_containers_are_wide_enough(task):
 
 
 def with_what_may_stay(task: Task, ends):
-    """The goals' bodies and those of the objects without a goal that stand in no goal's way."""
+    """The goals' bodies and those of the objects without a goal that stand in no goal's way, nor on what leaves."""
     staying = {o.name: placed(o.shape, o.pose) for o in task.objects if o.goal is None}
     free = {name: body for name, body in staying.items() if all(overlap(body, end) < TOUCHING for end in ends.values())}
-    return ends | free
+    return ends | {name: body for name, body in free.items() if is_supported(name, free)}
 
 
 def assert_apart(bodies) -> None:
@@ -102,10 +102,15 @@ def assert_apart(bodies) -> None:
 
 
 def assert_supported(bodies) -> None:
-    """Each body's lowest point lies on the table or meets another body when pushed down by a tenth of a millimetre."""
+    """Each body's lowest point lies on the table, or it is carried by another."""
     for name, body in bodies.items():
         height = bottom(body)
         assert height > -TOUCHING, f"{name} reaches into the table"
-        pushed = [corners - (0.0, 0.0, 1e-4) for corners in body]
-        others = (other for key, other in bodies.items() if key != name)
-        assert height < TOUCHING or any(overlap(pushed, other) > 5e-5 for other in others), f"{name} floats"
+        assert is_supported(name, bodies), f"{name} floats"
+
+
+def is_supported(name: str, bodies) -> bool:
+    """Whether a body stands on the table or meets another one when it is pushed down by a tenth of a millimetre."""
+    pushed = [corners - (0.0, 0.0, 1e-4) for corners in bodies[name]]
+    others = (other for key, other in bodies.items() if key != name)
+    return bottom(bodies[name]) < TOUCHING or any(overlap(pushed, other) > 5e-5 for other in others)
