@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.workspace import Workspace
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -71,3 +73,19 @@ def resting(workspace: Workspace, obj: str) -> list[Array]:
         workspace.memory[key] = steady or [pose.R for pose in poses[:1]]
     rotations: list[Array] = workspace.memory[key]
     return rotations
+
+
+def amid(workspace: Workspace, obj: str, R: Array) -> Placement:
+    """An object in the orientation R, shape (3, 3), in the middle of the table."""
+    T = np.eye(4)
+    T[:3, :3] = R
+    T[:2, 3] = workspace.task.table.center
+    T[2, 3] = -float((workspace.points(obj) @ R[2]).min())
+    return Placement(Pose.from_matrix(T), (TABLE,))
+
+
+def turned(R: Array, angle: float) -> Array:
+    """An orientation, shape (3, 3), turned about the vertical by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    found: Array = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
+    return found

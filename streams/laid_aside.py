@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.collisions import handling_hits
-from tamp.streams.footing import resting
+from tamp.streams.footing import amid, resting, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import plan_laying
 from tamp.streams.placements import put_aside
@@ -24,10 +24,9 @@ from tamp.streams.slides import slidable
 from tamp.streams.tilting import too_wide
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
-from tamp.task import Pose
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
 LOOKED_AT = 60  # grasps
 TRIES = 6  # places for each of them
@@ -41,7 +40,7 @@ def lies_flat(workspace: Workspace, obj: str) -> bool:
         return False
     key = ("lies flat", obj)
     if key not in workspace.memory:
-        workspace.memory[key] = all(slidable(workspace, obj, _amid(workspace, obj, R)) for R in resting(workspace, obj))
+        workspace.memory[key] = all(slidable(workspace, obj, amid(workspace, obj, R)) for R in resting(workspace, obj))
     answer: bool = workspace.memory[key]
     return answer
 
@@ -90,25 +89,10 @@ def _places(context: Context, obj: str) -> list[Placement]:
     """A few places out of the way, those nearest to the object's goal first: it may have to stay there."""
     faces, goal = resting(context.scene, obj), context.scene.goals.get(obj)
     turns = (faces[int(context.rng.integers(len(faces)))] for _ in range(TRIES))
-    drawn = (put_aside(context, obj, _turned(R, context.rng.uniform(-np.pi, np.pi))) for R in turns)
+    drawn = (put_aside(context, obj, turned(R, context.rng.uniform(-np.pi, np.pi))) for R in turns)
     places = [place for place in drawn if place is not None]
     return places if goal is None else sorted(places, key=lambda place: dist(place.pose.xyz, goal.pose.xyz))
 
 
 def _detached(context: Context) -> Detached:
     return Detached(context.scene, context.rng.spawn(1)[0], context.deadline)
-
-
-def _amid(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> Placement:
-    """An object turned by R (3, 3) in the middle of the table."""
-    T = np.eye(4)
-    T[:3, :3] = R
-    T[:2, 3] = workspace.task.table.center
-    T[2, 3] = -float((workspace.points(obj) @ R[2]).min())
-    return Placement(Pose.from_matrix(T), (TABLE,))
-
-
-def _turned(R: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    c, s = np.cos(angle), np.sin(angle)
-    turned: NDArray[np.float64] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
-    return turned

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import HAND_MARGIN, opening_for
-from tamp.streams.footing import resting
+from tamp.streams.footing import amid, resting, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
@@ -24,7 +24,7 @@ from tamp.streams.reachability import reaches
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import TABLE, Context, Workspace
+from tamp.streams.workspace import Context, Workspace
 from tamp.task import Pose
 from tamp.world.scene import Scene
 
@@ -95,13 +95,13 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
         if not found:
             context.fail(f"no grasp of {obj} {deed}")
     rotations = resting(workspace, obj)
-    amid = [_amid(workspace, obj, R) for R in rotations]
-    over = {grasp: [_above_table(workspace, place.pose, grasp) for place in amid] for grasp in second}
+    midst = [amid(workspace, obj, R) for R in rotations]
+    over = {grasp: [_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
     ranked = sorted(product(first, second), key=lambda pair: first.index(pair[0]) + second.index(pair[1]))
     for laid in (False, True):
-        put = {grasp: [_put_above_table(workspace, obj, place, grasp, laid) for place in amid] for grasp in first}
+        put = {grasp: [_put_above_table(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
         taken_over = False
         for one, other in ranked:
             if time.monotonic() > context.deadline:
@@ -126,14 +126,6 @@ def _brings(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
 
 def _apart(context: Context) -> Detached:
     return Detached(context.scene, context.rng.spawn(1)[0])
-
-
-def _amid(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> Placement:
-    """The object amid the table on a face."""
-    T = np.eye(4)
-    T[:3, :3] = R
-    T[2, 3] = -float((workspace.points(obj) @ R[2]).min())
-    return Placement(Pose.from_matrix(T), (TABLE,))
 
 
 def _put_above_table(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> bool:
@@ -161,9 +153,8 @@ def _between(
         if time.monotonic() > context.deadline:
             return None
         angle = context.rng.uniform(-np.pi, np.pi)
-        c, s = np.cos(angle), np.sin(angle)
-        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ faces[context.rng.integers(len(faces))]
-        place = put_aside(context, obj, turned)
+        face = faces[context.rng.integers(len(faces))]
+        place = put_aside(context, obj, turned(face, angle))
         if place is not None and _takes(context, obj, place, other):
             brought = lays(_apart(context), obj, place, one) if laid else _takes(context, obj, place, one)
             if brought:

@@ -7,6 +7,7 @@ import pytest
 import tamp
 from tamp.checking import check
 from tamp.task import Box, Fall, Object, Pose
+from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -117,12 +118,7 @@ def test_a_falling_block_is_not_let_go_over_the_wall(corner, drop):
 
 @pytest.mark.parametrize("mutation", FALLS, ids=lambda mutation: mutation.__name__)
 def test_a_corrupted_fall_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
-    pytest.importorskip("pinocchio")
-    from tests.checking.oracle import wrong
-
-    mutant = mutation(task, plan, np.random.default_rng(0))
-    assert wrong(*mutant) is not None
-    assert {problem.kind for problem in check(*mutant).problems} & set(FALLS[mutation])
+    assert_wrong_and_rejected(mutation(task, plan, np.random.default_rng(0)), FALLS[mutation])
 
 
 def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):

@@ -8,6 +8,7 @@ import tamp
 from tamp.checking import check
 from tamp.task import Box, Move, Object, Pose, Trajectory, load_robot
 from tamp.world.robot_model import robot_model
+from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import PUSHES
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "slide_box.yaml"
@@ -100,12 +101,7 @@ def test_what_stands_on_it_is_not_slid_along(task, plan):
 
 @pytest.mark.parametrize("mutation", PUSHES, ids=lambda mutation: mutation.__name__)
 def test_a_corrupted_push_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
-    pytest.importorskip("pinocchio")
-    from tests.checking.oracle import wrong
-
-    mutant = mutation(task, plan, np.random.default_rng(0))
-    assert wrong(*mutant) is not None
-    assert {problem.kind for problem in check(*mutant).problems} & set(PUSHES[mutation])
+    assert_wrong_and_rejected(mutation(task, plan, np.random.default_rng(0)), PUSHES[mutation])
 
 
 def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
