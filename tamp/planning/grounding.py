@@ -63,7 +63,7 @@ class Grounder:
     def _rules(self) -> list[JoinRule]:
         rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
         rules += [self._axiom_rule(axiom) for axiom in self._axioms()]
-        rules += [self._stream_rule(external) for external in self._joined()]
+        rules += [self._stream_rule(external, hoped) for external, hoped in self._joined()]
         self._with_objects = any(p[0] == "object" for rule in rules for p in rule.body)
         return rules
 
@@ -169,8 +169,8 @@ class Grounder:
         negative = tuple(p for p in condition.negative if p[0] not in tests)
         return Condition(positive + refuted, negative, (), condition.unequal)
 
-    def _joined(self) -> list[External]:
-        """The streams whose promises some condition may use; the others are only called on demand."""
+    def _joined(self) -> list[tuple[External, bool]]:
+        """The streams that are not called on demand alone, and whether some condition may use what each promises."""
         used: set[str] = set()
         for action in self.schema.actions:
             if not self.connectors.is_connector(action.name):
@@ -188,13 +188,19 @@ class Grounder:
                 if e.name not in joined and (e.info.eager or used & {str(p[0]) for p in e.certified})
             ]
             if not more:
-                return [e for e in self.schema.externals.values() if e.name in joined]
+                found = [e for e in self.schema.externals.values() if e.name in joined]
+                return [(e, not used.isdisjoint(str(p[0]) for p in e.certified)) for e in found]
             for external in more:
                 joined[external.name] = external
                 used |= {str(p[0]) for p in external.domain}
 
-    def _stream_rule(self, external: External) -> JoinRule:
+    def _stream_rule(self, external: External, hoped: bool) -> JoinRule:
+        called_only = external.is_test and not hoped
+        is_real = self.knowledge.objects.is_real
+
         def on_match(values: tuple[int, ...]) -> None:
+            if called_only and not all(map(is_real, values)):
+                return
             instance = self.knowledge.instance(external, values)
             instance.supports = self._supports(values, instance.domain)
             instance.level = 1 + max((s.level for s in instance.supports), default=0)

@@ -40,6 +40,21 @@ class Chain:
     slides: NDArray[np.bool_]
     tool: Array
 
+    def frames(self, q: Array) -> Array:
+        """Each joint's frame in the world at configurations `q`, shape (b, n): shape (n, b, 4, 4)."""
+        count, joints = q.shape
+        frames = np.zeros((joints, count, 4, 4))
+        frames[..., 3, 3] = 1.0
+        angle = np.where(self.slides, 0.0, q).T
+        weights = np.stack([np.ones_like(angle), np.sin(angle), 1.0 - np.cos(angle)], axis=-1)
+        frames[..., :3, :3] = (weights @ self.turn.reshape(joints, 3, 9)).reshape(joints, count, 3, 3)
+        frames[..., :3, 3] = self.offset[:, None]
+        for i in np.flatnonzero(self.slides).tolist():
+            frames[i, :, :3, 3] += q[:, i, None] * (self.turn[i, 0] @ self.axis[i])
+        for i in range(1, joints):
+            np.matmul(frames[i - 1], frames[i], out=frames[i])
+        return frames
+
     def forward(self, q: Array) -> tuple[Array, Array, Array]:
         """Tool poses and Jacobians for configurations `q`, shape (b, n).
 
@@ -47,20 +62,10 @@ class Chain:
             Rotations (b, 3, 3), positions (b, 3) [m], and Jacobians (b, 6, n) of the tool's velocity over its angular
             velocity, both in world axes.
         """
-        count, joints = q.shape
-        local = np.zeros((joints, count, 4, 4))
-        local[..., 3, 3] = 1.0
-        angle = np.where(self.slides, 0.0, q).T
-        weights = np.stack([np.ones_like(angle), np.sin(angle), 1.0 - np.cos(angle)], axis=-1)
-        local[..., :3, :3] = (weights @ self.turn.reshape(joints, 3, 9)).reshape(joints, count, 3, 3)
-        local[..., :3, 3] = self.offset[:, None]
-        for i in np.flatnonzero(self.slides).tolist():
-            local[i, :, :3, 3] += q[:, i, None] * (self.turn[i, 0] @ self.axis[i])
-        for i in range(1, joints):
-            np.matmul(local[i - 1], local[i], out=local[i])
-        T = local[-1] @ self.tool
-        axes = np.matmul(local[..., :3, :3], self.axis[:, None, :, None])[..., 0]
-        return T[:, :3, :3], T[:, :3, 3], self._jacobian(axes, T[:, :3, 3] - local[..., :3, 3])
+        frames = self.frames(q)
+        T = frames[-1] @ self.tool
+        axes = np.matmul(frames[..., :3, :3], self.axis[:, None, :, None])[..., 0]
+        return T[:, :3, :3], T[:, :3, 3], self._jacobian(axes, T[:, :3, 3] - frames[..., :3, 3])
 
     def _jacobian(self, axes: Array, arms: Array) -> Array:
         jacobian = np.empty((axes.shape[1], 6, len(axes)))

@@ -6,14 +6,14 @@ import hashlib
 import itertools
 import math
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.world.arena import Arena, Setting
-from tamp.world.reach import reach_of
 from tamp.world.robot_model import RobotModel
+from tamp.world.travel import travel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,10 +65,9 @@ class CollisionChecker:
         digest.update(b"" if setting.T_tool_held is None else setting.T_tool_held.tobytes())
         return digest.digest()
 
-    @cached_property
-    def levers(self) -> Vector:
-        """Metres that no point of robot and held object moves beyond for a radian of each joint, shape (dof,)."""
-        return reach_of(self.robot).levers(self._arena.held_radius(self._setting))
+    def travel(self, configurations: Matrix) -> Vector:
+        """Metres that no point of robot and held object moves beyond between each two configurations, (n, dof)."""
+        return travel(self.robot, configurations, self._arena.held_radius(self._setting))
 
     def free(self, q: Vector) -> bool:
         """Whether every body keeps its margin at configuration `q`, shape (dof,) [rad]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -20,8 +21,11 @@ SAMPLE_S = 0.02
 TOLERANCE = 0.004
 """How far rounded corners may leave the polyline [rad]."""
 
-GRID = 80
-"""Number of stretches that TOPPRA divides an evenly long path into, besides the ends of its blends."""
+GRID = 30
+"""Number of intervals that TOPPRA divides a path into, besides the ends of its blends."""
+
+LEAST = 4
+"""The same for each straight stretch, however short."""
 
 TESTED_EVERY = 0.01
 """How far the fastest point of arm and held object moves between two tests of a timed curve [m]."""
@@ -114,11 +118,19 @@ def _checked(path: Array, limits: RobotSpec, speed: float) -> Array:
 
 
 def _grid(curve: RoundedPath) -> Array:
-    """All breaks of the curve, its longer stretches divided evenly."""
+    """All breaks of the curve, and points between them, denser near the ends of the straight stretches.
+
+    There the motion turns from one limit to another, and blends are short; neighbours of very different length cost
+    speed.
+    """
     breaks = curve.breaks
-    spacing = curve.arc[-1] / GRID
-    counts = np.maximum(1, np.ceil(np.diff(breaks) / spacing)).astype(int)
-    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(breaks[:-1], breaks[1:], counts, strict=True)]
+    counts = np.ceil(np.diff(breaks) / (curve.arc[-1] / GRID)).astype(int)
+    pieces = []
+    for k, (start, end) in enumerate(itertools.pairwise(breaks)):
+        is_blend = k % 2 == 1
+        count = max(counts[k], 1 if is_blend else LEAST)
+        share = np.arange(count) / count
+        pieces.append(start + (end - start) * (share if is_blend else (1 - np.cos(np.pi * share)) / 2))
     return np.concatenate([*pieces, breaks[-1:]])
 
 

@@ -13,9 +13,8 @@ from tamp.world.paths import Array, deviation
 class ConfigurationTest(Protocol):
     """Says whether a configuration is free; `tamp.world.collision.CollisionChecker` is one."""
 
-    @property
-    def levers(self) -> Array:
-        """Metres that no moving point moves beyond for a radian of each joint, shape (dof,)."""
+    def travel(self, configurations: Array, /) -> Array:
+        """Metres that no moving point moves beyond between each two configurations, (n, dof): shape (n - 1,)."""
 
     def free(self, q: Array, /) -> bool:
         """Whether the configuration, shape (dof,), is free of collision."""
@@ -23,8 +22,7 @@ class ConfigurationTest(Protocol):
 
 def first_blocked(trajectory: Trajectory, checker: ConfigurationTest, step: float) -> float | None:
     """Time of the first configuration in collision [s], tested every `step` [m] of motion of the fastest point."""
-    travel = np.abs(np.diff(trajectory.positions, axis=0)) @ checker.levers
-    distance = np.concatenate([[0.0], np.cumsum(travel)])
+    distance = np.concatenate([[0.0], np.cumsum(checker.travel(trajectory.positions))])
     # A tenth to spare, as the motion within a sample is not quite uniform.
     marks = np.linspace(0.0, distance[-1], max(2, int(np.ceil(distance[-1] / (0.9 * step))) + 1))
     times = np.interp(marks, distance, trajectory.times)

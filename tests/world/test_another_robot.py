@@ -9,10 +9,10 @@ from tamp.task.robot import read_robot
 from tamp.world.geometry import load_geometry
 from tamp.world.kinematics import inverse, straight_line
 from tamp.world.motion import plan_motion
-from tamp.world.reach import reach_of
 from tamp.world.robot_model import robot_model
 from tamp.world.scene import Scene
 from tamp.world.timing import time_free_path
+from tamp.world.travel import travel
 from tamp.world.world import World
 
 # Joint axis and length of the link that follows [m].
@@ -71,7 +71,7 @@ def test_its_folder_says_all_there_is_to_know(small):
     assert len(small.bodies) == 9 and len(small.hand) == 3
     stretched = small.forward(np.zeros(6))[:3, 3]
     np.testing.assert_allclose(stretched, (-0.3, 0.0, 0.02 + 0.9 + 0.1), atol=1e-9)
-    assert reach_of(small).levers(0.0)[0] == pytest.approx(1.0, abs=0.1)
+    assert travel(small, np.array([np.zeros(6), 0.01 * np.eye(6)[1]]), 0.0)[0] == pytest.approx(0.01, abs=0.002)
 
 
 def test_it_finds_configurations_for_its_own_tool_poses(small):
