@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.solids import inverse
+from tamp.checking.solids import inverse, rotation
 from tamp.checking.standing import carriers, unrest
 from tamp.checking.sweep import Mover, standing, touches, travelled
 
@@ -106,18 +106,12 @@ def _turned(before: Array, after: Array, count: int = 8) -> Array:
         straight = np.tile(after, (count, 1, 1))
         straight[:, :3, 3] = np.linspace(before[:3, 3], after[:3, 3], count)
         return straight
-    K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-
-    def turned(by: float) -> Array:
-        R: Array = np.eye(3) + np.sin(by) * K + (1 - np.cos(by)) * K @ K
-        return R
-
     # The point that stays where it is, in the plane across the axis; what is left is a shift along the axis.
-    shift = after[:3, 3] - turned(angle) @ before[:3, 3]
+    shift = after[:3, 3] - rotation(axis, angle) @ before[:3, 3]
     along = axis * (axis @ shift)
-    center = np.linalg.lstsq(np.eye(3) - turned(angle), shift - along, rcond=None)[0]
+    center = np.linalg.lstsq(np.eye(3) - rotation(axis, angle), shift - along, rcond=None)[0]
     poses = np.tile(np.eye(4), (count, 1, 1))
     for k, share in enumerate(np.linspace(0.0, 1.0, count)):
-        poses[k, :3, :3] = turned(share * angle) @ before[:3, :3]
-        poses[k, :3, 3] = center + turned(share * angle) @ (before[:3, 3] - center) + share * along
+        poses[k, :3, :3] = rotation(axis, share * angle) @ before[:3, :3]
+        poses[k, :3, 3] = center + rotation(axis, share * angle) @ (before[:3, 3] - center) + share * along
     return poses

@@ -9,6 +9,7 @@ import numpy as np
 from tamp.checking.grasp import between_pads
 from tamp.checking.motion import finger_touches, sentence_of
 from tamp.checking.scene import Scene, State
+from tamp.checking.slumping import slumps
 from tamp.checking.solids import clearance, inverse
 from tamp.checking.standing import balanced, carriers, overlaps, unrest
 
@@ -104,7 +105,7 @@ def _check_closing(
 
 
 def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
-    """Nothing that stands on the object may fall when it leaves."""
+    """Nothing that stands on the object may fall when it leaves; it may slump to where the rest carries it."""
     for other in sorted(state.poses):
         T = inverse(state.poses[name]) @ state.poses[other]
         if other == name or clearance(scene.solids[name], scene.solids[other], T, allow.contact) > allow.standing:
@@ -112,5 +113,7 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
         carried = carriers(scene, state, other, allow)
         if name not in carried.bodies:
             continue
-        if balanced(scene, state, other, carried.without(name), allow) < allow.balance:
+        if balanced(scene, state, other, carried.without(name), allow) >= allow.balance:
+            continue
+        if not slumps(scene, state, other, name, allow):
             report("precondition", f"{other} stands on {name}, which is taken away", bodies=(name, other))

@@ -235,6 +235,14 @@ def penetration(a: Part, b: Part, T_a_b: Array) -> float:
     return float(-ConvexHull(difference).equations[:, 3].max())
 
 
+def rotation(axis: Array, angle: float) -> Array:
+    """The turn by an angle [rad] about a unit vector, shape (3, 3), by Rodrigues' formula."""
+    x, y, z = axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    return R
+
+
 def inverse(T: Array) -> Array:
     """Inverse of rigid transforms, shape (..., 4, 4)."""
     R = np.swapaxes(T[..., :3, :3], -1, -2)
