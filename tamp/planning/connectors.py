@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from tamp.planning.join import Pattern
 from tamp.planning.normal_schemas import ActionSchema, Condition, EffectSchema
+from tamp.planning.objects import Pattern
 from tamp.planning.schema import External, Schema
 
 

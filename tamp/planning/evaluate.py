@@ -6,11 +6,10 @@ from collections.abc import Iterator
 
 from tamp.planning.fact_index import FactIndex
 from tamp.planning.instances import ground
-from tamp.planning.join import Pattern
 from tamp.planning.knowledge import Knowledge
 from tamp.planning.lookups import Lookup, Lookups, differ, order
 from tamp.planning.normal_schemas import AxiomSchema, Condition
-from tamp.planning.objects import Fact
+from tamp.planning.objects import Fact, Pattern
 from tamp.planning.sampling import Sampling
 from tamp.planning.state import State, Support, Violation
 from tamp.planning.truth import Truth

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tamp.planning.context import Context
-from tamp.planning.join import Pattern
-from tamp.planning.objects import Fact
+from tamp.planning.objects import Fact, Pattern
 from tamp.planning.schema import External
 
 

@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from tamp.planning.join import Pattern
 from tamp.planning.normal_schemas import ActionSchema, Condition
-from tamp.planning.objects import Fact
+from tamp.planning.objects import Fact, Pattern
 from tamp.planning.schema import Schema
 
 MAX_PARTS = 4

@@ -10,10 +10,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tamp.planning.objects import Fact
-
-Pattern = tuple[str | int, ...]
-"""A predicate followed by terms: variables are strings, objects are handles."""
+from tamp.planning.join_order import Step, join_order
+from tamp.planning.objects import Fact, Pattern
 
 
 @dataclass(frozen=True)
@@ -32,18 +30,6 @@ class JoinRule:
     on_match: Callable[[tuple[int, ...]], None]
 
 
-@dataclass(frozen=True)
-class _Step:
-    """Looks up one pattern of a body when some of its variables are bound already."""
-
-    position: int
-    index: tuple[str, tuple[int, ...]]
-    key: tuple[tuple[bool, int], ...]  # (is a slot, slot or handle) for each indexed position
-    binds: tuple[tuple[int, int], ...]  # (position in the fact, slot)
-    repeats: tuple[tuple[int, int], ...]
-    unequal: tuple[tuple[int, int], ...]
-
-
 class Join:
     """Facts and the rules they feed. Facts may be added from within `on_match`."""
 
@@ -52,12 +38,14 @@ class Join:
         self._queue: deque[Fact] = deque()
         self._busy = False
         self._indices: dict[str, dict[tuple[int, ...], dict[tuple[int, ...], list[Fact]]]] = {}
-        self._watchers: dict[str, list[tuple[JoinRule, tuple[_Step, ...]]]] = {}
+        self._watchers: dict[str, list[tuple[JoinRule, tuple[Step, ...]]]] = {}
         self._empty = [rule for rule in rules if not rule.body]
         for rule in rules:
             for first in range(len(rule.body)):
                 self._indices.setdefault(str(rule.body[first][0]), {})
-                steps = self._plan(rule, first)
+                steps = join_order(rule.variables, rule.body, rule.unequal, first)
+                for step in steps:
+                    self._indices.setdefault(step.index[0], {}).setdefault(step.index[1], {})
                 self._watchers.setdefault(str(rule.body[first][0]), []).append((rule, steps))
 
     def start(self) -> None:
@@ -95,8 +83,8 @@ class Join:
     def _bind(
         self,
         candidate: Fact,
-        step: _Step,
-        steps: tuple[_Step, ...],
+        step: Step,
+        steps: tuple[Step, ...],
         depth: int,
         slots: list[int],
         trigger: Fact,
@@ -122,55 +110,3 @@ class Join:
         for fact in table.get(key, ()):
             if not (earlier and fact == trigger):
                 self._bind(fact, following, steps, depth, slots, trigger, matches)
-
-    def _plan(self, rule: JoinRule, first: int) -> tuple[_Step, ...]:
-        """The order in which to look the body up: always the pattern with the fewest unbound variables next.
-
-        A pattern that any object fits comes last: by then another one may have bound its variable.
-        """
-        slot = {variable: i for i, variable in enumerate(rule.variables)}
-        bound: set[str] = set()
-        rest = list(range(len(rule.body)))
-        open_pairs = list(rule.unequal)
-        steps: list[_Step] = []
-        while rest:
-            position = first if not steps else min(rest, key=lambda i: _openness(rule.body[i], bound))
-            rest.remove(position)
-            pattern = rule.body[position]
-            step = self._step(pattern, position, slot, bound)
-            bound |= {term for term in pattern[1:] if isinstance(term, str)}
-            ready = [pair for pair in open_pairs if all(isinstance(t, int) or t in bound for t in pair)]
-            open_pairs = [pair for pair in open_pairs if pair not in ready]
-            codes = tuple((_code(a, slot), _code(b, slot)) for a, b in ready)
-            steps.append(_Step(position, step.index, step.key, step.binds, step.repeats, codes))
-        return tuple(steps)
-
-    def _step(self, pattern: Pattern, position: int, slot: dict[str, int], bound: set[str]) -> _Step:
-        positions: list[int] = []
-        key: list[tuple[bool, int]] = []
-        binds: dict[int, int] = {}
-        repeats: list[tuple[int, int]] = []
-        for i, term in enumerate(pattern[1:], start=1):
-            if isinstance(term, int):
-                positions.append(i)
-                key.append((False, term))
-            elif term in bound:
-                positions.append(i)
-                key.append((True, slot[term]))
-            elif slot[term] in binds.values():
-                repeats.append((i, slot[term]))
-            else:
-                binds[i] = slot[term]
-        index = (str(pattern[0]), tuple(positions))
-        self._indices.setdefault(index[0], {}).setdefault(index[1], {})
-        return _Step(position, index, tuple(key), tuple(binds.items()), tuple(repeats), ())
-
-
-def _openness(pattern: Pattern, bound: set[str]) -> tuple[bool, int]:
-    unbound = len({term for term in pattern[1:] if isinstance(term, str)} - bound)
-    return pattern[0] == "object" and unbound > 0, unbound
-
-
-def _code(term: str | int, slot: dict[str, int]) -> int:
-    """A slot as itself, a handle as a negative number."""
-    return -term - 1 if isinstance(term, int) else slot[term]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from tamp.planning.join import Pattern
 from tamp.planning.normal_schemas import Condition
+from tamp.planning.objects import Pattern
 from tamp.planning.schema import Schema
 
 Pairs = tuple[tuple[str | int, str | int], ...]

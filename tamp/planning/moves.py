@@ -10,9 +10,8 @@ from tamp.planning.attempt import BoundStep, FailedMove
 from tamp.planning.connectors import Connector, Connectors
 from tamp.planning.evaluate import Evaluator
 from tamp.planning.instances import Instance, ground
-from tamp.planning.join import Pattern
 from tamp.planning.knowledge import Knowledge
-from tamp.planning.objects import Fact
+from tamp.planning.objects import Fact, Pattern
 from tamp.planning.sampling import Sampling
 from tamp.planning.schema import External
 from tamp.planning.state import State

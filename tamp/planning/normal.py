@@ -27,9 +27,8 @@ from tamp.language import (
     Variable,
     type_conditions,
 )
-from tamp.planning.join import Pattern
 from tamp.planning.normal_schemas import ActionSchema, AxiomSchema, Condition, EffectSchema, NormalDomain
-from tamp.planning.objects import Objects
+from tamp.planning.objects import Objects, Pattern
 from tamp.planning.substitution import free_variables, put, put_condition, rename, rename_atom, resolve
 
 GOAL = "@goal"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tamp.planning.join import Pattern
+from tamp.planning.objects import Pattern
 
 
 @dataclass(frozen=True)

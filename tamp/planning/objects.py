@@ -9,6 +9,9 @@ from tamp.language import Constant
 Fact = tuple[Any, ...]
 """A predicate's name in lower case, followed by handles."""
 
+Pattern = tuple[str | int, ...]
+"""A predicate followed by terms: variables are strings, objects are handles."""
+
 
 class Objects:
     """Gives each object a handle, an integer in order of first appearance, and a key that is the same in every run."""

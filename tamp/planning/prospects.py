@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from tamp.planning.join import Pattern
 from tamp.planning.knowledge import Knowledge
-from tamp.planning.objects import Fact
+from tamp.planning.objects import Fact, Pattern
 from tamp.planning.schema import External, Schema
 
 ANY = -1

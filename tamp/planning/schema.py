@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from tamp.language import FunctionStream, PredicateStream, Rule, Stream
-from tamp.planning.join import Pattern
 from tamp.planning.normal import normalise
 from tamp.planning.normal_schemas import AxiomSchema, Condition, NormalDomain
-from tamp.planning.objects import Objects
+from tamp.planning.objects import Objects, Pattern
 from tamp.planning.problem import Problem, StreamInfo
 
 FALSE_MARK = "~"

@@ -17,8 +17,8 @@ from tamp.language import (
     Term,
     Variable,
 )
-from tamp.planning.join import Pattern
 from tamp.planning.normal_schemas import Condition
+from tamp.planning.objects import Pattern
 
 
 def resolve(term: str | int, sigma: dict[str, str | int]) -> str | int:
