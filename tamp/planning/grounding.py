@@ -10,7 +10,7 @@ from tamp.planning.instances import Instance, ground
 from tamp.planning.join import Join, JoinRule
 from tamp.planning.knowledge import Knowledge
 from tamp.planning.normal_schemas import ActionSchema, AxiomSchema, Condition, EffectSchema
-from tamp.planning.objects import Fact, Pattern
+from tamp.planning.objects import Fact
 from tamp.planning.operators import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.schema import FALSE_MARK, TRUE_MARK, External, Schema
 
@@ -245,6 +245,3 @@ def _is_plain(effect: EffectSchema) -> bool:
 def _variables(condition: Condition) -> tuple[str, ...]:
     """The variables of a condition's positive patterns, in order."""
     return tuple(dict.fromkeys(t for p in condition.positive for t in p[1:] if isinstance(t, str)))
-
-
-__all__ = ["GroundAxiom", "GroundEffect", "GroundOperator", "Grounder"]
