@@ -13,6 +13,7 @@ from tamp.planning.normal_schemas import ActionSchema, AxiomSchema, Condition, E
 from tamp.planning.objects import Fact
 from tamp.planning.operators import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.schema import FALSE_MARK, TRUE_MARK, External, Schema
+from tamp.planning.visible import Visible
 
 
 class Grounder:
@@ -32,7 +33,7 @@ class Grounder:
         self.on_instance: Callable[[Instance], None] = lambda instance: None
         self.tick: Callable[[], None] = lambda: None
         self._since_tick = 0
-        self._lazy = lazy
+        self._visible = Visible(schema, connectors, lazy)
         self._pending: list[Instance] = []
         self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
         self._with_objects = False
@@ -62,8 +63,8 @@ class Grounder:
 
     def _rules(self) -> list[JoinRule]:
         rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
-        rules += [self._axiom_rule(axiom) for axiom in self._axioms()]
-        rules += [self._stream_rule(external, hoped) for external, hoped in self._joined()]
+        rules += [self._axiom_rule(axiom, condition) for axiom, condition in self._visible.axioms()]
+        rules += [self._stream_rule(external, hoped) for external, hoped in self._visible.streams()]
         self._with_objects = any(p[0] == "object" for rule in rules for p in rule.body)
         return rules
 
@@ -82,7 +83,7 @@ class Grounder:
             if _is_plain(effect):
                 continue
             if not effect.positive:  # what a test may yet prevent is assumed not to happen
-                effect = replace(effect, condition=self._doubting(effect.condition))
+                effect = replace(effect, condition=self._visible.doubting(effect.condition))
             body = tuple(dict.fromkeys(condition.positive + effect.condition.positive))
             names = tuple(dict.fromkeys((*variables, *_variables(effect.condition))))
             unequal = condition.unequal + effect.condition.unequal
@@ -141,11 +142,8 @@ class Grounder:
             (negative if pattern[0] in changing else absent).append(ground(pattern, binding))
         return tuple(static), tuple(absent), tuple(positive), tuple(negative)
 
-    def _axioms(self) -> list[AxiomSchema]:
-        return [axiom for axiom in self.schema.axioms if axiom.head[0] not in self.connectors.private]
-
-    def _axiom_rule(self, axiom: AxiomSchema) -> JoinRule:
-        condition = self.connectors.without(self._doubted(axiom))
+    def _axiom_rule(self, axiom: AxiomSchema, condition: Condition) -> JoinRule:
+        condition = self.connectors.without(condition)
         variables = _variables(condition)
 
         def on_match(values: tuple[int, ...]) -> None:
@@ -155,44 +153,6 @@ class Grounder:
             self.tell(head)
 
         return JoinRule(variables, condition.positive, condition.unequal, on_match)
-
-    def _doubted(self, axiom: AxiomSchema) -> Condition:
-        """An axiom's condition; of a predicate that the plan wants false, as far as tests have decided it."""
-        lazy = self._lazy and axiom.head[0] in self.schema.doubted
-        return self._doubting(axiom.condition) if lazy else axiom.condition
-
-    def _doubting(self, condition: Condition) -> Condition:
-        """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
-        tests = self.schema.tests
-        positive = tuple((TRUE_MARK + str(p[0]), *p[1:]) if p[0] in tests else p for p in condition.positive)
-        refuted = tuple((FALSE_MARK + str(p[0]), *p[1:]) for p in condition.negative if p[0] in tests)
-        negative = tuple(p for p in condition.negative if p[0] not in tests)
-        return Condition(positive + refuted, negative, (), condition.unequal)
-
-    def _joined(self) -> list[tuple[External, bool]]:
-        """The streams that are not called on demand alone, and whether some condition may use what each promises."""
-        used: set[str] = set()
-        for action in self.schema.actions:
-            if not self.connectors.is_connector(action.name):
-                used |= {
-                    str(p[0]) for c in (action.condition, *(e.condition for e in action.effects)) for p in c.positive
-                }
-        for axiom in self._axioms():
-            used |= {str(p[0]) for p in self._doubted(axiom).positive}
-        used |= {str(p[0]) for p in self.schema.goal.positive}
-        joined: dict[str, External] = {}
-        while True:
-            more = [
-                e
-                for e in self.schema.externals.values()
-                if e.name not in joined and (e.info.eager or used & {str(p[0]) for p in e.certified})
-            ]
-            if not more:
-                found = [e for e in self.schema.externals.values() if e.name in joined]
-                return [(e, not used.isdisjoint(str(p[0]) for p in e.certified)) for e in found]
-            for external in more:
-                joined[external.name] = external
-                used |= {str(p[0]) for p in external.domain}
 
     def _stream_rule(self, external: External, hoped: bool) -> JoinRule:
         called_only = external.is_test and not hoped
