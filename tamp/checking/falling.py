@@ -75,20 +75,25 @@ def _not_turning(scene: Scene, state: State, name: str, after: Array, allow: Tol
         return
     if abs(axis[2]) > np.sin(allow.level):
         yield f"{name} is said to turn sideways while it falls"
-    points = list(carriers(scene, state, name, allow).points.values())
+    points = carriers(scene, state, name, allow).points
     if not points:
         yield f"{name} is let go in the air: no edge of it stands on anything"
         return
-    edge = np.concatenate(points)
+    edge = np.concatenate(list(points.values()))
     lever = scene.center_of_mass(name, before)[:2] - edge[:, :2]
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
     if torque < allow.balance:
         yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
-    T = after @ inverse(before)
-    moved = edge @ T[:3, :3].T + T[:3, 3] - edge
-    slid = float(np.linalg.norm(moved[:, :2], axis=1).max())
+    # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
+    slid = min(_moved_aside(on, after @ inverse(before)) for on in points.values())
     if slid > allow.drop:
         yield f"{name} is said to slide {1000 * slid:.0f} mm while it falls"
+
+
+def _moved_aside(points: Array, T: Array) -> float:
+    """How far the fastest of some points, shape (n, 3), goes aside where T takes them [m]."""
+    moved = points @ T[:3, :3].T + T[:3, 3] - points
+    return float(np.linalg.norm(moved[:, :2], axis=1).max())
 
 
 def _turn(before: Array, after: Array) -> tuple[Array, float]:

@@ -6,7 +6,10 @@ import pytest
 
 import tamp
 from tamp.checking import check
-from tamp.task import Box, Fall, Object, Pose
+from tamp.checking.scene import Scene, State
+from tamp.checking.standing import carriers
+from tamp.checking.tolerances import DEFAULT
+from tamp.task import Box, Fall, Object, Pose, Release
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
 
@@ -76,6 +79,28 @@ def test_what_lies_where_an_object_falls_is_hit(task, plan):
     known = replace(plan, start={**plan.start, "brick": brick.pose})
     assert "book falls" in said(crowded, known)
     assert "into brick" in said(crowded, known)
+
+
+def behind(task, before, after):
+    """A block that the book, let go at `before`, leans on with its low side, away from where it falls."""
+    way = np.subtract(after.xyz, before.xyz) * (1.0, 1.0, 0.0)
+    way /= np.linalg.norm(way)
+    signs = 2 * np.array(list(np.ndindex(2, 2, 2))) - 1
+    corners = signs * np.array(task.object("book").shape.size) / 2 @ before.matrix[:3, :3].T + before.xyz
+    pivot, back = corners[np.argsort(corners[:, 2])[:2]], corners[np.argsort(corners @ way)[:2]]
+    x, y, z = np.concatenate([pivot, back]).mean(axis=0) - 0.01 * way - (0.0, 0.0, 0.002)
+    yaw = float(np.arctan2(way[1], way[0]))
+    return Object("block", Box((0.02, 0.02, z)), Pose.from_rpy((x, y, z / 2), (0.0, 0.0, yaw)))
+
+
+def test_an_object_may_fall_away_from_what_it_leans_on(task, plan):
+    before = [s.pose for a in plan.actions for s in a.steps if isinstance(s, Release)][-1]
+    block = behind(task, before, fallen(plan).pose)
+    crowded = replace(task, objects=(*task.objects, block))
+    state = State({"book": before.matrix, "block": block.pose.matrix}, np.zeros(7))
+    assert carriers(Scene.of(crowded), state, "book", DEFAULT).bodies == ("block", "table")
+    known = replace(plan, start={**plan.start, "block": block.pose})
+    assert "slide" not in said(crowded, known)
 
 
 @pytest.fixture(scope="module")
