@@ -6,10 +6,11 @@ import pytest
 
 import tamp
 from tamp.checking import check
+from tamp.checking.falling import check_fall
 from tamp.checking.scene import Scene, State
 from tamp.checking.standing import carriers
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Box, Fall, Object, Pose, Release
+from tamp.task import Box, Fall, Object, Pose, Task, load_robot
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
 
@@ -81,26 +82,18 @@ def test_what_lies_where_an_object_falls_is_hit(task, plan):
     assert "into brick" in said(crowded, known)
 
 
-def behind(task, before, after):
-    """A block that the book, let go at `before`, leans on with its low side, away from where it falls."""
-    way = np.subtract(after.xyz, before.xyz) * (1.0, 1.0, 0.0)
-    way /= np.linalg.norm(way)
-    signs = 2 * np.array(list(np.ndindex(2, 2, 2))) - 1
-    corners = signs * np.array(task.object("book").shape.size) / 2 @ before.matrix[:3, :3].T + before.xyz
-    pivot, back = corners[np.argsort(corners[:, 2])[:2]], corners[np.argsort(corners @ way)[:2]]
-    x, y, z = np.concatenate([pivot, back]).mean(axis=0) - 0.01 * way - (0.0, 0.0, 0.002)
-    yaw = float(np.arctan2(way[1], way[0]))
-    return Object("block", Box((0.02, 0.02, z)), Pose.from_rpy((x, y, z / 2), (0.0, 0.0, yaw)))
-
-
-def test_an_object_may_fall_away_from_what_it_leans_on(task, plan):
-    before = [s.pose for a in plan.actions for s in a.steps if isinstance(s, Release)][-1]
-    block = behind(task, before, fallen(plan).pose)
-    crowded = replace(task, objects=(*task.objects, block))
-    state = State({"book": before.matrix, "block": block.pose.matrix}, np.zeros(7))
-    assert carriers(Scene.of(crowded), state, "book", DEFAULT).bodies == ("block", "table")
-    known = replace(plan, start={**plan.start, "block": block.pose})
-    assert "slide" not in said(crowded, known)
+def test_an_object_may_fall_away_from_what_it_leans_on():
+    tilt, height = np.radians(50.0), 0.06
+    pivot, flat = Pose((0.1, 0.2, 0.0)), Pose((0.045, 0.0, height / 2))
+    brick = Object("brick", Box((0.09, 0.12, height)), pivot @ Pose.from_rpy((0, 0, 0), (0, -tilt, 0)) @ flat)
+    x, z = -0.8 * height * np.sin(tilt), 0.8 * height * np.cos(tilt) - 0.0015  # the end that rose slopes over it
+    block = Object("block", Box((0.03, 0.03, z)), pivot @ Pose((x - 0.015, 0.0, z / 2)))
+    scene = Scene.of(Task("lean", (brick, block)))
+    state = State({o.name: o.pose.matrix for o in (brick, block)}, np.array(load_robot("panda").home))
+    assert carriers(scene, state, "brick", DEFAULT).bodies == ("block", "table")
+    found = []
+    check_fall(scene, state, Fall("brick", pivot @ flat), DEFAULT, lambda *told, **more: found.append(told))
+    assert not found
 
 
 @pytest.fixture(scope="module")
