@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
 LIKELY = 0.02  # a face that a thrown object comes to rest on less often than this is left out
+SURE = 0.25  # one that it comes to rest on more often is steady: if it rocks there at all, then not far
 BALANCE = 0.002  # the centre of mass lies at least this far inside the base [m]
 STEADY = 0.09  # and this far for each metre above it: opening fingers tip what five degrees would overturn
 
@@ -67,12 +68,18 @@ def resting(workspace: Workspace, obj: str) -> list[Array]:
     key = ("resting", obj)
     if key not in workspace.memory:
         geometry = workspace.world.geometries[obj]
-        poses = stable_poses(geometry)
-        steady = [pose.R for pose in poses if pose.probability > LIKELY and stands(geometry, pose.R)]
         # A ball has many faces, none of them likely: any will do.
-        workspace.memory[key] = steady or [pose.R for pose in poses[:1]]
+        workspace.memory[key] = steady_faces(geometry) or [pose.R for pose in stable_poses(geometry)[:1]]
     rotations: list[Array] = workspace.memory[key]
     return rotations
+
+
+def steady_faces(geometry: Geometry) -> list[Array]:
+    """The orientations (3, 3) in which a body lies steadily on a plane, the likeliest first; none for a ball."""
+    from tamp.world.geometry import stable_poses
+
+    poses = [pose for pose in stable_poses(geometry) if pose.probability > LIKELY]
+    return [pose.R for pose in poses if pose.probability > SURE or stands(geometry, pose.R)]
 
 
 def amid(workspace: Workspace, obj: str, R: Array) -> Placement:

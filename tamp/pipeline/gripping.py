@@ -6,22 +6,33 @@ then only has to find the way.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from tamp.pipeline.situation import raised
 from tamp.planning import Context
 from tamp.planning.context import generator_for
-from tamp.streams.clearance import hand_hits, opening_for
+from tamp.streams.clearance import clear_of_falling, hand_hits, opening_for
 from tamp.streams.collisions import handling_hits
+from tamp.streams.dropping import drops
+from tamp.streams.footing import amid
+from tamp.streams.pinches import Pinches
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
+from tamp.task import Pose
 from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 LOOKED_AT = 60  # grasps of an object
 KEPT = 24  # of those, that can take it
 SERVING = 2  # grasps after which a place needs no more
+PUT, DROP = "inverse-kinematics", "plan-laying"  # streams that know ways to a place
 REACHED = 4  # grasps for which the arm is asked about a place
 
 
@@ -48,37 +59,50 @@ class Grips:
             self.grasps: tuple[Grasp, ...] = ()
         else:
             offered = islice(samplers["sample-grasp"](self._context("sample-grasp", ()), name), LOOKED_AT)
-            self.grasps = tuple(islice(self._usable(offered, workspace.start[name]), KEPT))
+            taking = (grasp for grasp in offered if self._reaches(PUT, grasp, workspace.start[name]))
+            self.grasps = tuple(islice(taking, KEPT))
+
+    def fits(self, R: NDArray[np.float64]) -> bool:
+        """Whether there is a grasp whose hand is clear of the table on which the object stands, turned by R (3, 3)."""
+        pose = raised(amid(self._workspace, self._name, R)).pose
+        return any(self._is_clear(grasp, pose, Scene()) for grasp in self.grasps)
 
     def roomy(self, place: Placement) -> tuple[Grasp, ...]:
-        """Those of the grasps for whose hand, open and without an arm, there is room at a place."""
-        T_world_object, gripper = place.pose.matrix, self._workspace.world.robot.spec.gripper
+        """Those of the grasps for whose hand, open and without an arm, there is room at a place or to drop it there."""
+        above = [fall[0] for fall in drops(self._workspace, self._name, place)]
+        loose = clear_of_falling(self._workspace, self._name, _pinches(self.grasps), place.pose)
+        poses = [[place.pose, *above] if falls_out else [place.pose] for falls_out in loose]
         return tuple(
             grasp
-            for grasp in self.grasps
-            if not hand_hits(
-                self._workspace,
-                T_world_object @ grasp.T_object_tool.matrix,
-                opening_for(gripper, grasp),
-                self._scene,
-            )
+            for grasp, let_go in zip(self.grasps, poses, strict=True)
+            if any(self._is_clear(grasp, pose, self._scene) for pose in let_go)
         )
 
     def serving(self, place: Placement) -> tuple[Grasp, ...]:
-        """A few of the grasps, best first, that can also put the object down at a place; none where there are none."""
-        return tuple(islice(self._usable(self.roomy(place)[:REACHED], place), SERVING))
+        """A few of the grasps, best first, that can also bring the object to a place; none where there are none."""
+        streams = (PUT, DROP) if drops(self._workspace, self._name, place) else (PUT,)
+        grasps = self.roomy(place)[:REACHED]
+        able = (grasp for grasp in grasps if any(self._reaches(stream, grasp, place) for stream in streams))
+        return tuple(islice(able, SERVING))
 
-    def _usable(self, grasps: Iterable[Grasp], place: Placement) -> Iterator[Grasp]:
-        """Those of the grasps by which the arm reaches a place without meeting anything."""
-        for grasp in grasps:
-            context = self._context("inverse-kinematics", (place, grasp))
-            found = self._samplers["inverse-kinematics"](context, self._name, place, grasp)
-            for _, _, handling in islice(found, 1):
-                if not handling_hits(self._workspace, handling, self._others):
-                    yield grasp
+    def _is_clear(self, grasp: Grasp, pose: Pose, scene: Scene) -> bool:
+        opening = opening_for(self._workspace.world.robot.spec.gripper, grasp)
+        return not hand_hits(self._workspace, pose.matrix @ grasp.T_object_tool.matrix, opening, scene)
+
+    def _reaches(self, stream: str, grasp: Grasp, place: Placement) -> bool:
+        """Whether the first way to a place that a stream knows meets nothing."""
+        found = self._samplers[stream](self._context(stream, (place, grasp)), self._name, place, grasp)
+        first = next(found, None)
+        return first is not None and not handling_hits(self._workspace, first[-1], self._others)
 
     def _context(self, stream: str, inputs: tuple[Any, ...]) -> Context:
         keys = (self._name, *map(repr, inputs))
         context = Context(self._workspace, lambda: generator_for(self._seed, stream, keys), self._deadline)
         context.bound = tuple(("AtPose", other, place) for other, place in self._others.items())
         return context
+
+
+def _pinches(grasps: Sequence[Grasp]) -> Pinches:
+    T = np.array([grasp.T_object_tool.matrix for grasp in grasps]).reshape(-1, 4, 4)
+    widths = np.array([grasp.width for grasp in grasps])
+    return Pinches(T, widths, np.zeros(len(grasps)), np.zeros(len(grasps)))

@@ -18,7 +18,7 @@ from tamp.streams.workspace import TABLE
 PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
-UNSEEN = 3  # and of those where it might be laid down or dropped
+UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp
 ITERATIONS = 4  # of the stream planner for one place
 
 
@@ -42,7 +42,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
     if not grips.grasps:
         return False
     looks, tries, unseen = LOOKS, TRIES, UNSEEN
-    for place in islice(substitutes(workspace, name, lambda place: bool(grips.roomy(place))), PLACES):
+    for place in islice(substitutes(workspace, name, lambda place: bool(grips.roomy(place)), grips.fits), PLACES):
         if asker.late or not (looks and tries):
             break
         looks -= bool(grips.roomy(place))

@@ -16,12 +16,11 @@ import numpy as np
 
 from tamp.pipeline.resting import lowered, settled
 from tamp.scoring.ede import CORNERS, ede, mean_edge
-from tamp.streams.footing import stands
+from tamp.streams.footing import stands, steady_faces
 from tamp.streams.placements import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Pose
-from tamp.world.geometry import stable_poses
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 GAIN = 0.03  # a placement must bring the object this much nearer to its goal (EDE) [m]
-LIKELY = 0.02  # stable poses less probable than this are left out
 FACES = 6  # stable poses tried, the likeliest
 TURNS = 8  # about the vertical, in which each is tried
 RINGS = (0.015, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33)  # round the goal's position [m]
@@ -37,6 +35,7 @@ SPOKES = 12  # positions on each ring
 LOWERED = 300  # of those over other objects that are looked at
 SETTLED = 8  # of those that are tried in physics
 UNSEEN = 3  # of those, the nearest, that are tried whether they seem worth it or not
+UNFIT = 30  # beginnings that are looked at, the nearest, of those in which no hand has room
 APART = 0.02  # EDE between two that are tried [m]
 ALIKE = 0.02  # orientations whose entries differ by less are one
 ABOVE = 0.005  # where an object begins on its way down, above everything below it [m]
@@ -52,6 +51,7 @@ class _Start:
         below: what may be in its way.
         bound: EDE at the best height on its way [m].
         steady: whether it would stay as it is on the table.
+        fit: whether a hand that puts it down so may have room.
     """
 
     pose: Pose
@@ -59,42 +59,69 @@ class _Start:
     below: tuple[str, ...]
     bound: float
     steady: bool
+    fit: bool
 
 
-def substitutes(workspace: Workspace, name: str, worth: Callable[[Placement], bool]) -> Iterator[Placement]:
+@dataclass(frozen=True, eq=False)
+class _Lowered:
+    """Where an object touches something on its way down; it may fall from there."""
+
+    place: Placement
+    fit: bool
+
+
+def substitutes(
+    workspace: Workspace, name: str, worth: Callable[[Placement], bool], fits: Callable[[Array], bool]
+) -> Iterator[Placement]:
     """Yield places to rest that are nearer to an object's goal than it is by `GAIN`, the nearest first.
 
     Args:
         workspace: what stands where.
         name: an object whose goal, in the workspace's task, is a pose.
         worth: whether a place is worth a look in physics, where it is not plainly on the table.
+        fits: whether a hand may put the object down as it is turned, shape (3, 3); otherwise only the nearest places
+            are looked at.
     """
     edge = mean_edge(workspace.task.object(name).shape)
     enough = _error(workspace, name, workspace.start[name].pose) - GAIN
-    starts = [start for R, steady in _orientations(workspace, name) for start in _starts(workspace, name, R, steady)]
-    waiting: list[tuple[float, int, _Start | Placement]] = [
+    turns = [(R, steady, fits(R)) for R, steady in _orientations(workspace, name)]
+    starts = [start for turn in turns for start in _starts(workspace, name, *turn)]
+    waiting: list[tuple[float, int, _Start | _Lowered | Placement]] = [
         (start.bound, number, start) for number, start in enumerate(starts) if start.bound < enough
     ]
     heapq.heapify(waiting)
-    lowerings, looked = LOWERED, list[Pose]()
+    unfit, lowerings, looked = UNFIT, LOWERED, list[Pose]()
     while waiting:
-        _, number, start = heapq.heappop(waiting)
-        if isinstance(start, Placement):
-            yield start
+        _, number, found = heapq.heappop(waiting)
+        if isinstance(found, Placement):
+            yield found
             continue
-        if start.below and (not lowerings or len(looked) == SETTLED):
-            continue
-        lowerings -= bool(start.below)
-        below = {other: workspace.start[other] for other in start.below}
-        place = lowered(workspace, name, start.pose, start.least, below)
-        if place is not None and not (start.steady and place.on == (TABLE,)):
+        if isinstance(found, _Start):
+            unfit -= not found.fit
+            if (unfit < 0 and not found.fit) or (found.below and not lowerings):
+                continue
+            lowerings -= bool(found.below)
+            step = _lowered(workspace, name, found)
+        else:
+            place = found.place
             known = any(ede(edge, place.pose, pose) < APART for pose in looked)
-            if known or len(looked) == SETTLED or not (len(looked) < UNSEEN or worth(place)):
+            if known or len(looked) == SETTLED or not (len(looked) < UNSEEN or (found.fit and worth(place))):
                 continue
             looked.append(place.pose)
-            place = settled(workspace, name, place)
-        if place is not None and (error := _error(workspace, name, place.pose)) < enough:
-            heapq.heappush(waiting, (error, number, place))
+            step = settled(workspace, name, place)
+        if step is not None and (error := _error(workspace, name, _pose(step))) < enough:
+            heapq.heappush(waiting, (error, number, step))
+
+
+def _lowered(workspace: Workspace, name: str, start: _Start) -> _Lowered | Placement | None:
+    """Where an object touches something on its way down, as it would rest there where that is plain."""
+    below = {other: workspace.start[other] for other in start.below}
+    place = lowered(workspace, name, start.pose, start.least, below)
+    return place if place is None or (start.steady and place.on == (TABLE,)) else _Lowered(place, start.fit)
+
+
+def _pose(step: _Lowered | Placement) -> Pose:
+    return step.place.pose if isinstance(step, _Lowered) else step.pose
 
 
 def _goal(workspace: Workspace, name: str) -> Pose:
@@ -126,7 +153,7 @@ def _turns(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
     wanted, here = _goal(workspace, name).matrix[:3, :3], workspace.start[name].pose.matrix[:3, :3]
     # A ball has many faces, none of them likely, but it rests as it lies now.
     known = [here] if workspace.start[name].on == (TABLE,) else []
-    faces = [pose.R for pose in stable_poses(geometry) if pose.probability > LIKELY and stands(geometry, pose.R)]
+    faces = steady_faces(geometry)
     yield wanted, stands(geometry, wanted)
     yield from ((R, True) for R in known)
     for R in [*known, *faces[:FACES]]:
@@ -138,7 +165,7 @@ def _turns(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
             yield np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R, True
 
 
-def _starts(workspace: Workspace, name: str, R: Array, steady: bool) -> Iterator[_Start]:
+def _starts(workspace: Workspace, name: str, R: Array, steady: bool, fit: bool) -> Iterator[_Start]:
     """Where an object may begin on its way down in one orientation, over and around its goal."""
     goal, points = _goal(workspace, name), workspace.points(name) @ R.T
     low, high = points.min(axis=0), points.max(axis=0)
@@ -158,7 +185,7 @@ def _starts(workspace: Workspace, name: str, R: Array, steady: bool) -> Iterator
     for (x, y), z, bound, hit in zip(xy, most, bounds, over, strict=True):
         T[:3, 3] = x, y, z
         below = tuple(other for other, is_hit in zip(names, hit, strict=True) if is_hit)
-        yield _Start(Pose.from_matrix(T), float(least), below, float(bound), steady)
+        yield _Start(Pose.from_matrix(T), float(least), below, float(bound), steady, fit)
 
 
 def _offsets() -> Array:
