@@ -2,21 +2,20 @@
 
 Candidates pinch the object between two opposite contacts from many directions and at several depths. They are ranked
 by what makes a grasp hold and reach: pad area in contact, leverage about the centre of mass, contact angle, upright
-approach, and whether the hand is clear of table and neighbours both where the object stands and where it shall stand.
+approach, and whether the arm reaches and the hand is clear of table and neighbours, both where the object stands and
+where it shall stand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import HINDERED, beneath, clear_of_object, hand_hits, neighbour_cost, standing_around
+from tamp.streams.clearance import HINDERED, clear_of_object, neighbour_cost
 from tamp.streams.closing import closed
 from tamp.streams.enclosed import roomy_pinches
-from tamp.streams.falls import letting_go
 from tamp.streams.holding import FIRM, second_best
 from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
@@ -25,8 +24,6 @@ from tamp.streams.slides import slidable
 from tamp.streams.turning import turning
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
-from tamp.world.kinematics import inverse
-from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -59,7 +56,7 @@ def grasps_at(context: Context, obj: str, places: list[Placement]) -> Iterator[G
     workspace: Workspace = context.scene
     found, costs = yield from _candidates(context, workspace, obj, places)
     if len(costs):
-        yield from _reachable_first(context, workspace, found, costs, obj, places)
+        yield from _firm_first(workspace, found, costs, obj, places)
 
 
 def _candidates(
@@ -118,15 +115,10 @@ def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
     return order
 
 
-def _reachable_first(
-    context: Context,
-    workspace: Workspace,
-    pinches: Pinches,
-    costs: NDArray[np.float64],
-    obj: str,
-    places: list[Placement],
+def _firm_first(
+    workspace: Workspace, pinches: Pinches, costs: NDArray[np.float64], obj: str, places: list[Placement]
 ) -> Iterator[Grasp | None]:
-    """Yield grasps that the arm can reach at every placement as they come; afterwards those of one only.
+    """Yield grasps that serve every placement as they come; afterwards those that serve one only.
 
     Those in which the object would turn come between them, see `second_best`.
     """
@@ -136,7 +128,7 @@ def _reachable_first(
         grasp = closed(workspace, obj, pinches.T_object_tool[index], float(pinches.widths[index]))
         if grasp is None:
             pass
-        elif costs[index] >= HINDERED or not all(_reached(context, workspace, obj, place, grasp) for place in places):
+        elif costs[index] >= HINDERED:
             partly.append(grasp)
         elif (angle := turning(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
             loose.append((angle, grasp))
@@ -145,13 +137,3 @@ def _reachable_first(
             continue
         yield None
     yield from second_best(workspace, obj, places[0], loose, partly)
-
-
-def _reached(context: Context, workspace: Workspace, obj: str, place: Placement, grasp: Grasp) -> bool:
-    """Whether the arm can reach an object by a grasp as it stands at a placement, or above it."""
-    poses = [place.pose, *letting_go(workspace, obj, place)]
-    tools = (pose.matrix @ grasp.T_object_tool.matrix for pose in poses)
-    around = standing_around(workspace, obj, place)
-    carriers = Scene({name: around[name].pose.matrix for name in beneath(place, around)})
-    over = (T for T in tools if not hand_hits(workspace, T, grasp.width, carriers))
-    return any(next(inverse(workspace.world.robot, T, context.rng, count=1), None) is not None for T in islice(over, 3))

@@ -11,12 +11,16 @@ from tamp.streams.falls import letting_go
 from tamp.streams.pinches import Pinches
 from tamp.streams.values import Placement, falls_straight
 from tamp.streams.workspace import Workspace
+from tamp.task import Pose
+from tamp.world.kinematics import reachable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SIEVED = 600  # pinches that are looked at closely
 FALLING = 10.0  # cost of a grasp from which the object falls straight, for each metre
+REACHED_FOR = 3  # places where the hand is clear when it lets go, for which the arm is asked
+BACK = 0.05  # how far back along its axis the hand gets at least [m]
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
 
 
@@ -63,6 +67,8 @@ def placement_cost(
     upright = np.full(len(pinches), HINDERED)
     some = pinches.at(usable)
     upright[usable] = tilt_cost(some, place) + support_cost(workspace, some, obj, place)
+    free = np.flatnonzero(upright < HINDERED)
+    upright[free[~_in_reach(workspace, pinches.at(free), place.pose)]] = HINDERED
     falling = _fall_cost(workspace, obj, pinches, place, laid & (upright >= HINDERED))
     cost: NDArray[np.float64] = np.minimum(upright, falling)
     return cost
@@ -84,15 +90,26 @@ def _fall_cost(
 ) -> NDArray[np.float64]:
     """What it costs each of the pinches asked about to let the object fall to its goal, HINDERED where it cannot, (n,).
 
-    The hand must be clear of what carries the object, and of the object on its way straight down.
+    The hand must be in reach, clear of what carries the object, and of the object on its way straight down.
     """
-    cost = np.full(len(pinches), HINDERED)
+    cost, tried = np.full(len(pinches), HINDERED), np.zeros(len(pinches), int)
     for let_go in letting_go(workspace, obj, place):
-        rest = np.flatnonzero(asked & (cost >= HINDERED))
+        rest = np.flatnonzero(asked & (cost >= HINDERED) & (tried < REACHED_FOR))
         rest = rest[above_table(workspace, pinches.at(rest), Placement(let_go, place.on))]
         straight = falls_straight(let_go, place.pose)
         if straight:
             rest = rest[clear_of_falling(workspace, obj, pinches.at(rest), let_go)]
         rest = rest[support_cost(workspace, pinches.at(rest), obj, place, let_go) < HINDERED]
+        tried[rest] += 1
+        rest = rest[_in_reach(workspace, pinches.at(rest), let_go)]
         cost[rest] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)
     return cost
+
+
+def _in_reach(workspace: Workspace, pinches: Pinches, pose: Pose) -> NDArray[np.bool_]:
+    """Whether the arm gets to each of the pinches of an object at a pose, and back from it, as a glance says, (n,)."""
+    robot, T = workspace.world.robot, pose.matrix @ pinches.T_object_tool
+    within = reachable(robot, T)
+    T[:, :3, 3] -= BACK * T[:, :3, 2]
+    within[within] = reachable(robot, T[within])
+    return within

@@ -10,7 +10,7 @@ import numpy as np
 
 from tamp.world.least_squares import levenberg_marquardt, rotation_vector
 from tamp.world.robot_model import RobotModel
-from tamp.world.seeds import rounds_of_starts
+from tamp.world.seeds import nearest_starts, rounds_of_starts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,10 @@ DISTINCT = 0.05
 """Two solutions that differ by less than this in every joint [rad] count as one."""
 MAX_JOINT_STEP = 0.3
 """A straight line whose neighbouring waypoints differ by more than this in a joint [rad] is no continuous motion."""
+
+
+GLANCES = 4
+"""Starts from which each of many tool poses is tried: of poses within reach they miss one in thirty."""
 
 
 class FreeTest(Protocol):
@@ -72,6 +76,19 @@ def inverse(
                     return
         if len(found) >= most or (not found and residual.min() > effort.despair):
             return
+
+
+def reachable(robot: RobotModel, T_world_tools: Array) -> NDArray[np.bool_]:
+    """Whether a glance finds a configuration within limits for each of many tool poses (n, 4, 4); shape (n,).
+
+    All are solved at once, which takes a sixth of a millisecond a pose where `inverse` may take thirty to give one up.
+    """
+    if not len(T_world_tools):
+        return np.zeros(0, bool)
+    starts = nearest_starts(robot, T_world_tools, GLANCES).reshape(-1, robot.dof)
+    _, residual = levenberg_marquardt(robot, starts, np.repeat(T_world_tools, GLANCES, axis=0), patience=4)
+    found: NDArray[np.bool_] = (residual.reshape(-1, GLANCES) == 0.0).any(axis=1)
+    return found
 
 
 def straight_line(robot: RobotModel, q: Array, T_goal: Array, step: float = 0.01) -> Array | None:

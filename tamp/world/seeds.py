@@ -76,6 +76,14 @@ def _features(R: Array, p: Array) -> Array:
     return np.concatenate([p, weight * R[:, :, 0], weight * R[:, :, 2]], axis=1)
 
 
+def nearest_starts(robot: RobotModel, T_world_tools: Array, count: int) -> Array:
+    """The table's nearest configurations to each of many tool poses (n, 4, 4); shape (n, count, dof) [rad]."""
+    table = _seed_table(robot)
+    _, nearest = table.tree.query(_features(T_world_tools[:, :3, :3], T_world_tools[:, :3, 3]), k=count)
+    found: Array = table.configurations[nearest]
+    return found
+
+
 def rounds_of_starts(
     robot: RobotModel, T_world_tool: Array, rng: np.random.Generator, near: Array | None, count: int
 ) -> Iterator[tuple[Array, Round]]:

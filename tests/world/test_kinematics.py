@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from tamp.task import Box, load_robot
 from tamp.world.geometry import load_geometry
-from tamp.world.kinematics import inverse, straight_line
+from tamp.world.kinematics import inverse, reachable, straight_line
 from tamp.world.least_squares import rotation_vector
 from tamp.world.robot_model import robot_model
 from tamp.world.scene import Scene
@@ -114,3 +114,14 @@ def test_a_rotation_vector_rebuilds_its_rotation(direction, angle):
     assert np.linalg.norm(vector) == pytest.approx(angle, abs=1e-6)
     if 1e-6 < angle < 3.1:
         np.testing.assert_allclose(vector, angle * a, atol=1e-6)
+
+
+def test_a_glance_at_many_poses_finds_most_that_are_in_reach_and_none_that_is_not():
+    rng = np.random.default_rng(0)
+    inside = np.array([PANDA.forward(rng.uniform(PANDA.lower, PANDA.upper)) for _ in range(200)])
+    beyond = inside.copy()
+    beyond[:, :3, 3] += [2.0, 0.0, 0.0]
+    found = reachable(PANDA, np.concatenate([inside, beyond]))
+    assert found[:200].mean() > 0.8
+    assert not found[200:].any()
+    assert reachable(PANDA, np.empty((0, 4, 4))).shape == (0,)
