@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from tamp.errors import PlanningFailure
+from tamp.execution.leaning import leaning
 from tamp.execution.simulator import Simulator
 from tamp.task import Pose, Task
 
@@ -34,7 +35,8 @@ class Settled:
 
     Attributes:
         poses: object -> pose (world frame).
-        supports: pairs (above, below) of bodies that touch with one carrying the other, sorted; "table" may be below.
+        supports: pairs (above, below) of bodies that touch with one carrying the other, or keeping it from tipping
+            over, sorted; "table" may be below.
         moved: object -> how far its origin moved while settling [m].
         resting: whether everything came to rest within the time allowed.
     """
@@ -72,7 +74,7 @@ def settle(
         settled = simulator.poses()
         return Settled(
             poses=settled,
-            supports=supports(simulator),
+            supports=tuple(sorted({*supports(simulator), *leaning(objects, settled, simulator.touches(), UPRIGHT)})),
             moved={name: math.dist(pose.xyz, start[name].xyz) for name, pose in settled.items()},
             resting=resting,
         )

@@ -47,6 +47,7 @@ class Touch:
         normal: unit vector from `b` to `a` in the world frame.
         depth: how deep they are in each other [m]; negative for a gap that is about to close.
         force: normal force in the last step [N].
+        point: where (world frame) [m].
     """
 
     a: str
@@ -54,6 +55,7 @@ class Touch:
     normal: tuple[float, float, float]
     depth: float
     force: float
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Simulator:
@@ -201,7 +203,7 @@ class Simulator:
     def touches(self) -> tuple[Touch, ...]:
         """Contacts of the last step between the table, the objects and the robot."""
         return tuple(
-            Touch(self._names[p[1]], self._names[p[2]], p[7], -p[8], p[9])
+            Touch(self._names[p[1]], self._names[p[2]], p[7], -p[8], p[9], p[5])
             for p in pybullet.getContactPoints(physicsClientId=self._client)
             if p[1] in self._names and p[2] in self._names and p[1] != p[2]
         )
