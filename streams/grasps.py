@@ -15,13 +15,12 @@ import numpy as np
 
 from tamp.streams.clearance import HINDERED, clear_of_object, neighbour_cost
 from tamp.streams.closing import closed
-from tamp.streams.enclosed import roomy_pinches
-from tamp.streams.holding import FIRM, second_best
+from tamp.streams.enclosed import company, roomy_pinches
+from tamp.streams.holding import FIRM, looseness, second_best
 from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
 from tamp.streams.serving import over_table, placement_cost
 from tamp.streams.slides import slidable
-from tamp.streams.turning import turning
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 
@@ -44,7 +43,7 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
         context.fail(f"every hand that could grasp {obj} as it lies would reach into the table")
         return
     places = list(dict.fromkeys(context.scene.placements_of(obj)))
-    key = ("grasps", obj, *places, str(context.rng.bit_generator.state))
+    key = ("grasps", obj, *places, *company(context.scene, obj), str(context.rng.bit_generator.state))
     yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
 
 
@@ -120,7 +119,7 @@ def _firm_first(
 ) -> Iterator[Grasp | None]:
     """Yield grasps that serve every placement as they come; afterwards those that serve one only.
 
-    Those in which the object would turn come between them, see `second_best`.
+    Those in which the object would move come between them, see `second_best`.
     """
     partly: list[Grasp] = []
     loose: list[tuple[float, Grasp]] = []
@@ -130,7 +129,7 @@ def _firm_first(
             pass
         elif costs[index] >= HINDERED:
             partly.append(grasp)
-        elif (angle := turning(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
+        elif (angle := looseness(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
             loose.append((angle, grasp))
         else:
             yield grasp

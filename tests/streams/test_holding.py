@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from tamp.streams.holding import FIRM, LOST, second_best
-from tamp.streams.turning import turning
+from tamp.streams.holding import FIRM, LOST, looseness, second_best
 from tamp.streams.values import Grasp
 from tamp.task import Box, Object, Pose
 from tests.streams.tables import workspace_of
@@ -35,10 +34,10 @@ def test_grasps_that_are_neither_firm_nor_serve_all_places_come_last():
 
 
 def test_grasps_that_would_lose_the_object_are_not_offered():
-    assert turning(WORKSPACE, "board", slanted(0.65), PLACE.pose) > LOST
+    assert looseness(WORKSPACE, "board", slanted(0.65), PLACE.pose) > LOST
     assert offered(loose=[0.65], partly=[slanted(0.65)]) == []
 
 
 @pytest.mark.parametrize("angle", [0.2, 0.4])
 def test_a_slant_is_no_firm_grasp(angle):
-    assert FIRM < turning(WORKSPACE, "board", slanted(angle), PLACE.pose) < LOST
+    assert FIRM < looseness(WORKSPACE, "board", slanted(angle), PLACE.pose) < LOST

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp.streams.squeezed import Squeezed
 from tamp.streams.turning import STEP, turning
 from tamp.streams.values import Grasp
 from tamp.task import Box, Object, Pose
@@ -17,10 +18,14 @@ def board(thickness=0.01, mass=0.1, friction=0.5):
     return Object("board", Box((0.1, thickness, 0.1)), Pose((0.0, 0.1, 0.05)), mass=mass, friction=friction)
 
 
+def turned(workspace, obj, grasp, *poses):
+    return turning(Squeezed(workspace, obj, grasp), *poses)
+
+
 def turned_in_hand(angle, thickness=0.01, mass=0.1, friction=0.5, offset=0.0, yaw=0.0):
     workspace = workspace_of(board(thickness, mass, friction))
     grasp = Grasp(Pose.from_rpy((offset, 0, 0.03), (angle, 0, yaw)) @ DOWN, thickness)
-    return turning(workspace, "board", grasp, workspace.start["board"].pose)
+    return turned(workspace, "board", grasp, workspace.start["board"].pose)
 
 
 def test_what_lies_flat_between_the_pads_keeps_still():
@@ -53,7 +58,7 @@ def test_a_hand_turned_by_half_a_turn_holds_as_well(angle, thickness):
     workspace = workspace_of(board(thickness))
     tool = Pose.from_rpy((0, 0, 0.03), (angle, 0, 0)) @ DOWN
     pose = workspace.start["board"].pose
-    one, other = (turning(workspace, "board", Grasp(T, thickness), pose) for T in (tool, tool @ HALF_TURN))
+    one, other = (turned(workspace, "board", Grasp(T, thickness), pose) for T in (tool, tool @ HALF_TURN))
     assert one == pytest.approx(other, abs=1.01 * STEP)
 
 
@@ -62,6 +67,6 @@ def test_the_pose_at_which_it_turns_farthest_counts():
     grasp = Grasp(Pose.from_rpy((0.04, 0, 0.03), (0.2, 0, 0)) @ DOWN, 0.01)
     standing = workspace.start["board"].pose
     poses = [standing, standing @ Pose.from_rpy((0, 0, 0), (np.pi / 2, 0, 0)), Pose((0.3, 0, 0)) @ standing]
-    angles = [turning(workspace, "board", grasp, pose) for pose in poses]
-    assert turning(workspace, "board", grasp, *poses) == max(angles)
+    angles = [turned(workspace, "board", grasp, pose) for pose in poses]
+    assert turned(workspace, "board", grasp, *poses) == max(angles)
     assert angles[0] == angles[2]
