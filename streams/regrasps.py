@@ -8,7 +8,7 @@ be laid down there, and what goes into something may be dropped: it falls the la
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from itertools import islice, product
 from typing import TYPE_CHECKING
@@ -99,21 +99,39 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     over = {grasp: [_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
-    ranked = sorted(product(first, second), key=lambda pair: first.index(pair[0]) + second.index(pair[1]))
     for laid in (False, True):
         put = {grasp: [_put_above_table(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
         taken_over = False
-        for one, other in ranked:
+        shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(first, second)}
+        for one, other in _each_with_others(first, second, shared):
             if time.monotonic() > context.deadline:
                 return
-            faces = [R for R, *both in zip(rotations, put[one], over[other], strict=True) if all(both)]
-            taken_over |= bool(faces)
-            if faces and takes(one) and brings(other):
-                yield one, other, faces, laid
+            taken_over = True
+            if takes(one) and brings(other):
+                yield one, other, shared[one, other], laid
         if taken_over:
             return
     if first and second:
         context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
+
+
+def _shared(rotations: list[NDArray[np.float64]], one: list[bool], other: list[bool]) -> list[NDArray[np.float64]]:
+    """The faces, among `rotations` (3, 3), for which both say yes."""
+    return [R for R, *both in zip(rotations, one, other, strict=True) if all(both)]
+
+
+def _each_with_others(
+    first: list[Grasp], second: list[Grasp], shared: Mapping[tuple[Grasp, Grasp], list[NDArray[np.float64]]]
+) -> Iterator[tuple[Grasp, Grasp]]:
+    """The pairs that share a face: each of the first grasps with one partner, then each with another one, and so on.
+
+    What bars one grasp from being laid down bars those like it, whatever they are paired with.
+    """
+    partners = {one: [other for other in second if shared[one, other]] for one in first}
+    for turn in range(len(second)):
+        for index, one in enumerate(first):
+            if turn < len(partners[one]):
+                yield one, partners[one][(index + turn) % len(partners[one])]
 
 
 def _takes(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:

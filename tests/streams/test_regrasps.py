@@ -46,6 +46,11 @@ def test_both_hands_have_room_where_the_object_is_put_down_in_between(table, see
             assert next(handlings(ToldContext(table), "block", place, grasp), None) is not None
 
 
+def test_each_grasp_is_tried_before_any_is_tried_with_another_partner(table):
+    found, _ = regrasps(table, "block", count=4)
+    assert len({first for first, _, _ in found}) == len({second for _, _, second in found}) == 4
+
+
 def test_the_object_is_put_down_where_nothing_stands_and_nothing_shall_stand(table):
     bound = (at("slab", table.start["slab"]),)
     for _, between, _ in regrasps(table, "block", bound=bound)[0]:
