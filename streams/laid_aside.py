@@ -28,7 +28,7 @@ from tamp.streams.workspace import TABLE, Context, Workspace, standing
 if TYPE_CHECKING:
     pass
 
-LOOKED_AT = 60  # grasps
+LOOKED_AT = 200  # grasps, or tries at one
 TRIES = 6  # places for each of them
 ROUNDS = 4  # through the grasps that serve
 

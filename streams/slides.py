@@ -16,8 +16,10 @@ import numpy as np
 from tamp.streams.clearance import above_table, clear_of_object
 from tamp.streams.closing import closed
 from tamp.streams.footing import outline
+from tamp.streams.holding import LOST
 from tamp.streams.pinches import sample_pinches
 from tamp.streams.tilting import APART, too_wide
+from tamp.streams.turning import turning
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -65,7 +67,7 @@ def slidable(workspace: Workspace, obj: str, placement: Placement) -> bool:
     """Whether an object can be taken from a placement only after it was pushed over an edge of the table.
 
     That is so where it lies on the table, is wider than the hand opens, and every hand that would pinch it reaches into
-    the table.
+    the table or would lose it.
     """
     key = ("slidable", obj, placement)
     if key not in workspace.memory:
@@ -95,11 +97,9 @@ def _pinched(workspace: Workspace, obj: str, placement: Placement, rng: np.rando
     pinches = sample_pinches(workspace, obj, rng)
     pinches = pinches.at(above_table(workspace, pinches, placement)) if len(pinches) else pinches
     pinches = pinches.at(clear_of_object(workspace, obj, pinches)) if len(pinches) else pinches
-    # A rim is seldom as clear of the fingers as its sampled surface has it.
-    return any(
-        closed(workspace, obj, T, float(width)) is not None
-        for T, width in zip(pinches.T_object_tool, pinches.widths, strict=True)
-    )
+    # A rim is seldom as clear of the fingers as its sampled surface has it, and what is pinched there may tilt out.
+    closings = (closed(workspace, obj, T, float(w)) for T, w in zip(pinches.T_object_tool, pinches.widths, strict=True))
+    return any(grasp is not None and turning(workspace, obj, grasp, placement.pose) < LOST for grasp in closings)
 
 
 def _squat(workspace: Workspace, obj: str, placement: Placement) -> bool:

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,9 +8,12 @@ from hypothesis import strategies as st
 
 from tamp.streams.slides import STEADY, slidable, ways
 from tamp.streams.values import Placement
-from tamp.task import Box, Object, Pose
+from tamp.task import Box, Mesh, Object, Pose
 from tests.streams.tables import corners, workspace_of
 
+PLATE = (
+    Path(__file__).resolve().parents[3] / "shared" / "ocrtoc" / "2021" / "models" / "round_plate_4" / "collision.obj"
+)
 FLAT = Object("flat", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)))
 NARROW = Object("narrow", Box((0.17, 0.07, 0.045)), Pose((0.1, 0.0, 0.0225)))
 
@@ -36,6 +40,12 @@ def test_what_stands_on_other_things_is_not_slid(workspace):
 def test_what_hangs_over_the_edge_already_is_gripped_there(workspace):
     (way, *_) = ways(workspace, "flat", workspace.start["flat"])
     assert not slidable(workspace, "flat", way.end)
+
+
+@pytest.mark.skipif(not PLATE.exists(), reason="the models of OCRTOC 2021 are not beside the checkout")
+def test_a_plate_whose_rim_would_tilt_out_of_every_hand_is_slid():
+    workspace = workspace_of(Object("plate", Mesh(PLATE), Pose((0.0, 0.2, 0.012))))
+    assert slidable(workspace, "plate", workspace.start["plate"])
 
 
 @settings(max_examples=20, deadline=None)
