@@ -16,10 +16,9 @@ import numpy as np
 from tamp.streams.clearance import above_table, clear_of_object
 from tamp.streams.closing import closed
 from tamp.streams.footing import outline
-from tamp.streams.holding import LOST
+from tamp.streams.holding import LOST, looseness, looseness
 from tamp.streams.pinches import sample_pinches
 from tamp.streams.tilting import APART, too_wide
-from tamp.streams.turning import turning
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -99,7 +98,7 @@ def _pinched(workspace: Workspace, obj: str, placement: Placement, rng: np.rando
     pinches = pinches.at(clear_of_object(workspace, obj, pinches)) if len(pinches) else pinches
     # A rim is seldom as clear of the fingers as its sampled surface has it, and what is pinched there may tilt out.
     closings = (closed(workspace, obj, T, float(w)) for T, w in zip(pinches.T_object_tool, pinches.widths, strict=True))
-    return any(grasp is not None and turning(workspace, obj, grasp, placement.pose) < LOST for grasp in closings)
+    return any(grasp is not None and looseness(workspace, obj, grasp, placement.pose) < LOST for grasp in closings)
 
 
 def _squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
