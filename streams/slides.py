@@ -16,7 +16,7 @@ import numpy as np
 from tamp.streams.clearance import above_table, clear_of_object
 from tamp.streams.closing import closed
 from tamp.streams.footing import outline
-from tamp.streams.holding import LOST, looseness, looseness
+from tamp.streams.holding import LOST, looseness
 from tamp.streams.pinches import sample_pinches
 from tamp.streams.tilting import APART, too_wide
 from tamp.streams.values import Placement
