@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.pipeline.goals import goal_supports
 from tamp.pipeline.resting import lowered, settled
 from tamp.scoring.ede import CORNERS, ede, mean_edge
 from tamp.streams.footing import stands, steady_faces
@@ -80,7 +81,7 @@ def substitutes(
         name: an object whose goal, in the workspace's task, is a pose.
         worth: whether a place is worth a look in physics, where it is not plainly on the table.
         fits: whether a hand may put the object down as it is turned, shape (3, 3); otherwise only the nearest places
-            are looked at.
+            are looked at, and none where the goal has all that it rests on.
     """
     edge = mean_edge(workspace.task.object(name).shape)
     enough = _error(workspace, name, workspace.start[name].pose) - GAIN
@@ -90,7 +91,10 @@ def substitutes(
         (start.bound, number, start) for number, start in enumerate(starts) if start.bound < enough
     ]
     heapq.heapify(waiting)
-    unfit, lowerings, looked = UNFIT, LOWERED, list[Pose]()
+    # Where all that the goal rests on is there, the goal itself was tried, and what it is near will fail alike.
+    tried = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    unfit, unseen = (0, 0) if tried else (UNFIT, UNSEEN)
+    lowerings, looked = LOWERED, list[Pose]()
     while waiting:
         _, number, found = heapq.heappop(waiting)
         if isinstance(found, Placement):
@@ -105,7 +109,7 @@ def substitutes(
         else:
             place = found.place
             known = any(ede(edge, place.pose, pose) < APART for pose in looked)
-            if known or len(looked) == SETTLED or not (len(looked) < UNSEEN or (found.fit and worth(place))):
+            if known or len(looked) == SETTLED or not (len(looked) < unseen or (found.fit and worth(place))):
                 continue
             looked.append(place.pose)
             step = settled(workspace, name, place)

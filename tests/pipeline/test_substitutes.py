@@ -101,3 +101,9 @@ def test_an_object_without_a_goal_pose_is_refused():
     aside = Object("aside", Box((0.05, 0.05, 0.08)), Pose((0.0, 0.2, 0.04)))
     with pytest.raises(ValueError, match="the goal of aside is no pose"):
         next(substitutes(workspace_of(LOW, aside), "aside", anywhere, anyhow))
+
+
+def test_where_the_goal_has_all_that_it_rests_on_no_place_is_looked_at_in_which_no_hand_has_room():
+    workspace = workspace_of(Object("alone", HIGH.shape, HIGH.pose, At(Pose((0.1, -0.1, 0.04)))))
+    assert not list(substitutes(workspace, "alone", anywhere, lambda R: False))
+    assert next(substitutes(workspace, "alone", anywhere, anyhow), None) is not None
