@@ -81,14 +81,14 @@ def _between_pads(
     """Where along the closing axis surface lies between pads that are `width` apart, shape (n,) [m]."""
     gripper = workspace.world.robot.spec.gripper
     closing = np.array(gripper.axis)
-    local = (_felt(workspace, obj) - T_object_tool[:3, 3]) @ T_object_tool[:3, :3]
+    local = (felt(workspace, obj) - T_object_tool[:3, 3]) @ T_object_tool[:3, :3]
     along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
     half = np.array(gripper.pad[1:]) / 2 - PAD_EDGE
     found: NDArray[np.float64] = along[(np.abs(across) < half[0]) & (np.abs(local[:, 2]) < half[1])]
     return found[np.abs(found) < width / 2 + WIDTH_RESOLUTION]
 
 
-def _felt(workspace: Workspace, obj: str) -> NDArray[np.float64]:
+def felt(workspace: Workspace, obj: str) -> NDArray[np.float64]:
     """Many points on an object's surface in its own frame, shape (n, 3); the same for every seed."""
     key = ("felt", obj)
     if key not in workspace.memory:

@@ -12,12 +12,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.antipodal import antipodal_contacts
-from tamp.streams.clearance import above_table, beneath, clear_of_object, standing_around, support_cost
+from tamp.streams.clearance import (
+    above_table,
+    beneath,
+    clear_of_object,
+    neighbour_cost,
+    standing_around,
+    support_cost,
+)
 from tamp.streams.dropping import lies_in
 from tamp.streams.pinches import FRICTION_ANGLE, SURFACE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
 from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import Placement
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,6 +39,8 @@ def roomy_pinches(
 ) -> Pinches:
     """Pinches of an object from all around; only those with room for the hand, if any, where it lies in something.
 
+    Walls come first, then what stands around now.
+
     Args:
         workspace: what stands where.
         obj: the object.
@@ -39,19 +48,36 @@ def roomy_pinches(
         rng: source of the pinches.
         points: on the surface, that the rays of the first start from.
     """
-    pinches, place = sample_pinches(workspace, obj, rng, points), workspace.start[obj]
-    around = standing_around(workspace, obj, place)
-    carriers = {name: around[name] for name in beneath(place, around)}
-    if place not in places or not lies_in(workspace, obj, place, carriers):
+    pinches = sample_pinches(workspace, obj, rng, points)
+    start, goal = workspace.start[obj], workspace.goals.get(obj)
+    place = next((place for place in places if place == start or place != goal), None)
+    if place is None or not enclosed(workspace, obj, place):
         return pinches
-    roomy = Pinches.joined([pinches, _upright_pinches(workspace, obj, place, rng)])
+    roomy = Pinches.joined([pinches, upright_pinches(workspace, obj, place, rng)])
     roomy = roomy.at(above_table(workspace, roomy, place))
     roomy = roomy.at(clear_of_object(workspace, obj, roomy))
     roomy = roomy.at(support_cost(workspace, roomy, obj, place) == 0.0)
-    return roomy if len(roomy) else pinches
+    # Whoever meets no neighbour either is one in many again.
+    alone = roomy.at(neighbour_cost(workspace, roomy, obj, place) == 0.0)
+    return alone if len(alone) else roomy if len(roomy) else pinches
 
 
-def _upright_pinches(workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator) -> Pinches:
+def company(workspace: Workspace, obj: str) -> tuple[tuple[str, Placement], ...]:
+    """What lies in the same thing as an object now, and where: the room for hands depends on it. Else nothing."""
+    place = workspace.start[obj]
+    if not enclosed(workspace, obj, place):
+        return ()
+    around = standing_around(workspace, obj, place)
+    return tuple((name, other) for name, other in around.items() if other.on != (TABLE,) and {*other.on} & {*place.on})
+
+
+def enclosed(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether an object lies in something that stays when it is taken."""
+    around = standing_around(workspace, obj, place)
+    return lies_in(workspace, obj, place, {name: around[name] for name in beneath(place, around)})
+
+
+def upright_pinches(workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator) -> Pinches:
     """Pinches across level axes by hands that come down, straight or a little tilted, at a placement."""
     gripper, pieces = workspace.world.robot.spec.gripper, workspace.world.geometries[obj].parts
     down = -place.pose.matrix[2, :3]

@@ -15,7 +15,7 @@ import numpy as np
 
 from tamp.streams.clearance import HINDERED, clear_of_object, neighbour_cost
 from tamp.streams.closing import closed
-from tamp.streams.enclosed import roomy_pinches
+from tamp.streams.enclosed import company, roomy_pinches
 from tamp.streams.holding import FIRM, looseness, second_best
 from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
@@ -43,7 +43,7 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
         context.fail(f"every hand that could grasp {obj} as it lies would reach into the table")
         return
     places = list(dict.fromkeys(context.scene.placements_of(obj)))
-    key = ("grasps", obj, *places, str(context.rng.bit_generator.state))
+    key = ("grasps", obj, *places, *company(context.scene, obj), str(context.rng.bit_generator.state))
     yield from recalled(context, key, lambda first: grasps_at(first, obj, places))
 
 

@@ -11,7 +11,7 @@ from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact,
 from tamp.streams.hand import hand_boxes
 from tamp.streams.slides import Way
 from tamp.streams.values import Placement, Slide
-from tamp.streams.workspace import Context, Workspace
+from tamp.streams.workspace import TABLE, Context, Workspace
 from tamp.task import Pose
 from tamp.world.kinematics import inverse, straight_line
 from tamp.world.scene import Scene
@@ -30,29 +30,49 @@ BEHIND = 0.025  # the object is where the hand comes down and goes up again [m]
 UP = 0.12  # how far above that it begins and ends [m]
 SOLUTIONS = 4  # arm configurations tried for one way
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
+GRAZED = 0.0005  # depth that tells what touches in a narrow container from what is in the way [m]
 
 
 def pushes(context: Context, obj: str, placement: Placement, way: Way) -> Iterator[Slide]:
     """Yield slides along a way that the arm can follow, as if nothing else stood on the table."""
     workspace: Workspace = context.scene
-    robot, shift = workspace.world.robot, np.append(way.shift, 0.0)
-    opening = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, robot.spec.gripper.stroke))
+    opening = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, workspace.world.robot.spec.gripper.stroke))
     for side in (1.0, -1.0):
         T = _touching(workspace, obj, placement, way, opening, side)
-        for q in inverse(robot, _moved(T, shift), context.rng, count=SOLUTIONS):
-            push = straight_line(robot, q, T)
-            begin = None if push is None else _drawn_back(workspace, push[-1], way)
-            end = None if push is None else _drawn_back(workspace, push[0], way)
-            if push is None or begin is None or end is None:
-                context.fail("the way to push it leaves the joint limits")
-                continue
-            T_tool_object = Pose.from_matrix(T).inverse() @ placement.pose
-            slide = Slide(obj, placement, way.end, opening, begin[::-1], push[::-1], end, T_tool_object)
-            hit = push_hits(workspace, slide, {})
-            if hit is None:
-                yield slide
-            else:
-                context.fail(hit)
+        yield from pushed(context, obj, placement, way.end, T, opening, np.append(BEHIND * way.behind, 0.0))
+
+
+def pushed(
+    context: Context, obj: str, start: Placement, end: Placement, T: Array, opening: float, back: Array
+) -> Iterator[Slide]:
+    """Yield slides in which a hand pushes an object from one placement to another, as if nothing else stood there.
+
+    Args:
+        context: of the stream that is called.
+        obj: the object.
+        start: where it stands.
+        end: where it stands afterwards, as it was turned before.
+        T: the tool, shape (4, 4), where the hand touches the object from behind.
+        opening: distance between the pads [m].
+        back: how the hand comes from above to there, and leaves from the end: drawn back by this, (3,) [m].
+    """
+    workspace: Workspace = context.scene
+    robot = workspace.world.robot
+    shift = np.subtract(end.pose.xyz, start.pose.xyz) * (1.0, 1.0, 0.0)
+    for q in inverse(robot, _moved(T, shift), context.rng, count=SOLUTIONS):
+        push = straight_line(robot, q, T)
+        begin = None if push is None else _drawn_back(workspace, push[-1], back)
+        after = None if push is None else _drawn_back(workspace, push[0], back)
+        if push is None or begin is None or after is None:
+            context.fail("the way to push it leaves the joint limits")
+            continue
+        T_tool_object = Pose.from_matrix(T).inverse() @ start.pose
+        slide = Slide(obj, start, end, opening, begin[::-1], push[::-1], after, T_tool_object)
+        hit = push_hits(workspace, slide, {})
+        if hit is None:
+            yield slide
+        else:
+            context.fail(hit)
 
 
 def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement]) -> str | None:
@@ -68,8 +88,11 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
     )
     if contact is not None:
         return told(contact)
+    # Within a container neighbours touch, and nothing is far from a wall.
+    beside = -ARM_MARGIN if slide.start.on == (TABLE,) else GRAZED
     for name, T in poses.items():
-        if any(workspace.world.overlap(obj, at, name, T, tolerance=-ARM_MARGIN) for at in _along(start, end)):
+        deep = CONTACT_DEPTH if name in slide.start.on else beside
+        if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in _along(start, end)):
             return f"{obj} would be pushed into {name}"
     return None
 
@@ -91,7 +114,7 @@ def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, op
     fingers = boxes.side != 0.0
     tip, root = boxes.upper[fingers, 2].max(), boxes.upper[~fingers, 2].max()
     top = float(workspace.bounds(obj, placement.pose)[1][2])
-    tool = _upright(workspace, side * way.behind)
+    tool = upright(workspace, side * way.behind)
     tool[:2, 3] = way.touch
     tool[2, 3] = max(ABOVE_TABLE + tip, top + BELOW_TOP + root)
     scene, near, clear = Scene({obj: T}), 0.0, FARTHEST
@@ -105,7 +128,7 @@ def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, op
     return _moved(tool, clear * back)
 
 
-def _upright(workspace: Workspace, beside: Array) -> Array:
+def upright(workspace: Workspace, beside: Array) -> Array:
     """A tool at the origin, shape (4, 4), that points down, its closing axis level and across `beside` (2,)."""
     closing, down = np.array(workspace.world.robot.spec.gripper.axis), np.array([0.0, 0.0, -1.0])
     basis = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]], axis=1)
@@ -115,13 +138,15 @@ def _upright(workspace: Workspace, beside: Array) -> Array:
     return T
 
 
-def _drawn_back(workspace: Workspace, q: Array, way: Way) -> Array | None:
-    """From `q` back from the object, then up, shape (n, joints); None where the arm cannot."""
-    robot = workspace.world.robot
-    T = _moved(robot.forward(q), np.append(BEHIND * way.behind, 0.0))
-    back = straight_line(robot, q, T)
-    up = None if back is None else straight_line(robot, back[-1], _moved(T, np.array([0.0, 0.0, UP])))
-    return None if back is None or up is None else np.vstack([back, up[1:]])
+def _drawn_back(workspace: Workspace, q: Array, back: Array) -> Array | None:
+    """From `q` back from the object, (3,) [m], then up, shape (n, joints); None where the arm cannot."""
+    robot, path = workspace.world.robot, q[None]
+    for shift in (back, np.array([0.0, 0.0, UP])):
+        line = straight_line(robot, path[-1], _moved(robot.forward(path[-1]), shift)) if shift.any() else path[-1:]
+        if line is None:
+            return None
+        path = np.vstack([path, line[1:]])
+    return path
 
 
 def _moved(T: Array, shift: Array) -> Array:

@@ -95,7 +95,7 @@ class Handling:
 
 @dataclass(frozen=True, eq=False)
 class Slide:
-    """The arm's way behind an object, the push along the table, and the way back.
+    """The arm's way behind an object, the push along what it stands on, and the way back.
 
     Attributes:
         object: the object's name.

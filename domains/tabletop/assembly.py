@@ -64,7 +64,7 @@ class _Assembly:
                 handling = args[-1]
                 name = name if handling.fall else PUT.get(name, name)
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._place(handling)))
-            case "slide":
+            case "slide" | "nudge":
                 slide: Slide = args[-1]
                 return Action(name, (slide.object, *slide.end.on), tuple(self._slide(slide)))
         raise ValueError(f"the tabletop domain has no action {name!r}")
@@ -110,7 +110,7 @@ class _Assembly:
         timed = time_free_path(slide.push, self._world.robot.spec, checker, speed=PUSHING)
         if timed.trajectory is None:
             raise NotFree(f"push: {timed.reason}")
-        contacts = frozenset({("robot", slide.object), (slide.object, TABLE)})
+        contacts = frozenset({("robot", slide.object), *((slide.object, below) for below in slide.start.on)})
         return Move("push", timed.trajectory, slide.opening, None, contacts, pushed)
 
     def _move(

@@ -2,7 +2,8 @@
 ;
 ; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
 ; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
-; ?w slide: the hand pushes an object along the table until it hangs over the edge, where it can be gripped
+; ?w slide: the hand pushes an object along the table until it hangs over the edge, where it can be gripped, or nudges it
+;   within what it lies in
 ; Laying is letting something go before it is all the way down: tilted, on one edge, to fall flat, or above what it shall
 ; lie in, to fall straight down.
 ; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
@@ -28,6 +29,8 @@
     (Slidable ?o ?p)               ; no hand can grasp ?o at ?p, but it may be slid from there
     (Slide ?o ?p ?p2 ?a ?l ?w) (SlideOf ?o ?w)
     (Overhanging ?o ?p)
+    (Nudgeable ?o ?p ?p2)          ; from ?p to ?p2 it is a few centimetres, within what ?o lies in
+    (Nudge ?o ?p ?p2 ?a ?l ?w)
     (FreeMotion ?q1 ?q2 ?t)
     (HoldingMotion ?o ?g ?q1 ?q2 ?t)
     (CFreePlacements ?o ?p ?o2 ?p2)
@@ -101,6 +104,14 @@
     :parameters (?o ?p ?p2 ?a ?l ?w)
     :precondition (and (Slide ?o ?p ?p2 ?a ?l ?w) (OnTable ?o ?p)
                        (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                       (not (Covered ?o)) (not (UnsafeSlide ?o ?w)))
+    :effect (and (AtPose ?o ?p2) (AtConf ?l)
+                 (not (AtPose ?o ?p)) (not (AtConf ?a))))
+
+  (:action nudge
+    :parameters (?o ?p ?p2 ?s ?ps ?a ?l ?w)
+    :precondition (and (Nudge ?o ?p ?p2 ?a ?l ?w) (RestsOn ?o ?p ?s ?ps) (RestsOn ?o ?p2 ?s ?ps)
+                       (AtPose ?o ?p) (AtPose ?s ?ps) (HandEmpty) (AtConf ?a)
                        (not (Covered ?o)) (not (UnsafeSlide ?o ?w)))
     :effect (and (AtPose ?o ?p2) (AtConf ?l)
                  (not (AtPose ?o ?p)) (not (AtConf ?a))))

@@ -12,6 +12,7 @@ from tamp.domains.tabletop.flatness import Flatness
 from tamp.planning import Problem, StreamInfo
 from tamp.streams.falls import may_fall
 from tamp.streams.grasps import sample_grasp
+from tamp.streams.nudges import nudgeable
 from tamp.streams.regrasps import regrasping, sample_regrasp
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -36,6 +37,7 @@ DEFAULT_SAMPLERS = {
     "sample-laid-aside": "tamp.streams.laid_aside:sample_laid_aside",
     "plan-sliding": "tamp.streams.sliding:plan_sliding",
     "sample-edge-grasp": "tamp.streams.sliding:sample_edge_grasp",
+    "plan-nudging": "tamp.streams.nudging:plan_nudging",
     "plan-free-motion": "tamp.streams.motions:plan_free_motion",
     "plan-holding-motion": "tamp.streams.motions:plan_holding_motion",
     "test-cfree-placements": "tamp.streams.collisions:test_cfree_placements",
@@ -151,6 +153,8 @@ def _goal_facts(workspace: Workspace, regrasped: Container[str], flatness: Flatn
             yield from facts
             if placement.on == (TABLE,):
                 yield ("LaidOnTable", name, placement)
+            if nudgeable(workspace, name, workspace.start[name], placement):
+                yield ("Nudgeable", name, workspace.start[name], placement)
             if name not in regrasped and may_fall(workspace, name, placement):
                 yield ("Layable", name, placement)
     for obj in workspace.task.objects:

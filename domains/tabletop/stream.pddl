@@ -76,6 +76,12 @@
     :outputs (?g)
     :certified (Grasp ?o ?g))
 
+  (:stream plan-nudging
+    :inputs (?o ?p ?p2)
+    :domain (Nudgeable ?o ?p ?p2)
+    :outputs (?a ?l ?w)
+    :certified (and (Conf ?a) (Conf ?l) (SlideOf ?o ?w) (Nudge ?o ?p ?p2 ?a ?l ?w)))
+
   (:stream plan-free-motion
     :inputs (?q1 ?q2)
     :domain (and (Conf ?q1) (Conf ?q2))

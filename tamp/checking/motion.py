@@ -181,13 +181,11 @@ def _allowed(move: Move, body: str, solid: Solid, other: str, gripper: frozenset
     """Depth to which a body may enter another during a motion.
 
     A motion's word counts only where a contact makes sense: never on a free motion, and of the robot only for the
-    gripper, and not with the table; of what is pushed only with the table.
+    gripper, and not with the table.
     """
     claimed = (body, other) in move.contacts or (other, body) in move.contacts
     if not claimed or move.phase in FREE:
         return allow.collision
     if body == ROBOT and (solid.name not in gripper or other == TABLE):
-        return allow.collision
-    if move.pushed is not None and body == move.pushed.object and other != TABLE:
         return allow.collision
     return allow.contact

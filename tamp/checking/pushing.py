@@ -1,4 +1,4 @@
-"""Check of a push: the object stays before the fingers, stays on the table, and comes to rest where it is left.
+"""Check of a push along the table: the object stays before the fingers, and comes to rest where it is left.
 
 While it slides evenly, the table's friction acts as one force through the object's centre of mass against its motion
 (Mason, International Journal of Robotics Research 5, 1986). Fingers that touch it on both sides of the line of that
@@ -7,6 +7,7 @@ force, within their own cone of friction, neither turn it nor slip along it (Lyn
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,13 +15,13 @@ import numpy as np
 from tamp.checking.handling import check_attachment, check_uncovered
 from tamp.checking.limits import interpolate, malformed
 from tamp.checking.motion import check_move
-from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.scene import ROBOT, TABLE, Scene, State
 from tamp.checking.solids import inverse
 from tamp.checking.standing import carriers
 from tamp.checking.support import contacts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -36,30 +37,47 @@ SAMPLES = 50  # of a push, for what depends on how it goes
 
 def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
     """Judge a motion that pushes an object; afterwards the object stands where the hand has left it."""
-    name = pushed.object
+    name, move = pushed.object, founded(move, pushed.object, (TABLE,))
     if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
         check_move(scene, state, move, allow, report)
         return
-    times = np.linspace(0.0, move.trajectory.duration, SAMPLES)
-    path = scene.links.tree.tool(interpolate(move.trajectory, times)) @ pushed.T_tool_object.matrix
-    start = inverse(scene.links.tree.tool(move.trajectory.positions[:1])[0]) @ state.poses[name]
-    check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
-    for sentence in (*_astray(name, path, allow), *_loose(scene, state, move, name, path, allow)):
+    path = check_path(scene, state, move, pushed, (TABLE,), allow, report)
+    for sentence in _loose(scene, state, move, name, path, allow):
         report("push", sentence, bodies=(name,))
-    ahead = _deceleration(path, times)
-    if ahead > GRAVITY * scene.friction(name) * scene.friction(TABLE):
-        report("push", f"{name} slides on when the hand slows down by {ahead:.1f} m/s^2", bodies=(name,))
-    check_uncovered(scene, state, name, allow, report)
     _check_stand(scene, state, name, allow, report)
     check_move(scene, state, move, allow, report)
     state.poses[name] = path[-1]
     _check_stand(scene, state, name, allow, report)
 
 
+def founded(move: Move, name: str, under: Iterable[str]) -> Move:
+    """The motion with a word on contacts only that makes sense: what is pushed may touch what carries it, no others."""
+    sense = {name, ROBOT, *under}
+    return replace(move, contacts=frozenset(pair for pair in move.contacts if name not in pair or sense >= {*pair}))
+
+
+def check_path(
+    scene: Scene, state: State, move: Move, pushed: Attachment, under: Iterable[str], allow: Tolerances, report: Report
+) -> Array:
+    """Judge how an object is said to be pushed over `under`, and return the poses on its way, shape (n, 4, 4)."""
+    name = pushed.object
+    times = np.linspace(0.0, move.trajectory.duration, SAMPLES)
+    path = scene.links.tree.tool(interpolate(move.trajectory, times)) @ pushed.T_tool_object.matrix
+    start = inverse(scene.links.tree.tool(move.trajectory.positions[:1])[0]) @ state.poses[name]
+    check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
+    for sentence in _astray(name, path, allow):
+        report("push", sentence, bodies=(name,))
+    ahead = _deceleration(path, times)
+    if ahead > GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0):
+        report("push", f"{name} slides on when the hand slows down by {ahead:.1f} m/s^2", bodies=(name,))
+    check_uncovered(scene, state, name, allow, report)
+    return path
+
+
 def _astray(name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why poses (n, 4, 4) are not those of an object that slides straight ahead over the table, without turning."""
     shift = path[:, :3, 3] - path[0, :3, 3]
-    ahead = _direction(path)
+    ahead = direction(path)
     turned = float(np.linalg.norm(path[:, :3, :3] - path[0, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0))
     beside = float(np.linalg.norm(shift - np.outer(shift @ ahead, ahead), axis=1).max())
     if turned > allow.grasp_angle:
@@ -72,13 +90,8 @@ def _astray(name: str, path: Array, allow: Tolerances) -> Iterator[str]:
 
 def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why the fingers would not keep an object before them, as they touch it at the start."""
-    ahead = _direction(path)
-    placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
-    hand = {s.name: (s, placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
-    patches = contacts(scene.solids[name], path[0], hand, allow.standing).patches
-    cosine = {link: patch.normals @ ahead for link, patch in patches.items()}
-    points = [patches[link].points[cosine[link] > np.cos(allow.push)] for link in sorted(patches)]
-    touching = np.concatenate([np.empty((0, 3)), *points])
+    ahead = direction(path)
+    touching = touched_behind(scene, move, name, path, allow.push, allow)
     if not len(touching):
         yield f"no finger touches {name} on the side away from where it is pushed"
         return
@@ -88,13 +101,24 @@ def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow
         yield f"{name} would turn away: its centre of mass is not between the contacts that push it"
 
 
+def touched_behind(scene: Scene, move: Move, name: str, path: Array, within: float, allow: Tolerances) -> Array:
+    """Where, shape (n, 3), fingers touch an object at the start and press within an angle [rad] of where it goes."""
+    ahead = direction(path)
+    placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
+    hand = {s.name: (s, placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
+    patches = contacts(scene.solids[name], path[0], hand, allow.standing).patches
+    cosine = {link: patch.normals @ ahead for link, patch in patches.items()}
+    points = [patches[link].points[cosine[link] > np.cos(within)] for link in sorted(patches)]
+    return np.concatenate([np.empty((0, 3)), *points])
+
+
 def _deceleration(path: Array, times: Array) -> float:
     """The largest rate at which a pushed object is slowed down [m/s^2]."""
     speed = np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1) / np.diff(times)
     return float(-(np.diff(speed) / np.diff(times)[1:]).min())
 
 
-def _direction(path: Array) -> Array:
+def direction(path: Array) -> Array:
     """Unit vector from the first to the last position."""
     shift = path[-1, :3, 3] - path[0, :3, 3]
     ahead: Array = shift / max(float(np.linalg.norm(shift)), 1e-9)

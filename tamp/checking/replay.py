@@ -11,6 +11,7 @@ from tamp.checking.falling import check_fall
 from tamp.checking.grasp import between_pads
 from tamp.checking.handling import check_grip, check_release
 from tamp.checking.motion import check_move
+from tamp.checking.nudging import check_nudge
 from tamp.checking.pushing import check_push
 from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.solids import inverse
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
 PICKS = ("pick", "unstack")
 PLACES = ("place", "stack")
 LAYS = ("lay", "lay-on")
-SLIDES = ("slide",)
+NUDGE = "nudge"
+SLIDES = ("slide", NUDGE)
 
 
 class Replay:
@@ -64,7 +66,8 @@ class Replay:
         falling = {step.object for step in action.steps if isinstance(step, Fall)}
         for step in action.steps:
             if isinstance(step, Move) and step.pushed is not None:
-                check_push(self.scene, self.state, step, step.pushed, self.allow, self.report)
+                judge = check_nudge if action.name == NUDGE else check_push
+                judge(self.scene, self.state, step, step.pushed, self.allow, self.report)
             elif isinstance(step, Move):
                 check_move(self.scene, self.state, step, self.allow, self.report)
             elif isinstance(step, Grip):

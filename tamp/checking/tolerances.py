@@ -21,6 +21,8 @@ class Tolerances:
         tilt: largest turn of an object that falls flat after it was let go.
         level: how far the axis of that turn may be from level.
         push: angle between a push and the way in which fingers press; the cone of their friction is wider.
+        nudge: angle between a nudge and the way in which a fingertip presses on a flank that may be round.
+        nudged: longest nudge: what one finger pushes leaves its line the farther it goes.
         lever: how far the contacts of a push reach on both sides of the centre of mass.
         edge: how far inside what carries it the centre of mass of a pushed object stays.
         standing: largest gap between a body and what it stands on.
@@ -46,6 +48,8 @@ class Tolerances:
     tilt: float = 1.2
     level: float = 0.05
     push: float = 0.4
+    nudge: float = 1.1
+    nudged: float = 0.05
     lever: float = 0.005
     edge: float = 0.01
     standing: float = 0.003

@@ -3,9 +3,10 @@
 Goals are committed one after the other: each is planned from the state that the plan so far leaves, with all goals
 reached before. First only the object itself may move, which costs little and finds the order in which nobody has to
 step aside; where nothing goes that way any more, others may be put aside too, with growing effort, and first where the
-fewest are in the way. Whatever brings one goal further lets all others try cheaply again. An object that cannot reach
-its goal even with all others out of the way is regrasped where that helps, and else left for last. What is left in the
-end, and what would have stood on it, is at least brought near its goal. What puts more aside than it gains is not done.
+fewest are in the way. Before that, what lies so close together in a container that no hand has room is nudged. Whatever
+brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others out
+of the way is regrasped where that helps, and else left for last. What is left in the end, and what would have stood on
+it, is at least brought near its goal. What puts more aside than it gains is not done.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.efforts import ALONE, EFFORTS, LAST, Effort
 from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
 from tamp.pipeline.nearness import bring_near
+from tamp.pipeline.nudging import make_room, stuck
 from tamp.pipeline.obstacles import clearest_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
@@ -76,7 +78,8 @@ class Ordering:
         """
         begin, final = self.progress.now, self._asker.deadline
         self._asker.deadline = time.monotonic() + FIRST_SHARE * (final - time.monotonic())
-        reached = self._all_at_once(ALL_AT_ONCE)
+        crowded = bool(stuck(begin.workspace, self.left))
+        reached = self._all_at_once(1 if crowded else ALL_AT_ONCE)
         self._asker.deadline = final
         if not reached and not persistent:
             self._come_near()
@@ -106,7 +109,8 @@ class Ordering:
         """Reach one goal after the other, with growing effort."""
         level = 0
         while self.left and level < len(efforts) and not self._asker.late:
-            level = 0 if self._sweep(efforts[level]) else level + 1
+            freed = self._sweep(efforts[level]) or make_room(self._asker, self.left, self._reached)
+            level = 0 if freed else level + 1
             if level == len(efforts) and self._leave_near(list(self.left)):
                 level = 0
         self._leave_near(list(self.left))
@@ -142,6 +146,9 @@ class Ordering:
         missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
         if missing:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
+            return False
+        if not effort.others_move and stuck(workspace, [name]):
+            self.left[name] = "it lies so close to others or to a wall that no hand has room"
             return False
         if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
             return self._leave_near([name])

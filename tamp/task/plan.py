@@ -113,7 +113,7 @@ class Action:
     """One symbolic action and the steps that carry it out.
 
     Attributes:
-        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "slide",
+        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "slide", "nudge",
             "move".
         arguments: names of the objects and regions it is about, the moved object first.
         steps: what the robot does, in order.

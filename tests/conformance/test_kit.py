@@ -41,6 +41,7 @@ SCENARIOS_OF = {
     "plan-sliding": "slide_box",
     "sample-edge-grasp": "slide_box",
     "test-cfree-slide": "slide_box",
+    "plan-nudging": "nudge_in_crate",
 }
 """Scenarios that give a stream inputs, where that of one object does not."""
 

@@ -1,0 +1,166 @@
+"""Room for a hand round what lies in something, and how objects in there are nudged to make room.
+
+The tip of the hand comes down behind an object, touches its flank above the middle and pushes it a few centimetres
+straight ahead. What is pressed so near to the line through its centre of mass that friction holds it there slides along
+without turning (Lynch and Mason, Stable pushing, International Journal of Robotics Research 15, 1996).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.clearance import CLEARANCE, HAND_MARGIN, above_table, clear_of_object
+from tamp.streams.closing import felt
+from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.enclosed import enclosed, upright_pinches
+from tamp.streams.hand import hand_boxes
+from tamp.streams.pinches import Pinches
+from tamp.streams.pushing import GRAZED, TOUCHING, upright
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.free_hand import FreeHand
+
+    Array = NDArray[np.float64]
+
+DIRECTIONS = 16  # that an object is nudged in
+STEP, STEPS = 0.01, 4  # of a nudge [m]
+LEVEL = 0.002  # places that differ by less in height are on one level [m]
+TURN = 0.005  # half the angle between poses that differ by no turn [rad]
+HEIGHTS = (0.5, 0.7, 0.3)  # of the fingertips over the middle of the object, in halves of its height
+OPENINGS = (0.0, 0.04, 0.08)  # of fingers of which one pushes [m]
+FARTHEST, HALVINGS = 0.09, 14  # of the search for where the hand touches the object from behind [m]
+FINGER = 0.008  # half of a fingertip's width [m]
+ASTRAY = 0.3  # angle between a nudge and the line from the touch to the centre of mass [rad]
+PROBE, HANDS = 1, 3000  # seed and number of the hands that tell how much room there is round an object
+
+
+def nudgeable(workspace: Workspace, obj: str, start: Placement, end: Placement) -> bool:
+    """Whether one placement is so near another, on one level in the same thing, that a nudge may lead from it there."""
+    shift = np.subtract(end.pose.xyz, start.pose.xyz)
+    alike = start.on == end.on and abs(shift[2]) < LEVEL and abs(np.dot(start.pose.quat, end.pose.quat)) > np.cos(TURN)
+    inside = len(start.on) == 1 and start.on != (TABLE,) and enclosed(workspace, obj, start)
+    return alike and inside and 0.0 < float(np.linalg.norm(shift)) < STEPS * STEP + LEVEL
+
+
+def nudged(placement: Placement, shift: Array) -> Placement:
+    """Where an object is after it was nudged by a level shift, (3,) [m]."""
+    x, y, z = np.array(placement.pose.xyz) + shift
+    return Placement(Pose((float(x), float(y), float(z)), placement.pose.quat), placement.on)
+
+
+def free_shifts(workspace: Workspace, obj: str, placement: Placement, poses: Mapping[str, Array]) -> Iterator[Array]:
+    """Level ways, (3,) [m], that an object can be pushed without going into others or into a wall.
+
+    `poses` says where the others are, T_world_object each, shape (4, 4).
+    """
+    world, T = workspace.world, placement.pose.matrix
+    for angle in np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS:
+        for length in STEP * np.arange(1, STEPS + 1):
+            shift = length * np.array([np.cos(angle), np.sin(angle), 0.0])
+            if any(
+                world.overlap(obj, _moved(T, shift), name, other, CONTACT_DEPTH if name in placement.on else GRAZED)
+                for name, other in poses.items()
+            ):
+                break
+            yield shift
+
+
+def hands_over(workspace: Workspace, obj: str, placement: Placement) -> Pinches:
+    """Hands that could take an object from above, were there room for them; the same for every seed."""
+    key = ("hands over", obj, placement)
+    if key not in workspace.memory:
+        rng = np.random.default_rng(PROBE)
+        hands = upright_pinches(workspace, obj, placement, rng)
+        hands = hands.at(above_table(workspace, hands, placement))
+        hands = hands.at(np.sort(rng.permutation(len(hands))[:HANDS]))
+        workspace.memory[key] = hands.at(clear_of_object(workspace, obj, hands))
+    found: Pinches = workspace.memory[key]
+    return found
+
+
+def with_room(workspace: Workspace, hands: Pinches, T_world_object: Array, poses: Mapping[str, Array]) -> Pinches:
+    """Those of some hands that meet none of the others around an object, neither open nor closed."""
+    among = workspace.world.free_hand(Scene(dict(poses)), HAND_MARGIN)
+    stroke = workspace.world.robot.spec.gripper.stroke
+    for openings in (np.minimum(stroke, hands.widths + 2 * CLEARANCE), None):
+        if len(hands):
+            T = T_world_object @ hands.T_object_tool
+            hands = hands.at(~among.hits(T, hands.widths if openings is None else openings))
+    return hands
+
+
+def pushing_hands(
+    workspace: Workspace, obj: str, placement: Placement, shift: Array, poses: Mapping[str, Array]
+) -> Iterator[tuple[Array, float]]:
+    """Yield tools, (4, 4), and openings [m] with which the hand touches an object from behind to push it.
+
+    Args:
+        workspace: where it is.
+        obj: the object.
+        placement: where it lies.
+        shift: how far it shall be pushed, (3,) [m]; only what is level of it counts.
+        poses: T_world_object of all others, shape (4, 4), of which the hand stays clear.
+    """
+    shift = shift * (1.0, 1.0, 0.0)
+    ahead = shift / np.linalg.norm(shift)
+    aside = np.array([-ahead[1], ahead[0], 0.0])
+    own = workspace.world.free_hand(Scene({obj: placement.pose.matrix}), TOUCHING, ignore=(TABLE,))
+    among = workspace.world.free_hand(Scene(dict(poses)), HAND_MARGIN)
+    lower, upper = workspace.bounds(obj, placement.pose)
+    center = (placement.pose.matrix @ np.append(workspace.world.geometries[obj].center_of_mass, 1.0))[:3]
+    boxes = hand_boxes(workspace.world.robot)
+    tip = float(boxes.upper[boxes.side != 0.0, 2].max())
+    ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
+    for height in (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2:
+        for beside, openings in ((ahead, (0.0,)), (-ahead, (0.0,)), (aside, OPENINGS), (-aside, OPENINGS)):
+            # Of fingers that close along the way the one behind pushes, of those that close across it both do.
+            width = FINGER if openings is OPENINGS else 2 * FINGER
+            if not _presses_straight(workspace, obj, placement, center, ahead, (width, float(height))):
+                continue
+            for opening in openings:
+                tool = upright(workspace, beside[:2])
+                tool[:3, 3] = (*center[:2], height + tip)
+                T = _touching(own, _moved(tool, opening / 2 * ahead), opening, -ahead)
+                if T is not None and not among.hits(_moved(T, ways), np.full(len(ways), opening)).any():
+                    yield T, opening
+
+
+def _touching(own: FreeHand, tool: Array, opening: float, back: Array) -> Array | None:
+    """The tool drawn back until the hand just touches the object that it is in; None where it is not or stays."""
+    if not own.hit(tool, opening) or own.hit(_moved(tool, FARTHEST * back), opening):
+        return None
+    near, clear = 0.0, FARTHEST
+    for _ in range(HALVINGS):
+        middle = (near + clear) / 2
+        near, clear = (middle, clear) if own.hit(_moved(tool, middle * back), opening) else (near, middle)
+    return _moved(tool, clear * back)
+
+
+def _presses_straight(
+    workspace: Workspace, obj: str, placement: Placement, center: Array, ahead: Array, finger: tuple[float, float]
+) -> bool:
+    """Whether a flat finger that reaches so far to both sides and down to a height [m] touches behind the centre."""
+    T = placement.pose.matrix
+    points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
+    aside = (points - center) @ [-ahead[1], ahead[0], 0.0]
+    touched = np.flatnonzero((np.abs(aside) < finger[0]) & (points[:, 2] > finger[1]))
+    if not len(touched):
+        return False
+    first = touched[((points - center) @ ahead)[touched].argmin()]
+    return bool(abs(aside[first]) < np.tan(ASTRAY) * -((points[first] - center) @ ahead))
+
+
+def _moved(T: Array, shift: Array) -> Array:
+    """A pose (4, 4) moved by a shift (3,), or by several, (n, 3), to shape (n, 4, 4)."""
+    moved = np.tile(T, (*shift.shape[:-1], 1, 1))
+    moved[..., :3, 3] += shift
+    return moved

@@ -1,0 +1,16 @@
+from pathlib import Path
+
+import tamp
+from tamp.checking import check
+
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "nudge_in_crate.yaml"
+
+
+def test_what_no_hand_can_take_out_of_a_crate_is_nudged_to_its_place_in_there():
+    task = tamp.load_task(SCENARIO)
+    plan = tamp.plan(task, seed=0, timeout=100.0)
+    assert [action.name for action in plan.actions] == ["move", "nudge"]
+    assert plan.actions[-1].arguments == ("slab", "crate")
+    assert check(task, plan).accepted
+    run = tamp.execute(task, plan, seed=0)
+    assert tamp.score(task, run.final_poses).ede_m < 0.01
