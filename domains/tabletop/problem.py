@@ -129,10 +129,10 @@ def _object_facts(
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-            if flatness.lies_flat(name) and not slidable:
-                yield ("LiesFlat", name, placement)
-            else:
+            if not flatness.lies_flat(name) or slidable:
                 yield ("Placeable", name, TABLE)
+            elif movable is None:  # for itself alone it need not step aside: once laid down, it stays
+                yield ("LiesFlat", name, placement)
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)
         for region in workspace.task.regions:

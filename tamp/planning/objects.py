@@ -23,11 +23,15 @@ class Objects:
         self._origins: list[Any] = []
 
     def intern(self, value: Any, key: str | None = None) -> int:
-        """The handle of a value; equal values share one, values without a hash only with themselves."""
+        """The handle of a value; equal values share one, values without a hash only with themselves.
+
+        A string is its own key: what is sampled for it does not depend on what else a problem speaks of.
+        """
         constant = Constant(value)
         handle = self._handles.get(constant)
         if handle is None:
-            handle = self._new(value, key if key is not None else f"given {len(self._values)}", None)
+            given = value if isinstance(value, str) else f"given {len(self._values)}"
+            handle = self._new(value, given if key is None else key, None)
             self._handles[constant] = handle
         return handle
 
