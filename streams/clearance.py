@@ -17,6 +17,8 @@ from tamp.world.scene import Scene
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.world.free_hand import FreeHand
+
 CLEARANCE = 0.008  # beside the object on each side before closing [m]
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
@@ -150,6 +152,15 @@ def beneath(place: Placement, around: Mapping[str, Placement]) -> list[str]:
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
     """Whether the open hand, without an arm, comes too close to the table or to anything in the scene."""
     return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
+
+
+def hand_above_table(workspace: Workspace, pose: Pose, grasp: Grasp) -> bool:
+    """Whether the open hand is clear of the table."""
+    if "hand over table" not in workspace.memory:
+        workspace.memory["hand over table"] = workspace.world.free_hand(Scene(), HAND_MARGIN)
+    hand: FreeHand = workspace.memory["hand over table"]
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    return not hand.hit(pose.matrix @ grasp.T_object_tool.matrix, opening)
 
 
 def first_clear(

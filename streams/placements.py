@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.clearance import first_clear
-from tamp.streams.footing import resting, stands
-from tamp.streams.values import Placement
+from tamp.streams.facing import facing, put_down
+from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, at_pose, held, standing
 from tamp.task import Pose
 
@@ -23,6 +24,7 @@ FITTED = 24  # of those, the best, at which the hand is tried
 DRAWS = 32  # tries before giving up
 EDGE = 0.01  # footprints stay this far inside the table's edge [m]
 REACH = (0.32, 0.68)  # distances from the base, along the table, where an arm of this size works best [m]
+BASE = 0.16  # around the arm's axis, where it stands itself [m]
 
 
 def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placement]:
@@ -37,11 +39,12 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
     draw = 0
     while True:
         blind = draw % 3 == 2
-        R = _orientation(workspace, obj, context.rng, draw if region == TABLE else 0)
+        grasp = None if blind else held(context.bound).get(obj)
+        able = partial(put_down, workspace, obj, grasp)
+        R = facing(workspace, obj, context.rng, draw if region == TABLE else 0, able)
         T = _spots(context, obj, region, R, [] if blind else _taken(context, obj) + wanted)
         draw += 1
         if T is not None:
-            grasp = None if blind else held(context.bound).get(obj)
             best = 0 if grasp is None else first_clear(workspace, grasp, T[:FITTED], standing(context.bound), obj)
             yield Placement(Pose.from_matrix(T[best]), (TABLE,))
         else:
@@ -50,10 +53,16 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
                 return
 
 
-def put_aside(context: Context, obj: str, R: NDArray[np.float64]) -> Placement | None:
-    """A place on the table, out of the way, for an object turned by R (3, 3); None where it does not fit on it."""
+def put_aside(context: Context, obj: str, R: NDArray[np.float64], grasp: Grasp | None = None) -> Placement | None:
+    """A place on the table, out of the way, for an object turned by R (3, 3); None where it does not fit on it.
+
+    Where the grasp is given, the hand that puts it down is out of the way too if that can be.
+    """
     T = _spots(context, obj, TABLE, R, _taken(context, obj) + _wanted(context.scene, obj))
-    return None if T is None else Placement(Pose.from_matrix(T[0]), (TABLE,))
+    if T is None:
+        return None
+    best = first_clear(context.scene, grasp, T[:FITTED], standing(context.bound), obj) if grasp else 0
+    return Placement(Pose.from_matrix(T[best]), (TABLE,))
 
 
 def _spots(
@@ -105,24 +114,6 @@ def sample_insertion(context: Context, obj: str, container: str, around: Placeme
             context.fail(f"{obj} does not sink into {container}")
 
 
-def _orientation(workspace: Workspace, obj: str, rng: np.random.Generator, draw: int) -> NDArray[np.float64]:
-    """A stable orientation (3, 3): as it stands now, as its goal has it, then its other stable faces, turned.
-
-    What only leans or is held up by others as it stands now would fall over elsewhere: that is left out.
-    """
-    turned = [placement.pose.matrix[:3, :3] for placement in workspace.placements_of(obj)]
-    known = [R for R in turned if stands(workspace.world.geometries[obj], R)]
-    if known and (draw < len(known) or draw % 2 == 0):
-        R = known[draw % len(known)]
-    else:
-        faces = resting(workspace, obj)
-        R = faces[int(rng.integers(len(faces)))]
-    # The first draws keep the object as it is turned: the grasp that fits here then fits there.
-    angle = 0.0 if draw < len(known) else rng.uniform(-np.pi, np.pi)
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ R
-
-
 def _extent(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Bounds of the turned object about its origin, each (3,) [m]."""
     key = ("extent", obj, R.round(6).tobytes())
@@ -157,6 +148,8 @@ def _ranking(
     base = np.array(workspace.world.robot.spec.T_world_base.xyz[:2])
     distance = np.linalg.norm(xy - base, axis=1)
     cost = 10.0 * (np.maximum(REACH[0] - distance, 0) + np.maximum(distance - REACH[1], 0))
+    beside = np.clip(base, xy + lower[:2], xy + upper[:2])
+    cost = cost + 10.0 * (np.linalg.norm(beside - base, axis=1) < BASE)
     if others:
         rect = np.array(others)
         gap_x = np.maximum(rect[:, 0] - (xy[:, :1] + upper[0]), xy[:, :1] + lower[0] - rect[:, 2])
@@ -172,7 +165,7 @@ def _drop(
 ) -> Placement | None:
     """Lower the object over the support until it touches; None where it slides past it to the table."""
     T_support = below.pose.matrix
-    R = _orientation(workspace, obj, context.rng, draw // 2)
+    R = facing(workspace, obj, context.rng, draw // 2)
     lower, upper = _extent(workspace, obj, R)
     base_lower, base_upper = _extent(workspace, support, T_support[:3, :3])
     middle = T_support[:2, 3] + (base_lower + base_upper)[:2] / 2

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import HAND_MARGIN, opening_for
+from tamp.streams.clearance import hand_above_table
 from tamp.streams.footing import amid, resting, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
@@ -25,13 +25,9 @@ from tamp.streams.recall import Detached, recalled
 from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
-from tamp.task import Pose
-from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from tamp.world.free_hand import FreeHand
 
 ENDS = 80  # grasps for the start, and for the goal, that are looked at
 PAIRS = 8  # of them that are tried in turn
@@ -96,7 +92,7 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
             context.fail(f"no grasp of {obj} {deed}")
     rotations = resting(workspace, obj)
     midst = [amid(workspace, obj, R) for R in rotations]
-    over = {grasp: [_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
+    over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
     for laid in (False, True):
@@ -149,18 +145,9 @@ def _apart(context: Context) -> Detached:
 def _put_above_table(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> bool:
     """Whether a hand that puts an object down, or else lays it down, is clear of the table."""
     if not laid:
-        return _above_table(workspace, place.pose, grasp)
+        return hand_above_table(workspace, place.pose, grasp)
     tilted = tilts(workspace, obj, place) if layable(workspace, obj, place) else ()
-    return any(_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
-
-
-def _above_table(workspace: Workspace, pose: Pose, grasp: Grasp) -> bool:
-    """Whether the open hand is clear of the table."""
-    if "hand over table" not in workspace.memory:
-        workspace.memory["hand over table"] = workspace.world.free_hand(Scene(), HAND_MARGIN)
-    hand: FreeHand = workspace.memory["hand over table"]
-    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
-    return not hand.hit(pose.matrix @ grasp.T_object_tool.matrix, opening)
+    return any(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
 
 
 def _between(
