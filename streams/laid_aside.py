@@ -1,24 +1,26 @@
-"""Putting aside what lies so flat, on every face, that no hand has room beside it: on the table it can only be laid.
+"""Putting aside what would lie so flat, on some faces, that no hand has room beside it.
 
-The grasp is chosen together with the place: one that the object can be taken up by, whether or not it serves its goal.
+Few grasps of it leave room for the hand on any other face, and on those it can only be laid. So the grasp is chosen
+together with the place: one that the object can be taken up by, whether or not it serves its goal.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 from math import dist
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.clearance import hand_above_table
 from tamp.streams.collisions import handling_hits
 from tamp.streams.footing import amid, resting, turned
 from tamp.streams.grasps import grasps_at
-from tamp.streams.laying import plan_laying
+from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
-from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.reachability import inverse_kinematics, reaches
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.slides import slidable
 from tamp.streams.tilting import too_wide
@@ -26,11 +28,14 @@ from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
 
 if TYPE_CHECKING:
-    pass
+    from numpy.typing import NDArray
 
 LOOKED_AT = 200  # grasps, or tries at one
-TRIES = 6  # places for each of them
+TAKERS = 16  # of them, by which the arm takes the object up
+TRIES = 3  # places for each of them in a round
 ROUNDS = 4  # through the grasps that serve
+
+Serve = Callable[[Context, str, Grasp], Iterator[tuple[Grasp, Placement]]]
 
 
 def lies_flat(workspace: Workspace, obj: str) -> bool:
@@ -38,58 +43,105 @@ def lies_flat(workspace: Workspace, obj: str) -> bool:
     start = workspace.start[obj]
     if start.on == (TABLE,) and not too_wide(workspace, obj, start):  # one face is enough
         return False
-    key = ("lies flat", obj)
+    return len(flat_faces(workspace, obj)) == len(resting(workspace, obj))
+
+
+def flat_faces(workspace: Workspace, obj: str) -> list[NDArray[np.float64]]:
+    """Steady orientations (3, 3) in which an object lies so flat that no hand can put it down or pick it up."""
+    key = ("flat faces", obj)
     if key not in workspace.memory:
-        workspace.memory[key] = all(slidable(workspace, obj, amid(workspace, obj, R)) for R in resting(workspace, obj))
-    answer: bool = workspace.memory[key]
-    return answer
+        rotations = resting(workspace, obj)
+        workspace.memory[key] = [R for R in rotations if slidable(workspace, obj, amid(workspace, obj, R))]
+    faces: list[NDArray[np.float64]] = workspace.memory[key]
+    return faces
+
+
+def sample_put_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
+    """Yield (grasp that takes an object up, place on the table out of the way where it puts it down).
+
+    There it does not lie flat, so that a hand can take it up again. Grasps by which the hand meets nothing that stands
+    there by then come first.
+    """
+    if len(flat_faces(context.scene, obj)) == len(resting(context.scene, obj)):
+        context.fail(f"{obj} would lie flat on every face")
+        return
+    yield from _aside(context, obj, start, _put)
 
 
 def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
-    """Yield (grasp that takes a flat object up, place on the table out of the way where it lays it down).
+    """Yield (grasp that takes an object up, place on the table out of the way where it lays it down flat).
 
     Grasps by which the hand meets nothing that stands there by then come first.
     """
+    yield from _aside(context, obj, start, _laid)
+
+
+def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[tuple[Grasp, Placement]]:
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     free, blocked = list[Grasp](), list[Grasp]()
-    key = ("taking", obj, start, str(context.rng.bit_generator.state))
-    for handling in recalled(context, key, lambda first: _taking(first, obj, start)):
+    key = ("taking", serve.__name__, obj, start, str(context.rng.bit_generator.state))
+    for handling in islice(recalled(context, key, lambda first: _taking(first, obj, start, serve)), TAKERS):
         if handling_hits(context.scene, handling, around):
             blocked.append(handling.grasp)
         else:
             free.append(handling.grasp)
-            yield from _laid(context, obj, handling.grasp)
+            yield from serve(context, obj, handling.grasp)
     for _ in range(ROUNDS):
         for grasp in [*free, *blocked]:
-            yield from _laid(context, obj, grasp)
+            yield from serve(context, obj, grasp)
 
 
-def _taking(context: Context, obj: str, start: Placement) -> Iterator[Handling | None]:
+def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[Handling | None]:
     """One handling for each grasp by which the arm reaches an object, were nothing else on the table.
 
     None stands for work done without one.
     """
-    for grasp in islice(grasps_at(context, obj, [start]), LOOKED_AT):
-        found = inverse_kinematics(_detached(context), obj, start, grasp) if grasp is not None else iter(())
-        yield next((handling for _, _, handling in found), None)
+    grasps = grasps_at(context, obj, [start])
+    for grasp in grasps if serve is _put else islice(grasps, LOOKED_AT):
+        if grasp is None or (serve is _put and not _upright(context.scene, obj, grasp)):
+            yield None
+        else:
+            found = inverse_kinematics(_detached(context), obj, start, grasp)
+            yield next((handling for _, _, handling in found), None)
+
+
+def _put(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:
+    """A grasp and, of a few places where the arm can put the object down by it, that which is nearest to its goal."""
+    faces = _upright(context.scene, obj, grasp)
+    for place in _places(context, obj, faces, grasp):
+        if time.monotonic() > context.deadline:
+            return
+        if reaches(_detached(context), obj, place, grasp):
+            yield grasp, place
+            return
+    context.fail(f"no place was found where the arm can put {obj} down")
 
 
 def _laid(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:
     """A grasp and, of a few places where the arm can lay the object down by it, that which is nearest to its goal."""
-    for place in _places(context, obj):
+    for place in _places(context, obj, flat_faces(context.scene, obj)):
         if time.monotonic() > context.deadline:
             return
-        if next(plan_laying(_detached(context), obj, place, grasp), None) is not None:
+        if lays(_detached(context), obj, place, grasp):
             yield grasp, place
             return
     context.fail(f"no place was found where the arm can lay {obj} down")
 
 
-def _places(context: Context, obj: str) -> list[Placement]:
+def _upright(workspace: Workspace, obj: str, grasp: Grasp) -> list[NDArray[np.float64]]:
+    """Steady orientations (3, 3) on the table in which the hand that puts the object down is clear of it."""
+    flat = flat_faces(workspace, obj)
+    faces = [R for R in resting(workspace, obj) if not any(R is other for other in flat)]
+    return [R for R in faces if hand_above_table(workspace, amid(workspace, obj, R).pose, grasp)]
+
+
+def _places(
+    context: Context, obj: str, faces: list[NDArray[np.float64]], grasp: Grasp | None = None
+) -> list[Placement]:
     """A few places out of the way, those nearest to the object's goal first: it may have to stay there."""
-    faces, goal = resting(context.scene, obj), context.scene.goals.get(obj)
+    goal = context.scene.goals.get(obj)
     turns = (faces[int(context.rng.integers(len(faces)))] for _ in range(TRIES))
-    drawn = (put_aside(context, obj, turned(R, context.rng.uniform(-np.pi, np.pi))) for R in turns)
+    drawn = (put_aside(context, obj, turned(R, context.rng.uniform(-np.pi, np.pi)), grasp) for R in turns)
     places = [place for place in drawn if place is not None]
     return places if goal is None else sorted(places, key=lambda place: dist(place.pose.xyz, goal.pose.xyz))
 

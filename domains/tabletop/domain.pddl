@@ -15,13 +15,14 @@
     (Movable ?o) (Region ?s) (Placeable ?o ?s) (Stackable ?o ?s) (Insertable ?o ?s)
     (Grasp ?o ?g) (Placement ?o ?p) (Conf ?q)
     (OnTable ?o ?p)                ; rests on nothing that moves
+    (PutOnTable ?o ?p)             ; is put there by any grasp, and not only by the one that was chosen with the place
     (InRegion ?o ?p ?s)
     (RestsOn ?o ?p ?s ?ps)         ; ?o at ?p stands on ?s at ?ps
     (Contained ?o ?p ?s ?ps)
     (Handling ?o ?p ?g ?a ?l ?h) (HandlingOf ?o ?h)
     (Layable ?o ?p)                ; a hand that puts ?o down at ?p may be in its own way
     (LaidOnTable ?o ?p)            ; what is laid down at ?p rests on nothing that moves
-    (LiesFlat ?o ?p)               ; taken from ?p, ?o can only be laid on the table: it lies flat on every face
+    (LiesFlat ?o ?p)               ; taken from ?p, ?o is put aside with care: on some face it lies flat
     (Regrasped ?o ?p1 ?p2)         ; on its way from ?p1 to ?p2, ?o is put down in between and grasped anew
     (Takes ?o ?p ?g)               ; ?g is meant to take up ?o at ?p, and not at any other placement
     (Brings ?o ?p ?g)              ; ?g is meant to bring ?o to ?p: put down, or laid down where it has to be
@@ -70,7 +71,7 @@
 
   (:action place
     :parameters (?o ?p ?g ?a ?l ?h)
-    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (PutOnTable ?o ?p)
                        (AtGrasp ?o ?g) (AtConf ?l)
                        (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
     :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from tamp.streams.laid_aside import lies_flat
+from tamp.streams.laid_aside import flat_faces
 from tamp.streams.slides import slidable
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -30,8 +30,8 @@ class Flatness:
         return self._looks and slidable(self.workspace, name, placement)
 
     def lies_flat(self, name: str) -> bool:
-        """Whether no hand can do so on the table whatever face it rests on."""
-        return self._looks and lies_flat(self.workspace, name)
+        """Whether no hand can do so on the table on some face of the object."""
+        return self._looks and bool(flat_faces(self.workspace, name))
 
     @property
     def _looks(self) -> bool:

@@ -34,6 +34,7 @@ DEFAULT_SAMPLERS = {
     "regrasp-kinematics": "tamp.streams.reachability:inverse_kinematics",
     "plan-bringing": "tamp.streams.laying:plan_bringing",
     "plan-laying": "tamp.streams.laying:plan_laying",
+    "sample-put-aside": "tamp.streams.laid_aside:sample_put_aside",
     "sample-laid-aside": "tamp.streams.laid_aside:sample_laid_aside",
     "plan-sliding": "tamp.streams.sliding:plan_sliding",
     "sample-edge-grasp": "tamp.streams.sliding:sample_edge_grasp",
@@ -83,6 +84,7 @@ def tabletop_problem(
         info={
             "sample-placement": StreamInfo(fresh=True),
             "sample-regrasp": StreamInfo(fresh=True),
+            "sample-put-aside": StreamInfo(fresh=True),
             "sample-laid-aside": StreamInfo(fresh=True),
             "test-cfree-placements": StreamInfo(eager=True),
             "plan-laying": StreamInfo(cost=LAYING_EFFORT),
@@ -129,7 +131,13 @@ def _object_facts(
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
+<<<<<<< Updated upstream
             if not flatness.lies_flat(name) or slidable:
+=======
+            if not slidable and flatness.lies_flat(name):
+                yield ("LiesFlat", name, placement)
+            else:
+>>>>>>> Stashed changes
                 yield ("Placeable", name, TABLE)
             elif movable is None:  # for itself alone it need not step aside: once laid down, it stays
                 yield ("LiesFlat", name, placement)
@@ -149,7 +157,7 @@ def _goal_facts(workspace: Workspace, regrasped: Container[str], flatness: Flatn
         if placement != workspace.start[name]:
             facts = _placement_facts({**workspace.start, **workspace.goals}, name, placement)
             if flatness.slidable(name, placement):  # no hand can put it down there
-                facts = (fact for fact in facts if fact[0] != "OnTable")
+                facts = (fact for fact in facts if fact[0] not in ("OnTable", "PutOnTable"))
             yield from facts
             if placement.on == (TABLE,):
                 yield ("LaidOnTable", name, placement)
@@ -173,6 +181,7 @@ def _placement_facts(around: Mapping[str, Placement], name: str, placement: Plac
     supports = [support for support in placement.on if support != TABLE]
     if not supports:
         yield ("OnTable", name, placement)
+        yield ("PutOnTable", name, placement)
     for support in supports:
         yield ("RestsOn", name, placement, support, around[support])
 

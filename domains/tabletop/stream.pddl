@@ -10,7 +10,7 @@
     :inputs (?o ?s)
     :domain (Placeable ?o ?s)
     :outputs (?p)
-    :certified (and (Placement ?o ?p) (OnTable ?o ?p) (InRegion ?o ?p ?s)))
+    :certified (and (Placement ?o ?p) (OnTable ?o ?p) (PutOnTable ?o ?p) (InRegion ?o ?p ?s)))
 
   (:stream sample-stacking
     :inputs (?o ?s ?ps)
@@ -56,7 +56,14 @@
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Laying ?o ?p ?g ?a ?l ?h)))
 
-  ; What lies too flat for any hand to put it down is laid where it is put aside; grasp and place are chosen together.
+  ; Of what would lie too flat for any hand on some face, grasp and place are chosen together where it is put aside: on
+  ; another face, or laid on that one.
+  (:stream sample-put-aside
+    :inputs (?o ?p1)
+    :domain (LiesFlat ?o ?p1)
+    :outputs (?g ?p)
+    :certified (and (Grasp ?o ?g) (Placement ?o ?p) (OnTable ?o ?p) (LaidOnTable ?o ?p) (Brings ?o ?p ?g)))
+
   (:stream sample-laid-aside
     :inputs (?o ?p1)
     :domain (LiesFlat ?o ?p1)

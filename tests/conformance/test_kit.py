@@ -13,7 +13,7 @@ import tamp
 from tamp.conformance import Judgement, check_sampler, kit
 from tamp.domains.catalog import load_domain
 from tamp.errors import DomainError, SamplerError
-from tamp.streams import regrasps
+from tamp.streams import laid_aside, regrasps
 from tamp.streams.placements import sample_placement
 from tamp.streams.values import Grasp, Placement
 from tamp.task import Pose, Task
@@ -35,6 +35,7 @@ SCENARIOS_OF = {
     "sample-stacking": "mug_onto_tray",
     "sample-insertion": "in_box",
     "plan-laying": "lay_book",
+    "sample-put-aside": "lay_book",
     "sample-laid-aside": "lay_aside",
     "sample-regrasp": "regrasp_into_box",
     "regrasp-kinematics": "regrasp_into_box",
@@ -52,6 +53,9 @@ def test_the_domains_own_samplers_fit(stream: str, monkeypatch: pytest.MonkeyPat
         # To its end it takes seconds, and the kit calls it to its end, twice.
         monkeypatch.setattr(kit, "CALLS", 1)
         monkeypatch.setattr(regrasps, "ROUNDS", 1)
+    if "aside" in stream:
+        monkeypatch.setattr(laid_aside, "TAKERS", 2)
+        monkeypatch.setattr(laid_aside, "ROUNDS", 1)
     task = tamp.load_task(ONE.with_name(f"{SCENARIOS_OF.get(stream, 'one_object')}.yaml"))
     judgement = check_sampler(load_domain("tabletop").samplers[stream], stream, tasks=[task])
     assert judgement.fits, str(judgement)

@@ -6,7 +6,7 @@ from tamp.domains.tabletop import DEFAULT_SAMPLERS, tabletop_problem
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import At, Cylinder, In, Object, On, Pose, Region
+from tamp.task import At, Box, Cylinder, In, Object, On, Pose, Region
 from tests.streams.tables import CRATE, CUBE, RED, SLAB, workspace_of
 
 HOME = Configuration((0.0,) * 7, 0.08)
@@ -122,10 +122,20 @@ def test_what_lies_flat_on_every_face_is_only_laid_on_the_table_unless_grasps_ar
     assert ("LiesFlat", "disc", start) in own
     assert ("Placeable", "disc", "table") not in own
     assert ("LaidOnTable", "disc", goal) in own
-    assert ("OnTable", "disc", goal) not in own
+    assert not {("OnTable", "disc", goal), ("PutOnTable", "disc", goal)} & set(own)
     assert ("Placeable", "disc", "table") in others
     assert {("OnTable", "disc", goal), ("LaidOnTable", "disc", goal)} <= set(others)
     assert not any(fact[0] == "LiesFlat" for fact in others)
+
+
+def test_what_lies_flat_on_some_face_is_put_aside_with_care_as_well():
+    book = Object("book", Box((0.04, 0.17, 0.26)), Pose((0.0, 0.2, 0.13)))
+    workspace = workspace_of(CUBE, book)
+    samplers = {**dict.fromkeys(DEFAULT_SAMPLERS, print), "sample-grasp": sample_grasp}
+    own = tabletop_problem(workspace, samplers, HOME).init
+    assert ("LiesFlat", "book", workspace.start["book"]) in own
+    assert ("Placeable", "book", "table") not in own
+    assert ("Placeable", "cube", "table") in own
 
 
 def test_nothing_is_looked_at_closely_once_it_is_too_late_to_search():

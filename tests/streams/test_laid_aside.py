@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tamp.streams.collisions import handling_hits
-from tamp.streams.footing import stands
-from tamp.streams.laid_aside import lies_flat, sample_laid_aside
+from tamp.streams.footing import resting, stands
+from tamp.streams.laid_aside import flat_faces, lies_flat, sample_laid_aside, sample_put_aside
 from tamp.streams.laying import plan_laying
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.values import Placement
@@ -64,3 +64,22 @@ def test_it_is_laid_nearer_to_its_goal_than_chance_would_have_it(workspace, samp
         return np.mean([dist(place.pose.xyz, goal.pose.xyz) for _, place in found])
 
     assert distance(aimed) < distance(samples)
+
+
+def test_what_lies_flat_on_two_faces_only_is_put_down_on_another():
+    book = Object("book", Box((0.04, 0.17, 0.26)), Pose((0.0, 0.2, 0.131)))
+    workspace = workspace_of(book, CUBE)
+    assert 0 < len(flat_faces(workspace, "book")) < len(resting(workspace, "book"))
+    assert not lies_flat(workspace, "book")
+    context = ToldContext(workspace, bound=tuple(at(*item) for item in workspace.start.items()))
+    grasp, place = next(sample_put_aside(context, "book", workspace.start["book"]))
+    assert abs(place.pose.matrix[2, 0]) < 0.1
+    assert stands(workspace.world.geometries["book"], place.pose.matrix[:3, :3])
+    assert next(inverse_kinematics(ToldContext(workspace), "book", workspace.start["book"], grasp), None) is not None
+    assert next(inverse_kinematics(ToldContext(workspace), "book", place, grasp), None) is not None
+
+
+def test_what_lies_flat_on_every_face_is_never_put_down_and_it_says_why(workspace):
+    context = ToldContext(workspace)
+    assert list(sample_put_aside(context, "disc", workspace.start["disc"])) == []
+    assert context.reasons == ["disc would lie flat on every face"]
