@@ -18,7 +18,15 @@ from dataclasses import replace
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.efforts import ALONE, EFFORTS, LAST, Effort
-from tamp.pipeline.goals import alone, asking_for, goal_names, goal_supports, nearly_there, supports_first
+from tamp.pipeline.goals import (
+    alone,
+    asking_for,
+    goal_names,
+    goal_supports,
+    nearly_there,
+    supports_first,
+    supports_in_the_way,
+)
 from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.nudging import make_room, stuck
 from tamp.pipeline.obstacles import clearest_first
@@ -178,8 +186,8 @@ class Ordering:
     def _is_hopeless(self, name: str) -> bool:
         """Whether an object does not reach its goal even with all others out of the way, as far as a short try says."""
         if name not in self._hopeless:
-            workspace = self._asker.workspace
-            solution = self._asker.ask(alone(workspace, name), ALONE, {name})
+            workspace = alone(self._asker.workspace, name)
+            solution = self._asker.ask(workspace, ALONE, {name, *supports_in_the_way(workspace, name)})
             self._hopeless[name] = solution.plan is None and not self._regrasp_helps(name)
             if self._hopeless[name]:
                 self.left[name] = f"even alone: {reason(solution)}"
@@ -190,6 +198,7 @@ class Ordering:
         workspace = alone(self._asker.workspace, name)
         # Wherever what lies flat is put down in between, no hand takes it up again.
         able = name in workspace.goals and not lies_flat(workspace, name)
-        if able and self._asker.ask(workspace, ALONE, {name}, regrasped={name}).plan is not None:
+        movable = {name, *supports_in_the_way(workspace, name)}
+        if able and self._asker.ask(workspace, ALONE, movable, regrasped={name}).plan is not None:
             self._regrasped.add(name)
         return name in self._regrasped

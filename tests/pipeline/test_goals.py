@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from tamp.pipeline.goals import alone, farthest_first
+from tamp.pipeline.goals import alone, farthest_first, supports_in_the_way
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose
 from tests.streams.tables import workspace_of
@@ -34,3 +34,11 @@ def test_the_farthest_from_its_goal_comes_first_but_after_what_that_rests_on():
     workspace = replace(workspace, goals=goals)
     assert farthest_first(workspace, {"tray", "block", "cube"}) == ["tray", "block", "cube"]
     assert farthest_first(workspace, {"tray", "cube"}) == ["cube", "tray"]
+
+
+def test_a_support_is_in_the_way_only_where_the_object_shall_stand_in_its_place():
+    under, aside = At(Pose((0.0, 0.2, 0.02))), At(Pose((0.1, 0.0, 0.02)))
+    for goal, found in ((under, ["block"]), (aside, [])):
+        workspace = workspace_of(TRAY, BLOCK, replace(CUBE, goal=goal), on={"cube": ("block",)})
+        assert supports_in_the_way(workspace, "cube") == found
+    assert supports_in_the_way(workspace, "tray") == []
