@@ -11,6 +11,7 @@ from tamp.pipeline.goals import asking_for, farthest_first
 from tamp.pipeline.gripping import Grips
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import Context
+from tamp.streams.slides import slidable
 from tamp.streams.tilting import layable
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE
@@ -19,7 +20,8 @@ PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
 UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp
-ITERATIONS = 4  # of the stream planner for one place
+SLID = 2  # places tried for what can only be gripped once it was slid: by which grasp nobody knows before
+ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
 
 
 def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> bool:
@@ -40,7 +42,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
     workspace, samplers = asker.workspace, asker.progress.now.samplers
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:
-        return False
+        return slidable(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept)
     looks, tries, unseen = LOOKS, TRIES, UNSEEN
     for place in islice(substitutes(workspace, name, lambda place: bool(grips.roomy(place)), grips.fits), PLACES):
         if asker.late or not (looks and tries):
@@ -58,7 +60,20 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
     return False
 
 
-def _put(asker: Asker, name: str, place: Placement, kept: Collection[str], serving: Sequence[Grasp]) -> bool:
+def _slide_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
+    """The same for an object that can only be gripped where it was slid to."""
+    places = substitutes(asker.workspace, name, lambda place: True, lambda R: True)
+    return any(not asker.late and _put(asker, name, place, kept, (), SLIDING) for place in islice(places, SLID))
+
+
+def _put(
+    asker: Asker,
+    name: str,
+    place: Placement,
+    kept: Collection[str],
+    serving: Sequence[Grasp],
+    iterations: int = ITERATIONS,
+) -> bool:
     """Plan to put an object to a place while all others stay; with the grasps that serve there, or else with any."""
     workspace = asker.workspace
     stay = {other: workspace.start[other] for other in workspace.goals}
@@ -68,5 +83,5 @@ def _put(asker: Asker, name: str, place: Placement, kept: Collection[str], servi
         yield from serving
 
     samplers = {"sample-grasp": grasps} if serving else {}
-    solution = asker.ask(asking_for(near, {*kept, name}), ITERATIONS, {name}, samplers)
+    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers)
     return solution.plan is not None and asker.refused(solution.plan) is None

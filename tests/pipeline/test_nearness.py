@@ -1,0 +1,27 @@
+import time
+
+import pytest
+
+from tamp.pipeline.asking import Asker
+from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.nearness import bring_near
+from tamp.pipeline.progress import Progress
+from tamp.pipeline.setup import prepare
+from tamp.scoring.ede import ede, mean_edge
+from tamp.task import At, Box, Object, Pose, Task, load_robot
+
+BLOCK = Object("block", Box((0.16, 0.16, 0.1)), Pose((0.1, 0.25, 0.05)), At(Pose((0.1, 0.0, 0.05))))
+"""No hand takes it, so that what shall rest on it never can."""
+SLAB = Object("slab", Box((0.12, 0.16, 0.03)), Pose((0.0, -0.4, 0.015)), At(Pose((0.1, 0.0, 0.115))))
+CUBE = Object("cube", Box((0.05, 0.05, 0.05)), Pose((0.0, -0.2, 0.025)), At(Pose((0.1, 0.0, 0.125))))
+
+
+@pytest.mark.parametrize(("obj", "actions"), [(CUBE, {"pick", "place"}), (SLAB, {"slide", "pick"})])
+def test_what_cannot_rest_where_it_shall_is_brought_near_even_if_it_has_to_be_slid_first(obj, actions):
+    setup = prepare(Task("near", (BLOCK, obj)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    asker = Asker(Progress(attempt), seed=0, deadline=time.monotonic() + 600.0, algorithm="adaptive")
+    assert bring_near(asker, {obj.name}, set())
+    here = asker.workspace.start[obj.name].pose
+    assert ede(mean_edge(obj.shape), here, obj.goal.pose) < 0.15
+    assert actions <= {action.name for action in asker.progress.actions}
