@@ -131,16 +131,10 @@ def _object_facts(
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-<<<<<<< Updated upstream
-            if not flatness.lies_flat(name) or slidable:
-=======
-            if not slidable and flatness.lies_flat(name):
-                yield ("LiesFlat", name, placement)
-            else:
->>>>>>> Stashed changes
+            if slidable or not flatness.lies_flat(name):
                 yield ("Placeable", name, TABLE)
-            elif movable is None:  # for itself alone it need not step aside: once laid down, it stays
-                yield ("LiesFlat", name, placement)
+            elif movable is None or any(other in movable for other in workspace.start if other != name):
+                yield ("LiesFlat", name, placement)  # for itself alone it need not step aside
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)
         for region in workspace.task.regions:
