@@ -27,19 +27,23 @@ FINGERTIP = 0.016  # each finger touches the side that is pushed over at least t
 TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
 FARTHEST, HALVINGS = 0.15, 14  # of the search for that place behind the object [m]
 BEHIND = 0.025  # the object is where the hand comes down and goes up again [m]
+CLOSE = 0.008  # behind it is where it does so if others leave no more room [m]
 UP = 0.12  # how far above that it begins and ends [m]
 SOLUTIONS = 4  # arm configurations tried for one way
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
 GRAZED = 0.0005  # depth that tells what touches in a narrow container from what is in the way [m]
 
 
-def pushes(context: Context, obj: str, placement: Placement, way: Way) -> Iterator[Slide]:
-    """Yield slides along a way that the arm can follow, as if nothing else stood on the table."""
+def pushes(context: Context, obj: str, placement: Placement, way: Way, behind: float = BEHIND) -> Iterator[Slide]:
+    """Yield slides along a way that the arm can follow, as if nothing else stood on the table.
+
+    The hand comes down and goes up again as far behind the object as `behind` says [m].
+    """
     workspace: Workspace = context.scene
     opening = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, workspace.world.robot.spec.gripper.stroke))
     for side in (1.0, -1.0):
         T = _touching(workspace, obj, placement, way, opening, side)
-        yield from pushed(context, obj, placement, way.end, T, opening, np.append(BEHIND * way.behind, 0.0))
+        yield from pushed(context, obj, placement, way.end, T, opening, np.append(behind * way.behind, 0.0))
 
 
 def pushed(

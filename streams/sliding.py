@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Hashable, Iterator
 
 from tamp.streams.grasps import grasps_at
-from tamp.streams.pushing import push_hits, pushes
+from tamp.streams.pushing import CLOSE, push_hits, pushes
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.recall import Detached, recalled, stepwise
 from tamp.streams.slides import ways
@@ -61,12 +61,16 @@ def _edge_grasps(context: Context, obj: str, placement: Placement) -> tuple[Hash
 
 
 def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide | None]:
-    """One slide for each way to where the arm can grip the object, as if nothing else stood on the table."""
+    """Two slides for each way to where the arm can grip the object, as if nothing else stood on the table.
+
+    In the second the hand keeps close to the object, which may be the only room that neighbours leave.
+    """
     for way in ways(context.scene, obj, placement)[:TRIED]:
         slide = next(pushes(context, obj, placement, way), None)
         yield None
         if slide is not None and (yield from _grippable(context, obj, way.end)):
             yield slide
+            yield next(pushes(context, obj, placement, way, CLOSE), None)
 
 
 def _grippable(context: Context, obj: str, placement: Placement) -> Generator[None, None, bool]:

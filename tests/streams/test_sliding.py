@@ -73,3 +73,17 @@ def test_slides_that_are_free_of_what_stands_there_come_first(workspace, offer):
     offers = list(plan_sliding(context, "box", workspace.start["box"]))
     free = [push_hits(workspace, slide, {"peg": around[0][2]}) is None for *_, slide in offers]
     assert free == sorted(free, reverse=True) and any(free) and not all(free)
+
+
+def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(workspace, offer):
+    end, _, _, slide = offer
+    T = workspace.world.robot.forward(slide.push[0])
+    back = np.array(workspace.start["box"].pose.xyz) - end.pose.xyz
+    back /= np.linalg.norm(back)
+    finger = T[:3, 3] + T[:3, :3] @ np.array(workspace.world.robot.spec.gripper.axis) * slide.opening / 2
+    places = [finger + distance * back for distance in np.arange(0.03, 0.1, 0.002)]
+    behind = [Placement(Pose((float(x), float(y), 0.01)), ("table",)) for x, y, _ in places]
+    met = [place for place in behind if push_hits(workspace, slide, {"peg": place}) is not None]
+    context = ToldContext(workspace, bound=(("AtPose", "peg", met[-1]),))
+    close = next(s for ended, *_, s in plan_sliding(context, "box", workspace.start["box"]) if ended == end)
+    assert push_hits(workspace, close, {"peg": met[-1]}) is None
