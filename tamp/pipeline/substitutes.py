@@ -65,7 +65,12 @@ class _Start:
 
 @dataclass(frozen=True, eq=False)
 class _Lowered:
-    """Where an object touches something on its way down; it may fall from there."""
+    """Where an object touches something on its way down; it may fall from there.
+
+    Attributes:
+        place: there.
+        fit: as of where it began.
+    """
 
     place: Placement
     fit: bool
