@@ -15,7 +15,7 @@ from tamp.checking.nudging import check_nudge
 from tamp.checking.pushing import check_push
 from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.solids import inverse
-from tamp.checking.standing import carriers
+from tamp.checking.standing import carriers, without_part
 from tamp.checking.verdict import Problem
 from tamp.task.plan import Fall, Grip, Move, Release
 
@@ -128,15 +128,14 @@ class Replay:
             self._check_clear(action.arguments[0])
 
     def _check_on(self, name: str, targets: tuple[str, ...]) -> None:
-        """The object stands on or in each of the bodies and regions that the action names."""
+        """The object stands or leans on, or is in, each of the bodies and regions that the action names."""
         regions = {region.name: region for region in self.scene.task.regions}
-        under = carriers(self.scene, self.state, name, self.allow).bodies
-        for target in targets:
-            if target in regions:
-                if not in_region(self.scene, self.state, name, regions[target]):
-                    self.report("precondition", f"{name} is not in region {target}", (name,))
-            elif target not in under:
-                self.report("precondition", f"{name} does not stand on {target}", (name, target))
+        for target in (target for target in targets if target in regions):
+            if not in_region(self.scene, self.state, name, regions[target]):
+                self.report("precondition", f"{name} is not in region {target}", (name,))
+        touching = carriers(self.scene, self.state, name, self.allow)
+        for target in without_part(touching, [target for target in targets if target not in regions]):
+            self.report("precondition", f"{name} does not stand on {target}", (name, target))
 
     def _check_clear(self, name: str) -> None:
         """After letting go, the gripper has left: the object is no longer between the pads."""

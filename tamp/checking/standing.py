@@ -8,7 +8,7 @@ from tamp.checking.solids import clearance, inverse
 from tamp.checking.support import Contacts, contacts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
@@ -34,6 +34,15 @@ def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator
         if balance == -float("inf"):
             sentence = f"{name} slides: friction does not hold it where it leans ({', '.join(sorted(carried.patches))})"
         yield sentence, (name, *carried.bodies), min(max(-balance, 0.0), scene.solids[name].radius)
+
+
+def without_part(touching: Contacts, bodies: Sequence[str]) -> list[str]:
+    """Those of some bodies that have no part in keeping an object up: it neither stands on them nor leans on them.
+
+    Only what stands on one of them can lean on another: what pushes from the side alone carries no weight.
+    """
+    stands = any(body in touching.bodies for body in bodies)
+    return [body for body in bodies if body not in (touching.patches if stands else touching.bodies)]
 
 
 def balanced(scene: Scene, state: State, name: str, touching: Contacts, allow: Tolerances) -> float:
