@@ -38,7 +38,7 @@ STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
 SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m]
 NARROWEST = 0.016  # room that a finger needs on a side [m]
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
-PROBE, PROBES = 1, 8  # seed and rounds of the pinches that tell whether an object can be grasped as it lies
+PROBE, PROBES = 1, 3  # seed and rounds of the pinches that tell whether an object can be grasped as it lies
 
 
 @dataclass(frozen=True, eq=False)
