@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ENOUGH, PLENTY = 2, 10  # hands with room round an object: it is not stuck; more are no better
-TRIES = 12  # nudges that the planner is asked for
+TRIES = 40  # nudges that the planner is asked for
 ITERATIONS = 4  # of the stream planner for one
 
 
@@ -45,7 +45,8 @@ def make_room(asker: Asker, names: Collection[str], kept: Collection[str]) -> bo
 def stuck(workspace: Workspace, names: Collection[str]) -> set[str]:
     """Those of some objects in containers that must leave there and that no hand has room to take as all stand."""
     inside = (name for name in names if _lies_within(workspace, name) and not _leads_there(workspace, name))
-    return {name for name in inside if len(_roomy(workspace, name)) < ENOUGH}
+    sought = (name for name in inside if len(hands_over(workspace, name, workspace.start[name])))
+    return {name for name in sought if len(_roomy(workspace, name)) < ENOUGH}
 
 
 def _leads_there(workspace: Workspace, name: str) -> bool:

@@ -12,7 +12,7 @@ it, is at least brought near its goal. What puts more aside than it gains is not
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 
 from tamp.pipeline.asking import Asker
@@ -86,8 +86,7 @@ class Ordering:
         """
         begin, final = self.progress.now, self._asker.deadline
         self._asker.deadline = time.monotonic() + FIRST_SHARE * (final - time.monotonic())
-        crowded = bool(stuck(begin.workspace, self.left))
-        reached = self._all_at_once(1 if crowded else ALL_AT_ONCE)
+        reached = self._all_at_once(1 if stuck(begin.workspace, self.left) else ALL_AT_ONCE)
         self._asker.deadline = final
         if not reached and not persistent:
             self._come_near()
@@ -117,11 +116,17 @@ class Ordering:
         """Reach one goal after the other, with growing effort."""
         level = 0
         while self.left and level < len(efforts) and not self._asker.late:
-            freed = self._sweep(efforts[level]) or make_room(self._asker, self.left, self._reached)
-            level = 0 if freed else level + 1
+            level = 0 if self._advance(efforts[level]) else level + 1
             if level == len(efforts) and self._leave_near(list(self.left)):
                 level = 0
         self._leave_near(list(self.left))
+
+    def _advance(self, effort: Effort) -> bool:
+        """Reach goals, or make room where hands lack it; whether anything came of it. Crowded objects come last."""
+        crowded = set() if effort.others_move else stuck(self._asker.workspace, self.left)
+        if self._sweep(effort, crowded):
+            return True
+        return bool(crowded) and (make_room(self._asker, crowded, self._reached) or self._sweep(effort))
 
     def _all_at_once(self, iterations: int) -> bool:
         """Plan for all goals together; whether that succeeded."""
@@ -132,11 +137,11 @@ class Ordering:
         self.left.clear()
         return True
 
-    def _sweep(self, effort: Effort) -> bool:
+    def _sweep(self, effort: Effort, spared: Container[str] = ()) -> bool:
         """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
         asker, progress = self._asker, False
         workspace, samplers = asker.workspace, self.progress.now.samplers
-        names = supports_first(workspace, list(self.left))
+        names = supports_first(workspace, [name for name in self.left if name not in spared])
         if effort.others_move:
             names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
         for name in names:
@@ -154,9 +159,6 @@ class Ordering:
         missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
         if missing:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
-            return False
-        if not effort.others_move and stuck(workspace, [name]):
-            self.left[name] = "it lies so close to others or to a wall that no hand has room"
             return False
         if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
             return self._leave_near([name])
