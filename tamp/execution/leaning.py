@@ -31,6 +31,8 @@ def leaning(
 ) -> Iterator[tuple[str, str]]:
     """Yield pairs (what leans, on what) of bodies, "table" among the latter.
 
+    Of two that push each other, that leans whose centre of mass is farther beside what carries it.
+
     Args:
         objects: the bodies.
         poses: object -> where it is at rest (world frame).
@@ -39,17 +41,19 @@ def leaning(
     """
     seen = [*touches]
     seen += [Touch(t.b, t.a, (-t.normal[0], -t.normal[1], -t.normal[2]), t.depth, t.force, t.point) for t in seen]
+    beside: dict[tuple[str, str], float] = {}
     for item in objects:
         mine = [touch for touch in seen if touch.a == item.name]
         carrying = np.array([touch.point for touch in mine if touch.normal[2] > upright]).reshape(-1, 3)
-        way = _tipping(item, poses[item.name], carrying)
-        for touch in mine if way is not None else ():
+        far, way = _tipping(item, poses[item.name], carrying) if len(carrying) else (0.0, np.zeros(2))
+        for touch in mine if far > BESIDE else ():
             if touch.force > 0.0 and touch.normal[2] <= upright and np.array(touch.normal[:2]) @ way < -AGAINST:
-                yield item.name, touch.b
+                beside[item.name, touch.b] = far
+    yield from (pair for pair, far in beside.items() if far > beside.get(pair[::-1], 0.0))
 
 
-def _tipping(item: Object, pose: Pose, carrying: Array) -> Array | None:
-    """The level direction (2,) in which a body would tip over; None where it stands on what carries it, (n, 3) [m]."""
+def _tipping(item: Object, pose: Pose, carrying: Array) -> tuple[float, Array]:
+    """How far a body's centre of mass is beside what carries it, (n, 3) [m], and in which level direction (2,)."""
     geometry, T = load_geometry(item.shape), pose.matrix
     points = np.vstack([part.vertices for part in geometry.parts]) @ T[:3, :3].T + T[:3, 3]
     low = np.vstack([points[points[:, 2] < points[:, 2].min() + LOW], carrying])
@@ -58,4 +62,4 @@ def _tipping(item: Object, pose: Pose, carrying: Array) -> Array | None:
     center = T[:3, :3] @ geometry.center_of_mass + T[:3, 3]
     reach = ((low - center)[:, :2] @ ways.T).max(axis=0)
     worst = int(reach.argmin())
-    return ways[worst] if len(carrying) and reach[worst] < -BESIDE else None
+    return -float(reach[worst]), ways[worst]

@@ -58,3 +58,14 @@ def test_either_body_of_a_touch_may_be_named_first():
 @pytest.mark.parametrize("touches", [[], [Touch("book", "wall", (-1.0, 0.0, 0.0), 0.0, 1.0, (0.1, 0.0, 0.1))]])
 def test_what_nothing_carries_leans_on_nothing(touches):
     assert leans(scene(0.5)[0], touches) == []
+
+
+def test_of_two_that_push_each_other_the_one_that_is_farther_from_standing_leans():
+    poses, touches = scene(0.5)
+    steeper = scene(0.2)[0]["book"].xyz[2]
+    other = Object("other", BOOK.shape, Pose())
+    x = touches[1].point[0] + 0.1
+    poses = {"book": poses["book"], "other": Pose.from_rpy((x, 0.0, steeper), (0.0, -0.2, 0.0))}
+    foot = Touch("table", "other", (0.0, 0.0, -1.0), 0.0, 1.0, (x + 0.01, 0.0, 0.0))
+    against = Touch("book", "other", (-1.0, 0.0, 0.0), 0.0, 1.0, touches[1].point)
+    assert list(leaning((BOOK, other), poses, [touches[0], foot, against], UPRIGHT)) == [("book", "other")]
