@@ -24,6 +24,7 @@ from tamp.versions import versions
 
 FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
 NEXT_SHARE = 0.5  # of the time that is left goes to each further one
+LAST_SHARE = 0.75  # of it goes to one for what a plan has left for want of time
 ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
 
 
@@ -43,6 +44,7 @@ class Job:
     executions: list[Execution] = field(default_factory=list)
     final_poses: dict[str, Pose] = field(default_factory=dict)
     failure: PlanningFailure | None = None
+    hurried: bool = False
     obstacles: list[str] = field(default_factory=list)
     rejections: list[str] = field(default_factory=list)
 
@@ -57,7 +59,7 @@ class Job:
 
     def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
         """Plan from a state at rest; False where there is no plan."""
-        share = NEXT_SHARE if self.plans else FIRST_SHARE
+        share = (LAST_SHARE if self.unfinished else NEXT_SHARE) if self.plans else FIRST_SHARE
         try:
             search, found = self._search(setup, poses, q, share)
             if found is None and search.late and not self.plans:  # what was kept for later plans serves for the first
@@ -72,6 +74,7 @@ class Job:
             self.obstacles = [f"{name}: {why}" for name, why in search.left.items()]
             return False
         self.plans.append(found)
+        self.hurried = search.late
         return True
 
     def _search(
@@ -99,6 +102,11 @@ class Job:
         if rest is not None:
             self.plans.append(rest)
         return rest is not None
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether the last search ran out of its time, so that more of it may bring what its plan leaves."""
+        return self.hurried and bool(self._left)
 
     @property
     def missed(self) -> set[str]:

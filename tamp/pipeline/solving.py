@@ -69,7 +69,10 @@ def carry_out(
 
 
 def _execute(job: Job, setup: Setup, executor: Executor) -> None:
-    """Carry out plan after plan: what is left of one or a new one where reality deviates; in the end corrections."""
+    """Carry out plan after plan: what is left of one or a new one where reality deviates; in the end corrections.
+
+    What a plan has left for want of time is planned for with what time was kept for deviations that did not come.
+    """
     replans, corrections, whole = 0, 0, job.plans[-1]
     while True:
         execution = executor.carry_out(job.plans[-1])
@@ -83,14 +86,15 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
             return
         astray, missed = job.astray(setup), job.missed
         done = execution.status == "done" and job.plans[-1].actions[-1:] == whole.actions[-1:]
-        if done:
+        unfinished = done and job.unfinished
+        if done and not unfinished:
             if not astray or corrections == MAX_CORRECTIONS:
                 return
             corrections += 1
         if not job.plan(setup, job.final_poses, execution.configuration):
             return
         replans, whole = replans + 1, job.plans[-1]
-        if done and not missed and not _moved(job.plans[-1]) <= astray:
+        if done and not unfinished and not missed and not _moved(job.plans[-1]) <= astray:
             job.plans.pop()  # what stands well is not risked for what stands a little off
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be

@@ -7,6 +7,7 @@ import pytest
 
 from tamp.execution.executor import Executor
 from tamp.pipeline.job import ASTRAY, Job
+from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
 from tamp.pipeline.solving import carry_out
 from tamp.task import At, Box, Object, Plan, Pose, Task
@@ -79,3 +80,22 @@ def test_a_first_search_in_vain_is_followed_by_another_with_all_the_time_that_is
     (first, soft), (second, hard) = begun
     assert first == 3 != second
     assert hard - soft > 20.0
+
+
+def test_what_a_hurried_plan_leaves_is_planned_for_with_the_time_that_was_kept(monkeypatch):
+    searches = []
+
+    class Hurried(Planning):
+        """The first search finds no time for anything."""
+
+        late = property(lambda self: self is searches[0])
+
+        def run(self, *, persistent=False):
+            searches.append(self)
+            found = super().run(persistent=persistent)
+            return replace(found, actions=(), report={"left": {"red": "no time"}}) if len(searches) == 1 else found
+
+    monkeypatch.setattr("tamp.pipeline.job.Planning", Hurried)
+    run = carry_out(Task("hurried", (RED,)), seed=0, timeout=300.0)
+    assert len(searches) == 2
+    assert run.result.status == "solved"
