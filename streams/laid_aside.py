@@ -80,15 +80,23 @@ def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterat
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     free, blocked = list[Grasp](), list[Grasp]()
     key = ("taking", serve.__name__, obj, start, str(context.rng.bit_generator.state))
+    served = False
     for handling in islice(recalled(context, key, lambda first: _taking(first, obj, start, serve)), TAKERS):
         if handling_hits(context.scene, handling, around):
             blocked.append(handling.grasp)
         else:
             free.append(handling.grasp)
-            yield from serve(context, obj, handling.grasp)
-    for _ in range(ROUNDS):
+            for found in serve(context, obj, handling.grasp):
+                served = True
+                yield found
+    for _ in range(ROUNDS if served or not free else 0):
+        served = False
         for grasp in [*free, *blocked]:
-            yield from serve(context, obj, grasp)
+            for found in serve(context, obj, grasp):
+                served = True
+                yield found
+        if not served:  # nor would it in another round
+            return
 
 
 def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[Handling | None]:

@@ -36,7 +36,7 @@ from tamp.pipeline.situation import left_at
 from tamp.planning import Report
 from tamp.streams.laid_aside import lies_flat
 
-FIRST_SHARE = 0.35  # of the time goes to the try for all goals at once at most
+FIRST_SHARE = 0.25  # of the time goes to the try for all goals at once at most
 GOALS_SHARE = 0.7  # of the rest goes to goals, what remains to what is left
 UNLIMITED = 1_000_000
 ALL_AT_ONCE = 8  # iterations of the first try; where all goals can be planned together, the plan is short
