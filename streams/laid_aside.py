@@ -23,7 +23,7 @@ from tamp.streams.placements import put_aside
 from tamp.streams.reachability import inverse_kinematics, reaches
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.slides import slidable
-from tamp.streams.tilting import too_wide
+from tamp.streams.tilting import never_too_wide, too_wide
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
 
@@ -43,14 +43,15 @@ def lies_flat(workspace: Workspace, obj: str) -> bool:
     start = workspace.start[obj]
     if start.on == (TABLE,) and not too_wide(workspace, obj, start):  # one face is enough
         return False
-    return len(flat_faces(workspace, obj)) == len(resting(workspace, obj))
+    flat = flat_faces(workspace, obj)
+    return bool(flat) and len(flat) == len(resting(workspace, obj))
 
 
 def flat_faces(workspace: Workspace, obj: str) -> list[NDArray[np.float64]]:
     """Steady orientations (3, 3) in which an object lies so flat that no hand can put it down or pick it up."""
     key = ("flat faces", obj)
     if key not in workspace.memory:
-        rotations = resting(workspace, obj)
+        rotations = [] if never_too_wide(workspace, obj) else resting(workspace, obj)
         workspace.memory[key] = [R for R in rotations if slidable(workspace, obj, amid(workspace, obj, R))]
     faces: list[NDArray[np.float64]] = workspace.memory[key]
     return faces

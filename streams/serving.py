@@ -114,7 +114,7 @@ def _in_reach(workspace: Workspace, pinches: Pinches, pose: Pose) -> NDArray[np.
     """
     robot, T = workspace.world.robot, pose.matrix @ pinches.T_object_tool
     few = T[:: -(-len(T) // SAMPLED)] if len(T) > 2 * SAMPLED else T[:0]
-    if len(few) and reachable(robot, few).mean() >= MOST:
+    if len(few) and reachable(robot, few, hurried=True).mean() >= MOST:
         return np.ones(len(T), bool)
     within = reachable(robot, T)
     T[:, :3, 3] -= BACK * T[:, :3, 2]

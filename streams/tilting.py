@@ -74,6 +74,17 @@ def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
     return width > workspace.world.robot.spec.gripper.stroke
 
 
+def never_too_wide(workspace: Workspace, obj: str) -> bool:
+    """Whether an object is narrow enough for the hand from some side however it lies, as the box around it says.
+
+    Seen from anywhere, a box is no wider than the diagonal of its smallest face in the direction that runs along that
+    face.
+    """
+    vertices = workspace.world.geometries[obj].hull.vertices
+    smallest = np.sort(vertices.max(axis=0) - vertices.min(axis=0))[:2]
+    return float(np.linalg.norm(smallest)) <= workspace.world.robot.spec.gripper.stroke
+
+
 def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
     """The tilts of a body with these hull vertices (n, 3) and centre of mass (3,), both in its own frame."""
     world = vertices @ T_goal[:3, :3].T + T_goal[:3, 3]

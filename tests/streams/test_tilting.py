@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.tilting import LEAST, MOST, ROLL, layable, tilts
+from tamp.streams.tilting import LEAST, MOST, ROLL, layable, never_too_wide, tilts
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tests.streams.tables import RED, corners, workspace_of
@@ -67,3 +67,16 @@ def test_what_is_wide_or_turned_over_is_layable_and_a_small_box_is_not():
     assert not layable(red, "red", red.goals["red"])
     over = Placement(Pose.from_rpy((0.05, -0.2, 0.04), (np.pi, 0.0, 0.0)), ("table",))
     assert layable(red, "red", over)
+
+
+@given(
+    a=st.floats(0.01, 0.08), b=st.floats(0.01, 0.08), c=st.floats(0.01, 0.3), turn=st.tuples(*[st.floats(-3, 3)] * 3)
+)
+@settings(max_examples=60, deadline=None)
+def test_what_is_never_too_wide_is_not_too_wide_however_it_lies(a, b, c, turn):
+    item = Object("bar", Box((a, b, c)), Pose((0.0, 0.0, c / 2)))
+    workspace = workspace_of(item)
+    points = corners(workspace, "bar", Pose.from_rpy((0.0, 0.0, 0.2), turn))[:, :2]
+    angles = np.linspace(0.0, np.pi, 1800)
+    narrowest = np.ptp(points @ np.stack([np.cos(angles), np.sin(angles)]), axis=0).min()
+    assert not never_too_wide(workspace, "bar") or narrowest < workspace.world.robot.spec.gripper.stroke + 5e-4
