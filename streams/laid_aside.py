@@ -7,7 +7,7 @@ together with the place: one that the object can be taken up by, whether or not 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from itertools import islice
 from math import dist
 from typing import TYPE_CHECKING
@@ -35,7 +35,7 @@ TAKERS = 16  # of them, by which the arm takes the object up
 TRIES = 3  # places for each of them in a round
 ROUNDS = 4  # through the grasps that serve
 
-Serve = Callable[[Context, str, Grasp], Iterator[tuple[Grasp, Placement]]]
+Serve = Callable[[Context, str, Grasp], Placement | None]
 
 
 def lies_flat(workspace: Workspace, obj: str) -> bool:
@@ -81,23 +81,31 @@ def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterat
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     free, blocked = list[Grasp](), list[Grasp]()
     key = ("taking", serve.__name__, obj, start, str(context.rng.bit_generator.state))
-    served = False
+    came = 0
     for handling in islice(recalled(context, key, lambda first: _taking(first, obj, start, serve)), TAKERS):
         if handling_hits(context.scene, handling, around):
             blocked.append(handling.grasp)
         else:
             free.append(handling.grasp)
-            for found in serve(context, obj, handling.grasp):
-                served = True
-                yield found
-    for _ in range(ROUNDS if served or not free else 0):
-        served = False
-        for grasp in [*free, *blocked]:
-            for found in serve(context, obj, grasp):
-                served = True
-                yield found
-        if not served:  # nor would it in another round
+            came += yield from _each(context, obj, [handling.grasp], serve)
+    hopeful = came > 0 or not free
+    for _ in range(ROUNDS):
+        if not hopeful:  # what came to nothing for every grasp will not in another round
             return
+        hopeful = (yield from _each(context, obj, [*free, *blocked], serve)) > 0
+
+
+def _each(
+    context: Context, obj: str, grasps: Sequence[Grasp], serve: Serve
+) -> Generator[tuple[Grasp, Placement], None, int]:
+    """Yield each of the grasps for which there is a place, with it; return how many there were."""
+    count = 0
+    for grasp in grasps:
+        place = serve(context, obj, grasp)
+        if place is not None:
+            count += 1
+            yield grasp, place
+    return count
 
 
 def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[Handling | None]:
@@ -114,27 +122,27 @@ def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Itera
             yield next((handling for _, _, handling in found), None)
 
 
-def _put(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:
-    """A grasp and, of a few places where the arm can put the object down by it, that which is nearest to its goal."""
+def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+    """Of a few places where the arm can put an object down by a grasp that which is nearest to its goal."""
     faces = _upright(context.scene, obj, grasp)
     for place in _places(context, obj, faces, grasp):
         if time.monotonic() > context.deadline:
-            return
+            return None
         if reaches(_detached(context), obj, place, grasp):
-            yield grasp, place
-            return
+            return place
     context.fail(f"no place was found where the arm can put {obj} down")
+    return None
 
 
-def _laid(context: Context, obj: str, grasp: Grasp) -> Iterator[tuple[Grasp, Placement]]:
-    """A grasp and, of a few places where the arm can lay the object down by it, that which is nearest to its goal."""
+def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+    """Of a few places where the arm can lay an object down by a grasp that which is nearest to its goal."""
     for place in _places(context, obj, flat_faces(context.scene, obj)):
         if time.monotonic() > context.deadline:
-            return
+            return None
         if lays(_detached(context), obj, place, grasp):
-            yield grasp, place
-            return
+            return place
     context.fail(f"no place was found where the arm can lay {obj} down")
+    return None
 
 
 def _upright(workspace: Workspace, obj: str, grasp: Grasp) -> list[NDArray[np.float64]]:
