@@ -34,6 +34,7 @@ LOOKED_AT = 200  # grasps, or tries at one
 TAKERS = 16  # of them, by which the arm takes the object up
 TRIES = 3  # places for each of them in a round
 ROUNDS = 4  # through the grasps that serve
+FAMILIAR = 0.985  # cosine of the angle between two faces that count as one
 
 Serve = Callable[[Context, str, Grasp], Placement | None]
 
@@ -155,12 +156,21 @@ def _upright(workspace: Workspace, obj: str, grasp: Grasp) -> list[NDArray[np.fl
 def _places(
     context: Context, obj: str, faces: list[NDArray[np.float64]], grasp: Grasp | None = None
 ) -> list[Placement]:
-    """A few places out of the way, those nearest to the object's goal first: it may have to stay there."""
-    goal = context.scene.goals.get(obj)
-    turns = (faces[int(context.rng.integers(len(faces)))] for _ in range(TRIES))
-    drawn = (put_aside(context, obj, turned(R, context.rng.uniform(-np.pi, np.pi)), grasp) for R in turns)
-    places = [place for place in drawn if place is not None]
-    return places if goal is None else sorted(places, key=lambda place: dist(place.pose.xyz, goal.pose.xyz))
+    """A few places out of the way, those first where it rests as it does now or shall, then those near its goal.
+
+    What it rests on there is known to carry it; and it may have to stay near its goal.
+    """
+    workspace: Workspace = context.scene
+    known = [place.pose.matrix[2, :3] for place in workspace.placements_of(obj)]
+    familiar = [R for R in faces if any(R[2] @ up > FAMILIAR for up in known)]
+    goal, found = workspace.goals.get(obj), []
+    for choice in (familiar or faces, *[faces] * (TRIES - 1)):
+        R = choice[int(context.rng.integers(len(choice)))]
+        place = put_aside(context, obj, turned(R, context.rng.uniform(-np.pi, np.pi)), grasp)
+        if place is not None:
+            far = 0.0 if goal is None else dist(place.pose.xyz, goal.pose.xyz)
+            found.append((not any(R is other for other in familiar), far, place))
+    return [place for _, _, place in sorted(found, key=lambda each: each[:2])]
 
 
 def _detached(context: Context) -> Detached:
