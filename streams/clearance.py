@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from tamp.world.free_hand import FreeHand
 
-CLEARANCE = 0.008  # beside the object on each side before closing [m]
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 HAND_MARGIN = 0.002  # between the hand and what stands around [m]
@@ -30,11 +29,11 @@ HINDERED = 10.0  # cost of a grasp that cannot serve a placement as long as its 
 
 def opening_for(gripper: Gripper, grasp: Grasp) -> float:
     """Distance between the pads before closing on a grasp [m]."""
-    return min(gripper.stroke, grasp.width + 2 * CLEARANCE)
+    return min(gripper.stroke, grasp.width + 2 * grasp.clearance)
 
 
 def _openings(workspace: Workspace, pinches: Pinches) -> NDArray[np.float64]:
-    return np.minimum(workspace.world.robot.spec.gripper.stroke, pinches.widths + 2 * CLEARANCE)
+    return np.minimum(workspace.world.robot.spec.gripper.stroke, pinches.widths + 2 * pinches.clearances)
 
 
 def _boxes(workspace: Workspace) -> HandBoxes:

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import CLEARANCE
 from tamp.streams.surfaces import surface_points
-from tamp.streams.values import Grasp
+from tamp.streams.values import CLEARANCE, Grasp
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.scene import Scene
@@ -25,35 +24,41 @@ PAD_EDGE = 0.001  # the outermost part of a pad is not trusted to hold anything 
 PAD_POINTS = 4000  # on the surface of an object that is felt for between the pads
 
 
-def closed(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> Grasp | None:
+def closed(
+    workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float, clearance: float = CLEARANCE
+) -> Grasp | None:
     """The grasp that fingers closing on two contacts end in; None where the open hand does not fit or holds nothing.
 
     The pads are wider than a point: a rim or a lid beside the contacts may stop the fingers before they get there.
-    Then the hand is shifted so that both fingers meet what is between the pads at the same time.
+    Then the hand is shifted so that both fingers meet what is between the pads at the same time. Fingers that stop a
+    little earlier or later open no wider for it.
 
     Args:
         workspace: where the object is.
         obj: the object.
         T_object_tool: the tool in the object's frame, midway between the contacts; shape (4, 4).
         width: distance between the contacts [m].
+        clearance: beside the object on each side before closing [m].
     """
-    stop = _stop(workspace, obj, T_object_tool, width)
+    stop = _stop(workspace, obj, T_object_tool, width, clearance)
     if stop is None:
         return None
     if stop - width <= STOP_EARLY:
-        return Grasp(Pose.from_matrix(T_object_tool), stop)
+        return Grasp(Pose.from_matrix(T_object_tool), stop, clearance - (stop - width) / 2)
     between = _between_pads(workspace, obj, T_object_tool, stop)
     if not len(between):
         return None
     low, high = between.min(), between.max()
     shifted = T_object_tool.copy()
     shifted[:3, 3] += T_object_tool[:3, :3] @ np.array(workspace.world.robot.spec.gripper.axis) * (low + high) / 2
-    stop = _stop(workspace, obj, shifted, high - low)
+    stop = _stop(workspace, obj, shifted, high - low, clearance)
     held = stop is not None and abs(stop - (high - low)) <= STOP_EARLY
-    return Grasp(Pose.from_matrix(shifted), stop) if held and stop is not None else None
+    return Grasp(Pose.from_matrix(shifted), stop, clearance) if held and stop is not None else None
 
 
-def _stop(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float) -> float | None:
+def _stop(
+    workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float, clearance: float
+) -> float | None:
     """Where the closing fingers stop, looked for from `width` [m]; None where they cannot be opened from there."""
     key = ("hand beside", obj)
     if key not in workspace.memory:
@@ -64,7 +69,7 @@ def _stop(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], wi
     def free(opening: float) -> bool:
         return not hand.hit(T_object_tool, opening)
 
-    low, high = width - STOP_EARLY, min(stroke, width + 2 * CLEARANCE)
+    low, high = width - STOP_EARLY, min(stroke, width + 2 * clearance)
     if not free(high):
         low, high = high, stroke
         if not free(high):
@@ -72,7 +77,7 @@ def _stop(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], wi
     while high - low > WIDTH_RESOLUTION:
         middle = (low + high) / 2
         low, high = (low, middle) if free(middle) else (middle, high)
-    return high if high + LEAST_OPENING <= stroke and free(min(stroke, high + 2 * CLEARANCE)) else None
+    return high if high + LEAST_OPENING <= stroke and free(min(stroke, high + 2 * clearance)) else None
 
 
 def _between_pads(

@@ -7,7 +7,6 @@ straight down across a level axis have it oftenest, so many of those are drawn, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,23 +22,23 @@ from tamp.streams.clearance import (
 from tamp.streams.dropping import lies_in
 from tamp.streams.pinches import FRICTION_ANGLE, SURFACE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
 from tamp.streams.surfaces import SurfacePoints, surface_points
-from tamp.streams.values import Placement
+from tamp.streams.values import CLEARANCE, Placement
 from tamp.streams.workspace import TABLE, Workspace
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 POINTS = 1000  # on the surface, that rays start from
-LEVEL = 0.25  # how far a closing axis may point up
+LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
+FEW = 10  # hands with room, below which such are added
+TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # of the hand about its closing axis [rad]
 
 
 def roomy_pinches(
     workspace: Workspace, obj: str, places: Sequence[Placement], rng: np.random.Generator, points: int = SURFACE
 ) -> Pinches:
-    """Pinches of an object from all around; only those with room for the hand, if any, where it lies in something.
+    """Pinches of an object from all around; only those with room for the hand where it lies in something.
 
-    Walls come first, then what stands around now.
+    Walls come first, then what stands around now; where there is no room for an open hand, one that leans over and
+    opens less may have some.
 
     Args:
         workspace: what stands where.
@@ -53,13 +52,23 @@ def roomy_pinches(
     place = next((place for place in places if place == start or place != goal), None)
     if place is None or not enclosed(workspace, obj, place):
         return pinches
-    roomy = Pinches.joined([pinches, upright_pinches(workspace, obj, place, rng)])
-    roomy = roomy.at(above_table(workspace, roomy, place))
-    roomy = roomy.at(clear_of_object(workspace, obj, roomy))
-    roomy = roomy.at(support_cost(workspace, roomy, obj, place) == 0.0)
-    # Whoever meets no neighbour either is one in many again.
-    alone = roomy.at(neighbour_cost(workspace, roomy, obj, place) == 0.0)
-    return alone if len(alone) else roomy if len(roomy) else pinches
+    roomy = alone = pinches.at(np.zeros(len(pinches), bool))
+    for level, clearance in ((LEVEL, CLEARANCE), (SLANTED, TIGHT)):
+        drawn = Pinches.joined([pinches, upright_pinches(workspace, obj, place, rng, level)]).opened(clearance)
+        inside = _clear_of_walls(workspace, obj, drawn, place)
+        roomy = roomy if len(roomy) else inside
+        # Whoever meets no neighbour either is one in many again.
+        alone = Pinches.joined([alone, inside.at(neighbour_cost(workspace, inside, obj, place) == 0.0)])
+        if len(alone) >= FEW:
+            break
+    return alone if len(alone) else roomy
+
+
+def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
+    """Those whose hand stays clear of the object itself and of what it lies in."""
+    pinches = pinches.at(above_table(workspace, pinches, place))
+    pinches = pinches.at(support_cost(workspace, pinches, obj, place) == 0.0)  # walls leave few
+    return pinches.at(clear_of_object(workspace, obj, pinches))
 
 
 def company(workspace: Workspace, obj: str) -> tuple[tuple[str, Placement], ...]:
@@ -77,21 +86,18 @@ def enclosed(workspace: Workspace, obj: str, place: Placement) -> bool:
     return lies_in(workspace, obj, place, {name: around[name] for name in beneath(place, around)})
 
 
-def upright_pinches(workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator) -> Pinches:
-    """Pinches across level axes by hands that come down, straight or a little tilted, at a placement."""
+def upright_pinches(
+    workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator, level: float = LEVEL
+) -> Pinches:
+    """Pinches across axes that are level, up to so much, by hands that come down, straight or a little tilted."""
     gripper, pieces = workspace.world.robot.spec.gripper, workspace.world.geometries[obj].parts
     down = -place.pose.matrix[2, :3]
     surface = surface_points(pieces, POINTS, rng)
-    level = _level(surface.normals, down)
-    surface = SurfacePoints(surface.points[level], surface.normals[level], surface.area)
+    beside = np.abs(surface.normals @ down) < level
+    surface = SurfacePoints(surface.points[beside], surface.normals[beside], surface.area)
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
-    contacts = contacts.at(_level(contacts.axes, down))
+    contacts = contacts.at(np.abs(contacts.axes @ down) < level)
     u, v = sides(contacts.axes)
     angles = np.arctan2(v @ down, u @ down)[:, None] + np.array(TILTS)
     return pinches_at(contacts, gripper, angles)
-
-
-def _level(directions: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
-    level: NDArray[np.bool_] = np.abs(directions @ down) < LEVEL
-    return level

@@ -83,7 +83,7 @@ def _round(
     """One round of sampling: the promising pinches, what they cost, and what the neighbours that they meet cost."""
     pinches = roomy_pinches(workspace, obj, places, context.rng, points)
     if not len(pinches):
-        context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke")
+        context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke and with room for a hand")
         return pinches, np.empty(0), np.empty(0)
     pinches, serves, lays = over_table(workspace, obj, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
@@ -124,7 +124,8 @@ def _firm_first(
     partly: list[Grasp] = []
     loose: list[tuple[float, Grasp]] = []
     for index in _spread(pinches, costs)[:LIMIT]:
-        grasp = closed(workspace, obj, pinches.T_object_tool[index], float(pinches.widths[index]))
+        width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
+        grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
         if grasp is None:
             pass
         elif costs[index] >= HINDERED:

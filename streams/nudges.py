@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.clearance import CLEARANCE, HAND_MARGIN, above_table, clear_of_object
+from tamp.streams.clearance import HAND_MARGIN, above_table, clear_of_object
 from tamp.streams.closing import felt
 from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.enclosed import enclosed, upright_pinches
@@ -91,7 +91,7 @@ def with_room(workspace: Workspace, hands: Pinches, T_world_object: Array, poses
     """Those of some hands that meet none of the others around an object, neither open nor closed."""
     among = workspace.world.free_hand(Scene(dict(poses)), HAND_MARGIN)
     stroke = workspace.world.robot.spec.gripper.stroke
-    for openings in (np.minimum(stroke, hands.widths + 2 * CLEARANCE), None):
+    for openings in (np.minimum(stroke, hands.widths + 2 * hands.clearances), None):
         if len(hands):
             T = T_world_object @ hands.T_object_tool
             hands = hands.at(~among.hits(T, hands.widths if openings is None else openings))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tamp.streams.antipodal import Contacts, antipodal_contacts
 from tamp.streams.surfaces import surface_points
+from tamp.streams.values import CLEARANCE
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper
 
@@ -33,16 +34,22 @@ class Pinches:
         widths: distance between the pads, shape (n,) [m].
         depths: how far the contact lies behind the fingertips, shape (n,) [m].
         slants: angle between the closing axis and the surface normals, shape (n,) [rad].
+        clearances: beside the object on each side before closing, shape (n,) [m].
     """
 
     T_object_tool: NDArray[np.float64]
     widths: NDArray[np.float64]
     depths: NDArray[np.float64]
     slants: NDArray[np.float64]
+    clearances: NDArray[np.float64]
 
     def at(self, index: NDArray[Any]) -> Pinches:
         """Those at the given indices, or where a mask holds."""
-        return Pinches(self.T_object_tool[index], self.widths[index], self.depths[index], self.slants[index])
+        return Pinches(*(column[index] for column in self._columns))
+
+    def opened(self, clearance: float) -> Pinches:
+        """The same with so much room beside the object on each side before closing [m]."""
+        return replace(self, clearances=np.full(len(self), clearance))
 
     def __len__(self) -> int:
         return len(self.widths)
@@ -50,8 +57,11 @@ class Pinches:
     @staticmethod
     def joined(several: Sequence[Pinches]) -> Pinches:
         """All of them, in order."""
-        columns = zip(*((p.T_object_tool, p.widths, p.depths, p.slants) for p in several), strict=True)
-        return Pinches(*(np.concatenate(column) for column in columns))
+        return Pinches(*(np.concatenate(column) for column in zip(*(p._columns for p in several), strict=True)))
+
+    @property
+    def _columns(self) -> tuple[NDArray[np.float64], ...]:
+        return (self.T_object_tool, self.widths, self.depths, self.slants, self.clearances)
 
 
 def sample_pinches(workspace: Workspace, obj: str, rng: np.random.Generator, points: int = SURFACE) -> Pinches:
@@ -85,7 +95,7 @@ def pinches_at(contacts: Contacts, gripper: Gripper, angles: NDArray[np.float64]
     middles = contacts.centers[:, None, None] + approach[:, :, None] * shift[None, None, :, None]
     T[:, :3, 3] = middles.reshape(-1, 3)
     widths, slants = np.repeat(contacts.widths, each), np.repeat(contacts.slants, each)
-    return Pinches(T, widths, np.tile(DEPTHS, len(axes) * count), slants)
+    return Pinches(T, widths, np.tile(DEPTHS, len(axes) * count), slants, np.full(len(T), CLEARANCE))
 
 
 def sides(axes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

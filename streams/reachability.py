@@ -103,7 +103,7 @@ def _alone(
     found = False
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
         found = True
-        approach = _approach(context, workspace, obj, pose, opening, q, fall)
+        approach = _approach(context, obj, placement, opening, q, fall)
         lift = None if approach is None else _lift(context, obj, placement, grasp, q)
         if approach is not None and lift is not None:
             yield Handling(obj, placement, grasp, opening, approach, lift, fall)
@@ -112,21 +112,20 @@ def _alone(
 
 
 def _approach(
-    context: Context,
-    workspace: Workspace,
-    obj: str,
-    pose: Pose,
-    opening: float,
-    q: NDArray[np.float64],
-    fall: tuple[Pose, ...],
+    context: Context, obj: str, placement: Placement, opening: float, q: NDArray[np.float64], fall: tuple[Pose, ...]
 ) -> NDArray[np.float64] | None:
     """A straight way to the grasp at `q` along the tool's axis, shape (n, joints); None, and the reason told.
 
-    Where it begins, and ends for a hand that has let go, the hand is out of the way of an object that falls.
+    Where it begins, and ends for a hand that has let go, the hand is out of the way of an object that falls. If
+    possible it is also clear of what the object stands on or in.
     """
+    workspace: Workspace = context.scene
+    pose = fall[0] if fall else placement.pose
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
     drops = bool(fall) and falls_straight(fall[0], fall[-1])
+    on = _standing_under(workspace, obj, placement)
+    blocked = None
     for back in WITHDRAWALS if drops else APPROACHES:
         retreat = straight_line(workspace.world.robot, q, _shifted(T, -back * T[:3, 2]))
         if retreat is not None:
@@ -137,10 +136,20 @@ def _approach(
             under = (approach_contact(workspace, obj, fallen, opening, way, {}) for fallen in fall)
             contact = contact or next(filter(None, under), None)
             if contact is None:
-                return path
-            reason = told(contact)
-    context.fail(reason)
-    return None
+                if not on or approach_contact(workspace, obj, pose, opening, path, on) is None:
+                    return path
+                blocked = path if blocked is None else blocked
+            else:
+                reason = told(contact)
+    if blocked is None:
+        context.fail(reason)
+    return blocked
+
+
+def _standing_under(workspace: Workspace, obj: str, placement: Placement) -> dict[str, NDArray[np.float64]]:
+    """What an object stands on or in, T_world_support each, shape (4, 4)."""
+    around = standing_around(workspace, obj, placement)
+    return {name: place.pose.matrix for name, place in around.items() if name in placement.on}
 
 
 def _lift(
@@ -156,7 +165,7 @@ def _lift(
     T = workspace.world.robot.forward(q)
     T_tool_object = grasp.T_object_tool.inverse().matrix
     around = {name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()}
-    on = {name: T_support for name, T_support in around.items() if name in placement.on}
+    on = _standing_under(workspace, obj, placement)
     scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))
     beyond = [workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN) for scene in scenes]
     found: list[tuple[int, NDArray[np.float64]]] = []

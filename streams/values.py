@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+CLEARANCE = 0.008  # beside an object on each side before the fingers close on it, where there is room [m]
+
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
@@ -32,10 +34,12 @@ class Grasp:
     Attributes:
         T_object_tool: tool frame in the object's frame; the tool's z approaches, the gripper's axis closes.
         width: distance between the pads when they touch the object [m].
+        clearance: beside the object on each side before closing and after opening [m].
     """
 
     T_object_tool: Pose
     width: float
+    clearance: float = CLEARANCE
 
 
 @dataclass(frozen=True, slots=True)

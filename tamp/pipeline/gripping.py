@@ -105,4 +105,5 @@ class Grips:
 def _pinches(grasps: Sequence[Grasp]) -> Pinches:
     T = np.array([grasp.T_object_tool.matrix for grasp in grasps]).reshape(-1, 4, 4)
     widths = np.array([grasp.width for grasp in grasps])
-    return Pinches(T, widths, np.zeros(len(grasps)), np.zeros(len(grasps)))
+    clearances = np.array([grasp.clearance for grasp in grasps])
+    return Pinches(T, widths, np.zeros(len(grasps)), np.zeros(len(grasps)), clearances)

@@ -4,7 +4,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.streams.clearance import (
-    CLEARANCE,
     HINDERED,
     above_table,
     beneath,
@@ -19,7 +18,7 @@ from tamp.streams.clearance import (
     tilt_cost,
 )
 from tamp.streams.pinches import Pinches
-from tamp.streams.values import Grasp, Placement
+from tamp.streams.values import CLEARANCE, Grasp, Placement
 from tamp.task import At, Box, Object, Pose
 from tamp.world.scene import Scene
 from tests.streams.tables import CUBE, RED, SLAB, panda, workspace_of
@@ -33,7 +32,9 @@ UP = Pose.from_rpy((0.0, 0.0, -0.02), (0.0, 0.0, 0.0)).matrix
 
 def pinches_at(*tools, width=0.05):
     count = len(tools)
-    return Pinches(np.array(tools), np.full(count, width), np.full(count, 0.012), np.zeros(count))
+    return Pinches(
+        np.array(tools), np.full(count, width), np.full(count, 0.012), np.zeros(count), np.full(count, CLEARANCE)
+    )
 
 
 @given(width=st.floats(0.0, GRIPPER.stroke))

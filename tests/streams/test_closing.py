@@ -22,6 +22,12 @@ def test_fingers_stop_where_the_box_begins(side):
     assert grasp.width == pytest.approx(side, abs=0.001)
 
 
+def test_fingers_open_as_far_as_was_asked_wherever_they_stop(table):
+    grasp = closed(table, "red", DOWN, 0.049, 0.004)
+    assert grasp is not None
+    assert grasp.width + 2 * grasp.clearance == pytest.approx(0.049 + 2 * 0.004)
+
+
 def test_fingers_that_something_stops_before_the_contacts_hold_that(table):
     # The box is 5 cm wide: contacts said to be 3 cm apart are inside it.
     grasp = closed(table, "red", DOWN, 0.03)

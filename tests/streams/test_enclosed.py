@@ -2,15 +2,18 @@ import numpy as np
 import pytest
 
 from tamp.streams.clearance import support_cost
-from tamp.streams.enclosed import roomy_pinches
+from tamp.streams.enclosed import LEVEL, roomy_pinches
 from tamp.streams.pinches import sample_pinches
-from tamp.task import Box, Mesh, Object, Pose
+from tamp.streams.values import CLEARANCE
+from tamp.task import Box, Mesh, Object, Pose, Sphere
 from tests.streams.tables import CUBE, OBJECTS, workspace_of
 
 CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
 FLOOR = 0.01
 INSIDE = Object("inside", Box((0.04, 0.05, 0.06)), Pose((0.14, -0.2, 0.041 + FLOOR)))
 """Stands in the crate, a hand's breadth from one of its walls."""
+CORNER = Object("corner", Sphere(0.028), Pose((0.024, -0.341, 0.035)))
+"""Lies in a corner of the crate, so near to both walls that no hand that comes straight down gets between."""
 
 
 @pytest.fixture(scope="module")
@@ -43,3 +46,19 @@ def test_for_a_goal_alone_no_room_is_sought_at_the_start(workspace):
     expected = sample_pinches(workspace, "inside", np.random.default_rng(0))
     found = roomy_pinches(workspace, "inside", [], np.random.default_rng(0))
     assert np.array_equal(found.T_object_tool, expected.T_object_tool)
+
+
+def test_in_a_corner_hands_lean_over_and_open_less():
+    workspace = workspace_of(CRATE, CORNER, on={"corner": ("crate",)})
+    pinches = drawn(workspace, "corner")
+    assert len(pinches)
+    assert not support_cost(workspace, pinches, "corner", workspace.start["corner"]).any()
+    wide = pinches.opened(CLEARANCE)
+    assert support_cost(workspace, wide, "corner", workspace.start["corner"]).any()
+    assert (np.abs(pinches.T_object_tool[:, 2, 1]) > LEVEL).any()
+
+
+def test_where_no_hand_has_room_there_is_no_pinch():
+    fitting = Object("fitting", Box((0.07, 0.07, 0.02)), Pose((0.023, -0.342, 0.0165)))
+    workspace = workspace_of(CRATE, fitting, on={"fitting": ("crate",)})
+    assert not len(drawn(workspace, "fitting"))
