@@ -2,11 +2,12 @@
 
 Goals are committed one after the other: each is planned from the state that the plan so far leaves, with all goals
 reached before. First only the object itself may move, which costs little and finds the order in which nobody has to
-step aside; where nothing goes that way any more, others may be put aside too, with growing effort, and first where the
-fewest are in the way. Before that, what lies so close together in a container that no hand has room is nudged. Whatever
-brings one goal further lets all others try cheaply again. An object that cannot reach its goal even with all others out
-of the way is regrasped where that helps, and else left for last. What is left in the end, and what would have stood on
-it, is at least brought near its goal. What puts more aside than it gains is not done.
+step aside; where nothing goes that way any more, all that is left is tried together for a short while, and then others
+may be put aside too, with growing effort, and first where the fewest are in the way. Before that, what lies so close
+together in a container that no hand has room is nudged. Whatever brings one goal further lets all others try cheaply
+again. An object that cannot reach its goal even with all others out of the way is regrasped where that helps, and else
+left for last. What is left in the end, and what would have stood on it, is at least brought near its goal. What puts
+more aside than it gains is not done.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ from tamp.pipeline.obstacles import clearest_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.reasons import reason
 from tamp.pipeline.situation import left_at
-from tamp.planning import Report
+from tamp.planning import Report, combined
 from tamp.streams.laid_aside import lies_flat
 
-FIRST_SHARE = 0.25  # of the time goes to the try for all goals at once at most
+TOGETHER_SHARE = 0.13  # of the time goes to the try for all goals that are left together at most
 GOALS_SHARE = 0.7  # of the rest goes to goals, what remains to what is left
 UNLIMITED = 1_000_000
-ALL_AT_ONCE = 8  # iterations of the first try; where all goals can be planned together, the plan is short
+TOGETHER = 8  # iterations of that try; where goals can be planned together, the plan is short
 
 
 class Ordering:
@@ -60,13 +61,15 @@ class Ordering:
         self._hopeless: dict[str, bool] = {}
         self._regrasped: set[str] = set()
         self._reached: set[str] = set()
-        self._reports: list[Report] = []
+        self._together: list[Report] = []
         self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
 
     @property
     def report(self) -> Report:
-        """Of the longest search for all goals at once; only after `run`."""
-        return max(self._reports, key=lambda report: report.total_s)
+        """Of all that was asked, in sum; its status is that of the longest search for all goals that were left."""
+        longest = max(self._together, key=lambda report: report.total_s, default=None)
+        ended = "timeout" if longest is None else longest.status
+        return combined(self._asker.reports, ended if self.left else "solved")
 
     @property
     def late(self) -> bool:
@@ -85,8 +88,13 @@ class Ordering:
             persistent: whether all goals at once are sought until time is up where some are left.
         """
         begin, final = self.progress.now, self._asker.deadline
-        self._asker.deadline = time.monotonic() + FIRST_SHARE * (final - time.monotonic())
-        reached = self._all_at_once(1 if stuck(begin.workspace, self.left) else ALL_AT_ONCE)
+        while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self.left)):
+            pass
+        if not self.left:
+            return
+        now = time.monotonic()
+        self._asker.deadline = now + TOGETHER_SHARE * (final - now)
+        reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER)
         self._asker.deadline = final
         if not reached and not persistent:
             self._come_near()
@@ -95,8 +103,8 @@ class Ordering:
         self._climb((*EFFORTS, *LAST))
         if self.left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[])
-            while not self._asker.late and self.report.status != "infeasible":
-                if self._all_at_once(UNLIMITED):
+            while not self._asker.late and self._together[-1].status != "infeasible":
+                if self._all_together(UNLIMITED):
                     break
 
     def _come_near(self) -> None:
@@ -113,12 +121,11 @@ class Ordering:
         self.progress.cut_back()
 
     def _climb(self, efforts: Sequence[Effort]) -> None:
-        """Reach one goal after the other, with growing effort."""
+        """Reach one goal after the other, with growing effort, but with little for what is nearly there."""
         level = 0
         while self.left and level < len(efforts) and not self._asker.late:
-            level = 0 if self._advance(efforts[level]) else level + 1
-            if level == len(efforts) and self._leave_near(list(self.left)):
-                level = 0
+            advanced = self._advance(efforts[level]) or self._leave_near(list(self.left))
+            level = 0 if advanced else level + 1
         self._leave_near(list(self.left))
 
     def _advance(self, effort: Effort) -> bool:
@@ -128,10 +135,10 @@ class Ordering:
             return True
         return bool(crowded) and (make_room(self._asker, crowded, self._reached) or self._sweep(effort))
 
-    def _all_at_once(self, iterations: int) -> bool:
+    def _all_together(self, iterations: int) -> bool:
         """Plan for all goals together; whether that succeeded."""
         solution = self._asker.ask(self._asker.workspace, iterations, None, regrasped=self._regrasped)
-        self._reports.append(solution.report)
+        self._together.append(solution.report)
         if solution.plan is None or self._asker.refused(solution.plan) is not None:
             return False
         self.left.clear()
