@@ -96,10 +96,11 @@ class Job:
             )
             return search, search.run()
 
-    def keep(self, execution: Execution) -> bool:
+    def keep(self, setup: Setup, execution: Execution) -> bool:
         """Go on with what is still good of the last plan after an execution that stopped; False where nothing is."""
         with self.planning():
-            rest = still_good(self.task, self.plans[-1], execution)
+            deadline = time.monotonic() + PUNCTUAL * self.limit - self.planning_s
+            rest = still_good(setup, self.plans[-1], execution, deadline)
         if rest is not None:
             self.plans.append(rest)
         return rest is not None

@@ -1,76 +1,126 @@
-"""What is still good of a plan when an object is off: actions that are left and that the checker still accepts."""
+"""What is still good of a plan when an object is off: the errands that are left and that the checker still accepts.
+
+An errand begins and ends with an empty hand. Once one has become wrong, all later ones with the same object are left
+out too; where that leaves a gap, the arm finds its way to the next errand anew.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.checking import check
+from tamp.domains.tabletop import NotFree, assemble
+from tamp.execution.executor import WATCHFUL
 from tamp.execution.record import Execution
-from tamp.task import Action, Fall, Move, Plan, Pose, Release, Task
+from tamp.pipeline.setup import Setup
+from tamp.planning import Context, GroundAction
+from tamp.planning.context import generator_for
+from tamp.streams.motions import plan_free_motion
+from tamp.streams.values import Configuration, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Action, Fall, Move, Plan, Pose, Release
+from tamp.world.robot_model import RobotModel
 
-BETWEEN_ACTIONS = ("misplaced", "disturbed")  # deviations that stop an execution after an action, not in it
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 SAME_CONFIGURATION = 0.02  # how far the arm may stand from where the next action begins [rad]
 
 
-def still_good(task: Task, plan: Plan, execution: Execution) -> Plan | None:
-    """The rest of a plan whose execution stopped, up to the first object that can no longer be moved as planned.
+def still_good(setup: Setup, plan: Plan, execution: Execution, deadline: float) -> Plan | None:
+    """The errands that are left of a plan whose execution stopped, as far as they can be done as planned.
+
+    Args:
+        setup: the prepared task.
+        plan: the plan.
+        execution: how far it came.
+        deadline: for new ways between errands, on the clock of time.monotonic [s].
 
     Returns:
-        A plan from the state as it is, accepted by the checker, that ends with an empty hand; None where nothing of it
-        is left.
+        A plan from the state as it is, accepted by the checker, that ends with an empty hand; None where nothing is
+        left.
     """
-    rest = remainder(plan, execution)
-    if rest is None:
-        return None
-    verdict = check(task, rest, start=rest.start, goals=rest.goals)
-    wrong = [problem.action for problem in verdict.problems if problem.kind != "goal"]
-    if None in wrong:
-        return None
-    end = min((action for action in wrong if action is not None), default=len(rest.actions))
-    if end < len(rest.actions):
-        end = max((i + 1 for i in range(end) if _put_down(rest.actions[i : i + 1])), default=0)
-    return replace(rest, actions=rest.actions[:end]) if end else None
+    here = rest = remainder(setup, plan, execution)
+    kept, lost = list[Action](), set[str]()
+    for errand in errands(rest.actions):
+        name = errand[-1].arguments[0]
+        piece = None if name in lost else _reached(setup, replace(here, actions=errand), deadline)
+        if piece is not None and check(setup.task, piece, start=piece.start, goals=piece.goals).executable:
+            kept += piece.actions
+            here = _after(setup.world.robot, piece)
+        else:
+            lost.add(name)
+    return replace(rest, actions=tuple(kept)) if kept else None
 
 
-def remainder(plan: Plan, execution: Execution) -> Plan | None:
-    """All of the rest, good or not.
+def remainder(setup: Setup, plan: Plan, execution: Execution) -> Plan:
+    """All of the rest, good or not, from the state as it is.
 
-    What is off is taken as it is, everything else as the plan has it: it is there within what executions tolerate.
-
-    Returns:
-        None where nothing is left, or where the plan stopped within an action or the arm had to leave its way.
+    What is off is taken as it is seen, everything else as the plan has it: it is there within what executions tolerate.
     """
-    done, left = plan.actions[: len(execution.log)], plan.actions[len(execution.log) :]
-    if execution.deviation is None or execution.deviation.kind not in BETWEEN_ACTIONS or not left:
+    count, seen = len(execution.log), execution.final_poses
+    here = _after(setup.world.robot, replace(plan, actions=plan.actions[:count]))
+    noted = (deviation for entry in execution.log[-1:] for deviation in entry.deviations)
+    off = sorted(deviation.object for deviation in (*noted, *WATCHFUL.compare(here.start, seen, ())))
+    start = {**here.start, **{name: seen[name] for name in off}}
+    home = here.home if _same(here.home, execution.configuration) else execution.configuration
+    return replace(plan, start=start, home=home, actions=plan.actions[count:])
+
+
+def errands(actions: Iterable[Action]) -> Iterator[tuple[Action, ...]]:
+    """Cut actions wherever the hand has let go of an object; what comes after the last time is no errand."""
+    begun: list[Action] = []
+    for action in actions:
+        begun.append(action)
+        if any(isinstance(step, Release) or (isinstance(step, Move) and step.pushed) for step in action.steps):
+            yield tuple(begun)
+            begun = []
+
+
+def _reached(setup: Setup, piece: Plan, deadline: float) -> Plan | None:
+    """A plan of one errand, with a new way to it where it does not begin where the arm is; None where none is found."""
+    first = next(step for action in piece.actions for step in action.steps)
+    if isinstance(first, Move) and _same(first.trajectory.positions[0], piece.home):
+        return piece
+    deeds = tuple(action for action in piece.actions if action.arguments)  # all but the way to the first of them
+    approach = deeds[0].steps[0]
+    way = _way(setup, piece, approach, deadline) if isinstance(approach, Move) else None
+    return None if way is None else replace(piece, actions=(way, *deeds))
+
+
+def _way(setup: Setup, piece: Plan, approach: Move, deadline: float) -> Action | None:
+    """A motion of the empty hand from where the arm is to where an approach begins."""
+    places = {name: Placement(pose, (TABLE,)) for name, pose in sorted(piece.start.items())}
+    ends = [
+        Configuration(tuple(float(angle) for angle in q), approach.opening)
+        for q in (piece.home, approach.trajectory.positions[0])
+    ]
+    facts = tuple(("AtPose", name, place) for name, place in places.items())
+    rng = generator_for(piece.seed, "plan-free-motion", map(repr, ends))
+    workspace = Workspace(setup.task, setup.world, places, {})
+    path = next(plan_free_motion(Context(workspace, lambda: rng, deadline, facts), *ends), None)
+    try:
+        return None if path is None else assemble(workspace, [GroundAction("move-free", (*ends, path))])[0]
+    except NotFree:
         return None
-    home = _configuration(plan, done)
-    if np.abs(np.array(home) - execution.configuration).max() > SAME_CONFIGURATION:
-        return None
-    start = {**plan.start, **_left(done, execution.final_poses)}
-    off = {deviation.object for deviation in execution.log[-1].deviations}
-    start |= {name: execution.final_poses[name] for name in sorted(off)}
-    return replace(plan, start=start, home=home, actions=left)
 
 
-def _put_down(actions: Iterable[Action]) -> list[Release | Fall]:
-    return [step for action in actions for step in action.steps if isinstance(step, Release | Fall)]
-
-
-def _left(done: Iterable[Action], seen: Mapping[str, Pose]) -> dict[str, Pose]:
-    """Object -> where some actions have left it: as the plan has it, or, where it was pushed to, as it is seen."""
-    left: dict[str, Pose] = {}
-    for step in (step for action in done for step in action.steps):
+def _after(robot: RobotModel, piece: Plan) -> Plan:
+    """The plan of which nothing is left, from the state that a piece leaves as the plan has it."""
+    start, home = dict(piece.start), np.array(piece.home)
+    for step in piece.steps:
         if isinstance(step, Release | Fall):
-            left[step.object] = step.pose
-        elif isinstance(step, Move) and step.pushed is not None:
-            left[step.pushed.object] = seen[step.pushed.object]
-    return left
+            start[step.object] = step.pose
+        elif isinstance(step, Move):
+            home = step.trajectory.positions[-1]
+            if step.pushed is not None:
+                start[step.pushed.object] = Pose.from_matrix(robot.forward(home)) @ step.pushed.T_tool_object
+    return replace(piece, start=start, home=tuple(float(q) for q in home), actions=())
 
 
-def _configuration(plan: Plan, done: Iterable[Action]) -> tuple[float, ...]:
-    """Where the arm is after some actions [rad]."""
-    moves = [step for action in done for step in action.steps if isinstance(step, Move)]
-    return tuple(float(q) for q in moves[-1].trajectory.positions[-1]) if moves else plan.home
+def _same(q: Sequence[float] | NDArray[np.float64], other: Sequence[float]) -> bool:
+    return bool(np.abs(np.array(q) - other).max() <= SAME_CONFIGURATION)

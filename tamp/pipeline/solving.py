@@ -80,7 +80,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
         job.final_poses = dict(execution.final_poses)
         if execution.status == "timeout":
             return
-        if execution.status == "deviated" and job.keep(execution):
+        if execution.status == "deviated" and job.keep(setup, execution):
             continue
         if replans == MAX_REPLANS:
             return
