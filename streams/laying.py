@@ -2,7 +2,7 @@
 
 One too wide to be put down flat is set on one edge, with the hand at the side that is up, and falls flat; one that
 shall lie in something is let go above it and falls straight down. The shortest fall that leaves room for the hand
-comes first.
+comes first, and before those after which the hand would drag it along as it draws back.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 
 from tamp.streams.clearance import beneath, hand_hits, opening_for, standing_around
+from tamp.streams.dragging import dragged
 from tamp.streams.dropping import drops
 from tamp.streams.reachability import handlings, reaches
 from tamp.streams.tilting import Tilt, layable, tilts
@@ -56,7 +57,9 @@ def _falls(context: Context, obj: str, placement: Placement, grasp: Grasp) -> li
     workspace: Workspace = context.scene
     ways = list(drops(workspace, obj, placement))
     if layable(workspace, obj, placement):
-        ways += [tilt.fall for tilt in tilts(workspace, obj, placement) if _on_edge(workspace, obj, placement, tilt)]
+        tilted = [tilt.fall for tilt in tilts(workspace, obj, placement) if _on_edge(workspace, obj, placement, tilt)]
+        # What walls keep in place does not go with the hand.
+        ways += tilted if ways else sorted(tilted, key=lambda fall: dragged(workspace, obj, placement, grasp, fall[0]))
     roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
     if not roomy:
         context.fail(f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there")
