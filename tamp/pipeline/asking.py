@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from tamp.domains.tabletop import tabletop_problem
 from tamp.pipeline.progress import Progress
-from tamp.planning import GroundAction, Solution, solve
+from tamp.planning import GroundAction, Report, Solution, solve
 from tamp.streams.workspace import Workspace
 
 ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
@@ -25,6 +25,7 @@ class Asker:
         deadline: on the clock of time.monotonic [s].
         algorithm: of the stream planner.
         refusals: how many answers the checker has sent back; each lets the next question draw other samples.
+        reports: the planner's on every question.
     """
 
     progress: Progress
@@ -32,6 +33,7 @@ class Asker:
     deadline: float
     algorithm: str
     refusals: int = 0
+    reports: list[Report] = field(default_factory=list)
 
     @property
     def workspace(self) -> Workspace:
@@ -76,13 +78,15 @@ class Asker:
             regrasped=moving,
             deadline=self.deadline,
         )
-        return solve(
+        solution = solve(
             problem,
             algorithm=self.algorithm,
             timeout=max(0.0, self.deadline - time.monotonic()),
             seed=self.drawn_seed,
             max_iterations=iterations,
         )
+        self.reports.append(solution.report)
+        return solution
 
     def refused(self, actions: Sequence[GroundAction]) -> str | None:
         """Add actions to the plan; what is wrong with them where the checker refuses them."""

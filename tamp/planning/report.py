@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+N = TypeVar("N", int, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,3 +100,39 @@ class Report:
             end = "bound" if k.bound else f"broke at {k.broke_at}: {k.reason}"
             lines.append(f"  skeleton {i + 1}: {len(k.actions)} actions, {k.attempts} attempts, {end}")
         return "\n".join(lines)
+
+
+def combined(reports: Sequence[Report], status: str) -> Report:
+    """Several runs of the planner as one: what they cost in sum; skeletons and message are those of the longest."""
+    longest = max(reports, key=lambda report: report.total_s)
+    return replace(
+        longest,
+        status=status,
+        total_s=sum(report.total_s for report in reports),
+        seconds=_sum([report.seconds for report in reports]),
+        streams=_streams([stream for report in reports for stream in report.streams]),
+        counts={**_sum([report.counts for report in reports]), "operators": longest.counts.get("operators", 0)},
+    )
+
+
+def _streams(parts: Sequence[StreamReport]) -> tuple[StreamReport, ...]:
+    """One for each name, in the order in which they first come."""
+    by_name: dict[str, list[StreamReport]] = {}
+    for part in parts:
+        by_name.setdefault(part.name, []).append(part)
+    found = []
+    for name, runs in by_name.items():
+        failures = _sum([dict(run.failures) for run in runs])
+        ranked = tuple(sorted(failures.items(), key=lambda each: -each[1]))
+        calls, successes = sum(run.calls for run in runs), sum(run.successes for run in runs)
+        found.append(StreamReport(name, calls, successes, sum(run.seconds for run in runs), ranked))
+    return tuple(found)
+
+
+def _sum(parts: Sequence[Mapping[str, N]]) -> dict[str, N]:
+    """Numbers added by their names, in the order in which they first come."""
+    total: dict[str, N] = {}
+    for part in parts:
+        for name, value in part.items():
+            total[name] = total.get(name, 0) + value
+    return total
