@@ -22,6 +22,9 @@ LIKELY = 0.02  # a face that a thrown object comes to rest on less often than th
 SURE = 0.25  # one that it comes to rest on more often is steady: if it rocks there at all, then not far
 BALANCE = 0.002  # the centre of mass lies at least this far inside the base [m]
 STEADY = 0.08  # and this far for each metre above it: tipped by four degrees by opening fingers, it stands up again
+ROCKED = np.radians(np.arange(5.0, 61.0, 5.0))  # how far a body that falls onto a face may rock on from there [rad]
+HEADINGS = 36  # in which it may
+UPHILL = 0.15  # it stays where its centre of mass would have to rise by this share of its height for that
 
 
 def base(vertices: Array) -> Array:
@@ -59,6 +62,20 @@ def stands(geometry: Geometry, R: Array) -> bool:
     inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
     inside = np.einsum("ij,ij->i", inward, center[:2] - corners)
     return bool(inside.min() > max(BALANCE, STEADY * (center[2] - turned[:, 2].min())))
+
+
+def stays(geometry: Geometry, R: Array) -> bool:
+    """Whether a body that falls onto a plane, turned by R, shape (3, 3), stays so and does not roll or tip over.
+
+    What is round has a low ridge to the next of its many faces, and what stands on a narrow end to the next broad one.
+    """
+    from_center = (geometry.hull.vertices - geometry.center_of_mass) @ R.T
+    headings = np.linspace(0.0, 2 * np.pi, HEADINGS, endpoint=False)
+    level = np.stack([np.cos(headings), np.sin(headings), np.zeros(HEADINGS)])
+    down = np.sin(ROCKED)[:, None, None] * level - np.cos(ROCKED)[:, None, None] * np.array([[0.0], [0.0], [1.0]])
+    ridges = np.max(from_center @ down, axis=(0, 1))
+    height = -from_center[:, 2].min()
+    return bool(ridges.min() > (1.0 + UPHILL) * height)
 
 
 def resting(workspace: Workspace, obj: str) -> list[Array]:

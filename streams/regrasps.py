@@ -2,7 +2,8 @@
 
 Grasps for the start and grasps for the goal are paired where the object has a face to stand on that leaves room for
 both hands. Then a place for it is sought on the table where the arm reaches it by both. What has to be turned over may
-be laid down there, and what goes into something may be dropped: it falls the last bit (see `laying`).
+be laid down there, unless it would roll, and what goes into something may be dropped: it falls the last bit (see
+`laying`).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import hand_above_table
-from tamp.streams.footing import amid, resting, turned
+from tamp.streams.footing import amid, resting, stays, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
@@ -146,7 +147,8 @@ def _put_above_table(workspace: Workspace, obj: str, place: Placement, grasp: Gr
     """Whether a hand that puts an object down, or else lays it down, is clear of the table."""
     if not laid:
         return hand_above_table(workspace, place.pose, grasp)
-    tilted = tilts(workspace, obj, place) if layable(workspace, obj, place) else ()
+    able = layable(workspace, obj, place) and stays(workspace.world.geometries[obj], place.pose.matrix[:3, :3])
+    tilted = tilts(workspace, obj, place) if able else ()
     return any(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
 
 

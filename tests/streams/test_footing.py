@@ -3,7 +3,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tamp.streams.footing import BALANCE, STEADY, outline, stands, steady_faces
+from tamp.streams.footing import BALANCE, STEADY, outline, stands, stays, steady_faces
 from tamp.task import Box, Cylinder
 from tamp.task.mesh import convex_hull
 from tamp.world.geometry import geometry_of, load_geometry, stable_poses
@@ -60,3 +60,18 @@ def test_a_face_that_nearly_every_throw_ends_on_is_steady_though_it_rocks():
     flat = np.eye(3)
     assert not stands(plate, flat)
     assert any(np.allclose(R, flat, atol=1e-6) for R in steady_faces(plate))
+
+
+@given(size=st.tuples(*[st.floats(0.02, 0.2)] * 3))
+def test_a_box_stays_on_the_broadest_of_its_faces(size):
+    assert stays(load_geometry(Box(tuple(sorted(size, reverse=True)))), np.eye(3))
+
+
+def test_what_falls_onto_a_narrow_end_or_a_round_side_does_not_stay():
+    pillar, rod = load_geometry(Box((0.02, 0.02, 0.2))), load_geometry(Cylinder(0.02, 0.2))
+    lying = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert not stays(pillar, np.eye(3))
+    assert stays(pillar, lying)
+    assert not stays(rod, lying)
+    assert not stays(rod, np.eye(3))
+    assert stays(load_geometry(Cylinder(0.08, 0.03)), np.eye(3))
