@@ -45,7 +45,7 @@ def closed(
         return None
     if stop - width <= STOP_EARLY:
         return Grasp(Pose.from_matrix(T_object_tool), stop, clearance - (stop - width) / 2)
-    between = _between_pads(workspace, obj, T_object_tool, stop)
+    between = between_pads(workspace, obj, T_object_tool, stop)
     if not len(between):
         return None
     low, high = between.min(), between.max()
@@ -80,7 +80,7 @@ def _stop(
     return high if high + LEAST_OPENING <= stroke and free(min(stroke, high + 2 * clearance)) else None
 
 
-def _between_pads(
+def between_pads(
     workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float
 ) -> NDArray[np.float64]:
     """Where along the closing axis surface lies between pads that are `width` apart, shape (n,) [m]."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import beneath, opening_for, standing_around
+from tamp.streams.closing import between_pads
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
 from tamp.streams.recall import recalled
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
@@ -123,11 +124,15 @@ def _approach(
     pose = fall[0] if fall else placement.pose
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
-    drops = bool(fall) and falls_straight(fall[0], fall[-1])
+    drops, stroke = bool(fall) and falls_straight(fall[0], fall[-1]), workspace.world.robot.spec.gripper.stroke
     on = _standing_under(workspace, obj, placement)
     blocked = None
     for back in WITHDRAWALS if drops else APPROACHES:
-        retreat = straight_line(workspace.world.robot, q, _shifted(T, -back * T[:3, 2]))
+        T_away = _shifted(T, -back * T[:3, 2])
+        if drops and len(between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, stroke)):
+            reason = f"{obj} would not fall out of the hand"
+            continue
+        retreat = straight_line(workspace.world.robot, q, T_away)
         if retreat is not None:
             path = retreat[::-1]
             contact = approach_contact(workspace, obj, pose, opening, path, {})

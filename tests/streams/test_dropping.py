@@ -3,11 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp.streams.closing import between_pads
 from tamp.streams.dropping import HEIGHTS, drops
 from tamp.streams.falls import letting_go, may_fall
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.laying import lays, plan_bringing, plan_laying
-from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.reachability import handlings, inverse_kinematics
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Mesh, Object, Pose
 from tests.streams.tables import OBJECTS, SLAB, ToldContext, at, corners, workspace_of
@@ -88,3 +89,23 @@ def test_what_cannot_be_put_into_the_corner_is_brought_there_by_a_drop(workspace
     falls = [handling.dropped for _, _, handling in plan_bringing(context, "block", goal, grasp)]
     assert falls == sorted(falls)
     assert falls[-1]
+
+
+def test_what_has_fallen_is_not_between_the_fingers_any_more(workspace):
+    context, goal = ToldContext(workspace), workspace.goals["block"]
+    grasp = next(sample_grasp(context, "block"))
+    stroke = workspace.world.robot.spec.gripper.stroke
+    found = [handling for _, _, handling in plan_laying(context, "block", goal, grasp)]
+    assert found
+    for handling in found:
+        T_object_tool = goal.pose.inverse().matrix @ workspace.world.robot.forward(handling.approach[0])
+        assert not len(between_pads(workspace, "block", T_object_tool, stroke))
+
+
+def test_nothing_is_dropped_that_would_stay_between_the_fingers(workspace, monkeypatch):
+    monkeypatch.setattr("tamp.streams.reachability.WITHDRAWALS", (0.001,))
+    context, goal = ToldContext(workspace), workspace.goals["block"]
+    grasp = next(sample_grasp(context, "block"))
+    low = (Pose((*goal.pose.xyz[:2], goal.pose.xyz[2] + 0.002), goal.pose.quat), goal.pose)
+    assert list(handlings(context, "block", goal, grasp, low)) == []
+    assert "block would not fall out of the hand" in context.reasons
