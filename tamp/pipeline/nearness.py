@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -16,6 +17,7 @@ from tamp.streams.tilting import layable
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE
 
+SHARE = 0.5  # of the time goes to one object at most, unless it is the last
 PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
@@ -27,15 +29,21 @@ ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one t
 def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> bool:
     """Put each of some objects to the best second-best place that it reaches; whether any was brought nearer.
 
-    Those that are farthest from their goals have most to gain and come first: time may run out.
+    Those that are farthest from their goals have most to gain and come first: time may run out. Each gets a share, so
+    that one that nothing comes of leaves some to the others.
 
     Args:
         asker: the plan so far, which grows.
         names: objects whose goals are poses.
         kept: objects that must stay at their goals.
     """
-    moved = [_bring_near(asker, name, kept) for name in farthest_first(asker.workspace, names)]
-    return any(moved)
+    waiting, final, nearer = farthest_first(asker.workspace, names), asker.deadline, False
+    while waiting:
+        now = time.monotonic()
+        asker.deadline = now + max(SHARE, 1 / len(waiting)) * (final - now)
+        nearer |= _bring_near(asker, waiting.pop(0), kept)
+        asker.deadline = final
+    return nearer
 
 
 def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:

@@ -1,7 +1,9 @@
 import time
+from types import SimpleNamespace
 
 import pytest
 
+from tamp.pipeline import nearness
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.nearness import bring_near
@@ -25,3 +27,21 @@ def test_what_cannot_rest_where_it_shall_is_brought_near_even_if_it_has_to_be_sl
     here = asker.workspace.start[obj.name].pose
     assert ede(mean_edge(obj.shape), here, obj.goal.pose) < 0.15
     assert actions <= {action.name for action in asker.progress.actions}
+
+
+def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
+    """On a clock on which each of three objects uses all the time that it is given."""
+    clock, given = [0.0], []
+
+    def in_vain(asker, name, kept):
+        given.append((name, asker.deadline - clock[0]))
+        clock[0] = asker.deadline
+        return False
+
+    monkeypatch.setattr(nearness, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(nearness, "farthest_first", lambda workspace, names: sorted(names))
+    monkeypatch.setattr(nearness, "_bring_near", in_vain)
+    asker = SimpleNamespace(workspace=None, deadline=8.0)
+    assert not bring_near(asker, {"a", "b", "c"}, ())
+    assert given == [("a", 4.0), ("b", 2.0), ("c", 2.0)]
+    assert asker.deadline == 8.0
