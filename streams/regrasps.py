@@ -84,7 +84,8 @@ def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, gra
 def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
-    An object is laid down there only where no two grasps leave a face on which both of them could put it.
+    An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
+    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves.
     """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
@@ -97,7 +98,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
     for laid in (False, True):
-        put = {grasp: [_put_above_table(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
+        put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
+        first.sort(key=lambda grasp: -max(put[grasp], default=0))
         taken_over = False
         shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(first, second)}
         for one, other in _each_with_others(first, second, shared):
@@ -112,7 +114,7 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
         context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
 
 
-def _shared(rotations: list[NDArray[np.float64]], one: list[bool], other: list[bool]) -> list[NDArray[np.float64]]:
+def _shared(rotations: list[NDArray[np.float64]], one: list[int], other: list[bool]) -> list[NDArray[np.float64]]:
     """The faces, among `rotations` (3, 3), for which both say yes."""
     return [R for R, *both in zip(rotations, one, other, strict=True) if all(both)]
 
@@ -143,13 +145,13 @@ def _apart(context: Context) -> Detached:
     return Detached(context.scene, context.rng.spawn(1)[0])
 
 
-def _put_above_table(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> bool:
-    """Whether a hand that puts an object down, or else lays it down, is clear of the table."""
+def _ways_down(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> int:
+    """How many ways there are to put an object down, or else to lay it down, with the hand clear of the table."""
     if not laid:
-        return hand_above_table(workspace, place.pose, grasp)
+        return int(hand_above_table(workspace, place.pose, grasp))
     able = layable(workspace, obj, place) and stays(workspace.world.geometries[obj], place.pose.matrix[:3, :3])
     tilted = tilts(workspace, obj, place) if able else ()
-    return any(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
+    return sum(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
 
 
 def _between(

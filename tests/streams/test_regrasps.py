@@ -3,10 +3,11 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from tamp.streams.clearance import opening_for
-from tamp.streams.footing import stands
+from tamp.streams.clearance import hand_above_table, opening_for
+from tamp.streams.footing import amid, resting, stands
 from tamp.streams.reachability import handlings
 from tamp.streams.regrasps import regrasping, sample_regrasp
+from tamp.streams.tilting import tilts
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tamp.world.scene import Scene
 from tests.streams.tables import SLAB, ToldContext, at, panda, workspace_of
@@ -86,6 +87,19 @@ def test_a_coin_is_turned_over_where_it_is_laid_down_in_between():
         assert between.pose.matrix[2, 2] == pytest.approx(-1.0)
         tool = between.pose.matrix @ first.T_object_tool.matrix
         assert workspace_of(COIN).world.hand_contact(tool, 0.08, Scene(), margin=0.0) == "table"  # it cannot be put
+
+
+def test_what_can_be_laid_down_from_most_tilts_is_tried_first():
+    workspace = workspace_of(COIN)
+    found, _ = regrasps(workspace, "coin", count=4)
+    ways = [_tilts_with_room(workspace, grasp) for grasp, _, _ in found]
+    assert ways[0] > ways[-1] and ways == sorted(ways, reverse=True)
+
+
+def _tilts_with_room(workspace, grasp):
+    places = [amid(workspace, "coin", R) for R in resting(workspace, "coin")]
+    falls = [[tilt.fall for tilt in tilts(workspace, "coin", place)] for place in places]
+    return max(sum(hand_above_table(workspace, fall[0], grasp) for fall in each) for each in falls)
 
 
 def test_what_rests_on_no_face_is_not_regrasped(monkeypatch):
