@@ -7,7 +7,7 @@ from tamp.streams.clearance import hand_above_table, opening_for
 from tamp.streams.footing import amid, resting, stands
 from tamp.streams.reachability import handlings
 from tamp.streams.regrasps import regrasping, sample_regrasp
-from tamp.streams.tilting import tilts
+from tamp.streams.tilting import layable, tilts
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tamp.world.scene import Scene
 from tests.streams.tables import SLAB, ToldContext, at, panda, workspace_of
@@ -98,8 +98,8 @@ def test_what_can_be_laid_down_from_most_tilts_is_tried_first():
 
 def _tilts_with_room(workspace, grasp):
     places = [amid(workspace, "coin", R) for R in resting(workspace, "coin")]
-    falls = [[tilt.fall for tilt in tilts(workspace, "coin", place)] for place in places]
-    return max(sum(hand_above_table(workspace, fall[0], grasp) for fall in each) for each in falls)
+    able = [tilts(workspace, "coin", place) for place in places if layable(workspace, "coin", place)]
+    return max(sum(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in each) for each in able)
 
 
 def test_what_rests_on_no_face_is_not_regrasped(monkeypatch):
