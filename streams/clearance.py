@@ -110,7 +110,7 @@ def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Plac
     lower, upper = boxes_in_world(_boxes(workspace), openings, T, HAND_MARGIN)
     cost = np.zeros(len(pinches))
     around = standing_around(workspace, obj, place)
-    spared = {*beneath(place, around), *_standing_on(obj, around)}
+    spared = {*beneath(place, around), *standing_on(obj, around)}
     for name, other in around.items():
         low, high = workspace.bounds(name, other.pose)
         near = np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
@@ -121,7 +121,7 @@ def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Plac
     return cost
 
 
-def _standing_on(obj: str, around: Mapping[str, Placement]) -> set[str]:
+def standing_on(obj: str, around: Mapping[str, Placement]) -> set[str]:
     """Those that stand on an object or on others that do: gone before it is taken, put down after it."""
     found: set[str] = set()
     while more := {name for name, place in around.items() if not {obj, *found}.isdisjoint(place.on)} - found:

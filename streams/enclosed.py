@@ -7,27 +7,36 @@ straight down across a level axis have it oftenest, so many of those are drawn, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tamp.streams.antipodal import antipodal_contacts
 from tamp.streams.clearance import (
+    HAND_MARGIN,
     above_table,
     beneath,
     clear_of_object,
     neighbour_cost,
+    opening_for,
     standing_around,
+    standing_on,
     support_cost,
 )
+from tamp.streams.closing import closed
 from tamp.streams.dropping import lies_in
 from tamp.streams.pinches import FRICTION_ANGLE, SURFACE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
+from tamp.streams.serving import in_reach
 from tamp.streams.surfaces import SurfacePoints, surface_points
-from tamp.streams.values import CLEARANCE, Placement
+from tamp.streams.values import CLEARANCE, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
+from tamp.world.scene import Scene
 
 POINTS = 1000  # on the surface, that rays start from
 LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
 FEW = 10  # hands with room, below which such are added
+PLENTY = 60  # after which no more are sought
+AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # of the hand about its closing axis [rad]
 
@@ -55,10 +64,14 @@ def roomy_pinches(
     roomy = alone = pinches.at(np.zeros(len(pinches), bool))
     for level, clearance in ((LEVEL, CLEARANCE), (SLANTED, TIGHT)):
         drawn = Pinches.joined([pinches, upright_pinches(workspace, obj, place, rng, level)]).opened(clearance)
-        inside = _clear_of_walls(workspace, obj, drawn, place)
-        roomy = roomy if len(roomy) else inside
-        # Whoever meets no neighbour either is one in many again.
-        alone = Pinches.joined([alone, inside.at(neighbour_cost(workspace, inside, obj, place) == 0.0)])
+        shuffled = rng.permutation(len(drawn))
+        for first in range(0, len(drawn), AT_ONCE):
+            inside = _clear_of_walls(workspace, obj, drawn.at(shuffled[first : first + AT_ONCE]), place)
+            # Whoever meets no neighbour either is one in many again.
+            roomy = Pinches.joined([roomy, inside])
+            alone = Pinches.joined([alone, _clear_of_neighbours(workspace, obj, inside, place)])
+            if len(alone) >= PLENTY:
+                break
         if len(alone) >= FEW:
             break
     return alone if len(alone) else roomy
@@ -67,8 +80,36 @@ def roomy_pinches(
 def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
     """Those whose hand stays clear of the object itself and of what it lies in."""
     pinches = pinches.at(above_table(workspace, pinches, place))
-    pinches = pinches.at(support_cost(workspace, pinches, obj, place) == 0.0)  # walls leave few
-    return pinches.at(clear_of_object(workspace, obj, pinches))
+    pinches = pinches.at(clear_of_object(workspace, obj, pinches))
+    return pinches.at(support_cost(workspace, pinches, obj, place) == 0.0)
+
+
+def _clear_of_neighbours(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
+    """The first of those in reach that hold something while the hand meets nothing around, each as the fingers close.
+
+    Pads that meet a rim beside the contacts shift the hand and stop farther apart than the contacts are: the open hand
+    is then elsewhere and wider than it seemed, which decides among plates in a rack.
+    """
+    pinches = pinches.at(neighbour_cost(workspace, pinches, obj, place) == 0.0)
+    pinches = pinches.at(in_reach(workspace, pinches, place.pose))
+    around = standing_around(workspace, obj, place)
+    kept = {name: other.pose.matrix for name, other in around.items() if name not in standing_on(obj, around)}
+    hand, gripper = workspace.world.free_hand(Scene(kept), HAND_MARGIN), workspace.world.robot.spec.gripper
+    openings = np.minimum(gripper.stroke, pinches.widths + 2 * pinches.clearances)
+    pinches = pinches.at(~hand.hits(place.pose.matrix @ pinches.T_object_tool, openings))
+    clear: dict[int, Grasp] = {}
+    for index, T in enumerate(pinches.T_object_tool):
+        grasp = closed(workspace, obj, T, float(pinches.widths[index]), float(pinches.clearances[index]))
+        if grasp and not hand.hit(place.pose.matrix @ grasp.T_object_tool.matrix, opening_for(gripper, grasp)):
+            clear[index] = grasp
+        if len(clear) == PLENTY:
+            break
+    return replace(
+        pinches.at(np.array([*clear], int)),
+        T_object_tool=np.array([grasp.T_object_tool.matrix for grasp in clear.values()]).reshape(-1, 4, 4),
+        widths=np.array([grasp.width for grasp in clear.values()]),
+        clearances=np.array([grasp.clearance for grasp in clear.values()]),
+    )
 
 
 def company(workspace: Workspace, obj: str) -> tuple[tuple[str, Placement], ...]:

@@ -69,7 +69,7 @@ def placement_cost(
     some = pinches.at(usable)
     upright[usable] = tilt_cost(some, place) + support_cost(workspace, some, obj, place)
     free = np.flatnonzero(upright < HINDERED)
-    upright[free[~_in_reach(workspace, pinches.at(free), place.pose)]] = HINDERED
+    upright[free[~in_reach(workspace, pinches.at(free), place.pose)]] = HINDERED
     falling = _fall_cost(workspace, obj, pinches, place, laid & (upright >= HINDERED))
     cost: NDArray[np.float64] = np.minimum(upright, falling)
     return cost
@@ -102,12 +102,12 @@ def _fall_cost(
             rest = rest[clear_of_falling(workspace, obj, pinches.at(rest), let_go)]
         rest = rest[support_cost(workspace, pinches.at(rest), obj, place, let_go) < HINDERED]
         tried[rest] += 1
-        rest = rest[_in_reach(workspace, pinches.at(rest), let_go)]
+        rest = rest[in_reach(workspace, pinches.at(rest), let_go)]
         cost[rest] = LAID + (FALLING * (let_go.xyz[2] - place.pose.xyz[2]) if straight else 0.0)
     return cost
 
 
-def _in_reach(workspace: Workspace, pinches: Pinches, pose: Pose) -> NDArray[np.bool_]:
+def in_reach(workspace: Workspace, pinches: Pinches, pose: Pose) -> NDArray[np.bool_]:
     """Whether the arm gets to each of the pinches of an object at a pose, and back from it, as a glance says, (n,).
 
     Where it gets to most of a few, all are taken for reached: inverse kinematics finds out the others sooner.

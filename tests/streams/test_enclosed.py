@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
 
-from tamp.streams.clearance import support_cost
+from tamp.streams.clearance import HAND_MARGIN, opening_for, support_cost
+from tamp.streams.closing import closed
 from tamp.streams.enclosed import LEVEL, roomy_pinches
 from tamp.streams.pinches import sample_pinches
 from tamp.streams.values import CLEARANCE
 from tamp.task import Box, Mesh, Object, Pose, Sphere
-from tests.streams.tables import CUBE, OBJECTS, workspace_of
+from tamp.world.scene import Scene
+from tests.streams.tables import CUBE, OBJECTS, panda, workspace_of
 
 CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
 FLOOR = 0.01
@@ -14,6 +16,17 @@ INSIDE = Object("inside", Box((0.04, 0.05, 0.06)), Pose((0.14, -0.2, 0.041 + FLO
 """Stands in the crate, a hand's breadth from one of its walls."""
 CORNER = Object("corner", Sphere(0.028), Pose((0.024, -0.341, 0.035)))
 """Lies in a corner of the crate, so near to both walls that no hand that comes straight down gets between."""
+
+
+@pytest.fixture(scope="module")
+def rack():
+    """A plate on edge in the crate between two others that leave little room."""
+    mesh = Mesh(OBJECTS / "plate" / "collision.obj")
+    plates = [
+        Object(name, mesh, Pose.from_rpy((x, -0.22, 0.11), (0.0, np.pi / 2, 0.0)))
+        for name, x in (("left", 0.055), ("plate", 0.1), ("right", 0.145))
+    ]
+    return workspace_of(CRATE, *plates, on={plate.name: ("crate",) for plate in plates})
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +75,15 @@ def test_where_no_hand_has_room_there_is_no_pinch():
     fitting = Object("fitting", Box((0.07, 0.07, 0.02)), Pose((0.023, -0.342, 0.0165)))
     workspace = workspace_of(CRATE, fitting, on={"fitting": ("crate",)})
     assert not len(drawn(workspace, "fitting"))
+
+
+def test_among_neighbours_room_is_judged_as_the_fingers_close(rack):
+    place, around = rack.start["plate"], ("crate", "left", "right")
+    pinches = drawn(rack, "plate")
+    assert len(pinches)
+    hand = rack.world.free_hand(Scene({name: rack.start[name].pose.matrix for name in around}), HAND_MARGIN)
+    for T, width, clearance in zip(pinches.T_object_tool, pinches.widths, pinches.clearances, strict=True):
+        grasp = closed(rack, "plate", T, float(width), float(clearance))
+        assert grasp is not None
+        T_world_tool = place.pose.matrix @ grasp.T_object_tool.matrix
+        assert not hand.hit(T_world_tool, opening_for(panda().spec.gripper, grasp))
