@@ -65,20 +65,22 @@ def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., It
 
 
 def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
-    pairs = list(islice(_pairs(context, obj, start, goal, grasps), PAIRS))
+    drawn: Iterable[Pair] = islice(_pairs(context, obj, start, goal, grasps), PAIRS)
     for _ in range(ROUNDS):
-        found = False
-        for one, other, faces, laid in pairs:
-            place = _between(context, obj, one, other, faces, laid)
+        found, tried = False, list[Pair]()
+        for pair in drawn:
+            tried.append(pair)
+            place = _between(context, obj, *pair)
             if place is not None:
                 found = True
-                yield one, place, other
+                yield pair[0], place, pair[1]
                 continue
             context.fail(f"no place for {obj} in between that both grasps reach")
             if time.monotonic() > context.deadline:
                 return
         if not found:
             return
+        drawn = tried
 
 
 def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
