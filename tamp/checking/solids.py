@@ -137,6 +137,12 @@ class Solid:
         return np.array([piece.radius for piece in self.pieces])
 
     @cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Lower and upper corners of the pieces' bounding boxes in the body's frame, each of shape (pieces, 3)."""
+        lower = np.array([piece.part.vertices.min(axis=0) for piece in self.pieces])
+        return lower, np.array([piece.part.vertices.max(axis=0) for piece in self.pieces])
+
+    @cached_property
     def center_of_mass(self) -> Array:
         """Centre of mass, shape (3,), of uniform pieces whose overlaps count twice."""
         volumes, centers = zip(*(piece.volume_and_centroid for piece in self.pieces), strict=True)

@@ -107,9 +107,10 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[A
     """
     points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     ball = _world(other.center[None], inverse(T_other_body))[0], other.radius + gap
+    lower, upper = other.boxes[0] - gap, other.boxes[1] + gap
     for a in body.pieces:
-        center = T_other_body[:3, :3] @ a.center + T_other_body[:3, 3]
-        reach = np.flatnonzero(np.linalg.norm(other.centers - center, axis=1) < other.radii + a.radius + gap)
+        corners = _world(a.part.vertices, T_other_body)
+        reach = np.flatnonzero(((corners.min(axis=0) <= upper) & (corners.max(axis=0) >= lower)).all(axis=1))
         if not len(reach):
             continue
         surface, directions, edges = a.surface_within(*ball)
@@ -118,7 +119,8 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[A
         moved, turned = _world(surface, T_other_body), directions @ T_other_body[:3, :3].T
         least = np.where(edges, FACING, PARALLEL)
         for j in reach:
-            over, facing = _over(moved, turned, least, other.pieces[j], gap)
+            near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
+            over, facing = _over(moved[near], turned[near], least[near], other.pieces[j], gap)
             points.append(over)
             normals.append(facing)
     return np.vstack(points), np.vstack(normals)
@@ -129,9 +131,6 @@ def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: flo
 
     A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
     """
-    low, high = piece.part.vertices.min(axis=0) - gap, piece.part.vertices.max(axis=0) + gap
-    near = ((points >= low) & (points <= high)).all(axis=1)
-    points, directions, least = points[near], directions[near], least[near]
     normals, offsets = piece.planes
     height = points @ normals.T - offsets
     outermost = height.max(axis=1)
