@@ -52,7 +52,7 @@ def test_a_book_laid_on_its_edge_falls_flat(task, plan):
 def test_a_fall_does_not_carry_an_object_elsewhere(task, plan):
     fall = fallen(plan)
     beside = Pose((0.05, 0.0, 0.0)) @ fall.pose
-    assert "slide 50 mm" in said(task, with_fall(plan, replace(fall, pose=beside)))
+    assert "is said to slide" in said(task, with_fall(plan, replace(fall, pose=beside)))
 
 
 def test_a_fall_does_not_turn_an_object_about_the_vertical(task, plan):
