@@ -75,8 +75,10 @@ class Squeezed:
             t = gap / speed
         enter = np.maximum.reduceat(np.where(speed < -1e-9, t, -np.inf), self._starts, axis=1)
         leave = np.minimum.reduceat(np.where(speed > 1e-9, t, np.inf), self._starts, axis=1)
-        beside = np.logical_or.reduceat((np.abs(speed) <= 1e-9) & (gap < 0), self._starts, axis=1)
-        met = ~beside & (enter < leave) & (np.abs(enter + leave) < self.width + 0.002)
+        met = (enter < leave) & (np.abs(enter + leave) < self.width + 0.002)
+        along = np.abs(speed) <= 1e-9  # faces that the rays run along
+        if along.any():
+            met &= ~np.logical_or.reduceat(along & (gap < 0), self._starts, axis=1)
         low = np.where(met, enter, np.inf).min(axis=(1, 2))
         high = np.where(met, leave, -np.inf).max(axis=(1, 2))
         apart: Array = np.maximum(high - low, 0.0)

@@ -41,9 +41,13 @@ def turning(squeezed: Squeezed, *poses: Pose) -> float:
     """
     resisted = TRUSTED * squeezed.friction * squeezed.width * STEP
 
+    felt: dict[bytes, Array] = {}  # wherever it is lifted from, the first turns looked at are the same
+
     def energies(turns: Array, up: Array) -> Array:
-        pressed: Array = squeezed.force * squeezed.apart_turned(turns)
-        return pressed + squeezed.weight * (turns @ squeezed.center @ up)
+        key = turns.tobytes()
+        if key not in felt:
+            felt[key] = squeezed.force * squeezed.apart_turned(turns)
+        return felt[key] + squeezed.weight * (turns @ squeezed.center @ up)
 
     return max(_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
 
