@@ -13,9 +13,9 @@ import numpy as np
 
 from tamp.streams.clearance import opening_for
 from tamp.streams.footing import TOUCHING
+from tamp.streams.skidding import friction_beneath
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import TABLE, Workspace
-from tamp.task.model import TABLE_FRICTION
+from tamp.streams.workspace import Workspace
 from tamp.task.robot import PAD_FRICTION
 
 if TYPE_CHECKING:
@@ -51,11 +51,12 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     angle = np.arccos(up[2]) - sunk / np.hypot(finger, height)
     normal, back = np.append(-np.sin(angle) * rising, np.cos(angle)), -T_tool[:3, 2]
     along = back - normal * (normal @ back)
-    own, others = workspace.task.object(obj).friction, (_friction(workspace, name) for name in placement.on)
+    pull = workspace.task.object(obj).friction * PAD_FRICTION
     # The finger's force on the object, as a share of its weight.
     pressed = center / finger * np.cos(angle)
-    force = pressed * (normal + own * PAD_FRICTION * along / np.linalg.norm(along))
-    return bool(force[:2] @ rising > own * min(others) * (1.0 - force[2]))
+    force = pressed * (normal + pull * along / np.linalg.norm(along))
+    held = friction_beneath(workspace, obj, placement) * (1.0 - force[2])
+    return bool(force[:2] @ along[:2] > held * np.linalg.norm(along[:2]))
 
 
 def _levers(workspace: Workspace, obj: str, tilted: Pose, T_tool: Array, rising: Array) -> tuple[float, float, float]:
@@ -66,7 +67,3 @@ def _levers(workspace: Workspace, obj: str, tilted: Pose, T_tool: Array, rising:
     edge = (points[points[:, 2] < bottom + TOUCHING, :2] @ rising).max()
     center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
     return float(center[:2] @ rising - edge), float(T_tool[:2, 3] @ rising - edge), float(T_tool[2, 3] - bottom)
-
-
-def _friction(workspace: Workspace, name: str) -> float:
-    return TABLE_FRICTION if name == TABLE else workspace.task.object(name).friction

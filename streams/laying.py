@@ -2,19 +2,20 @@
 
 One too wide to be put down flat is set on one edge, with the hand at the side that is up, and falls flat; one that
 shall lie in something is let go above it and falls straight down. The shortest fall that leaves room for the hand
-comes first, and before those after which the hand would drag it along as it draws back.
+comes first.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from tamp.streams.clearance import beneath, hand_hits, opening_for, standing_around
 from tamp.streams.dragging import dragged
 from tamp.streams.dropping import drops
 from tamp.streams.reachability import handlings, reaches
-from tamp.streams.tilting import Tilt, layable, tilts
+from tamp.streams.skidding import aimed
+from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace
 from tamp.task import Pose
@@ -53,26 +54,44 @@ def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool
 
 
 def _falls(context: Context, obj: str, placement: Placement, grasp: Grasp) -> list[tuple[Pose, ...]]:
-    """Ways to fall to a placement that leave room for the hand that lets go; a reason is told where there are none."""
+    """Ways to fall to a placement that leave room for the hand that lets go; a reason is told where there are none.
+
+    The hand must not drag the object along either as it draws back; what lies in something is kept there by its walls.
+    """
     workspace: Workspace = context.scene
-    ways = list(drops(workspace, obj, placement))
-    if layable(workspace, obj, placement):
-        tilted = [tilt.fall for tilt in tilts(workspace, obj, placement) if _on_edge(workspace, obj, placement, tilt)]
-        # What walls keep in place does not go with the hand.
-        ways += tilted if ways else sorted(tilted, key=lambda fall: dragged(workspace, obj, placement, grasp, fall[0]))
+    straight = drops(workspace, obj, placement)
+    ways = [*straight, *(_over_edges(workspace, obj, placement) if layable(workspace, obj, placement) else ())]
     roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
-    if not roomy:
+    left = roomy if straight else [fall for fall in roomy if not dragged(workspace, obj, placement, grasp, fall[0])]
+    if roomy and not left:
+        context.fail(f"the hand would drag {obj} along as it draws back")
+    elif not left:
         context.fail(f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there")
-    return roomy
+    return left
 
 
-def _on_edge(workspace: Workspace, obj: str, placement: Placement, tilt: Tilt) -> bool:
+def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[tuple[Pose, ...], ...]:
+    """Ways to fall flat from an edge that is set on what the object is to lie on, the least tilted first."""
+    around = standing_around(workspace, obj, placement)
+    below = {name: around[name] for name in placement.on if name in around}
+    key = ("over edges", obj, placement, *below.items())
+    if key not in workspace.memory:
+        found = (tilt.fall for tilt in tilts(workspace, obj, placement))
+        workspace.memory[key] = tuple(
+            aimed(workspace, obj, placement, fall)
+            for fall in found
+            if TABLE in placement.on or _on_edge(workspace, obj, fall[0], below)
+        )
+    falls: tuple[tuple[Pose, ...], ...] = workspace.memory[key]
+    return falls
+
+
+def _on_edge(workspace: Workspace, obj: str, tilted: Pose, below: Mapping[str, Placement]) -> bool:
     """Whether the tilted object touches what it is to lie on."""
-    if TABLE in placement.on:
-        return True
-    around, T = standing_around(workspace, obj, placement), tilt.fall[0].matrix
-    supports = [(name, around[name].pose.matrix) for name in placement.on if name in around]
-    return any(workspace.world.separation(obj, T, name, T_support) < ON_EDGE for name, T_support in supports)
+    return any(
+        workspace.world.separation(obj, tilted.matrix, name, place.pose.matrix) < ON_EDGE
+        for name, place in below.items()
+    )
 
 
 def _room(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, let_go: Pose) -> bool:
