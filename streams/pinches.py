@@ -136,6 +136,8 @@ def _pad_contact(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np
 def in_tool_frames(points: NDArray[np.float64], T_tool: NDArray[np.float64]) -> NDArray[np.float64]:
     """Points (m, 3) seen from many tools; `T_tool` (n, 4, 4) is given in the points' frame; shape (n, m, 3)."""
     R, t = T_tool[:, :3, :3], T_tool[:, :3, 3]
-    # Coordinates first in memory, so that each can be compared as one array.
-    local: NDArray[np.float64] = R.transpose(2, 0, 1) @ points.T - np.einsum("nji,nj->in", R, t)[:, :, None]
+    # Coordinates first in memory, so that each can be compared as one array, and all of them as one product.
+    local: NDArray[np.float64] = R.transpose(2, 0, 1).reshape(-1, 3) @ points.T
+    local = local.reshape(3, len(T_tool), len(points))
+    local -= np.einsum("nji,nj->in", R, t)[:, :, None]
     return local.transpose(1, 2, 0)
