@@ -15,6 +15,7 @@ from tamp.pipeline.planning import Planning
 from tamp.pipeline.remainder import still_good
 from tamp.pipeline.run import Run
 from tamp.pipeline.setup import Setup
+from tamp.pipeline.situation import SAME_PLACE
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
 from tamp.scoring.ede import ede, mean_edge
@@ -48,6 +49,7 @@ class Job:
     hurried: bool = False
     obstacles: list[str] = field(default_factory=list)
     rejections: list[str] = field(default_factory=list)
+    hopeless: dict[str, tuple[Pose, str]] = field(default_factory=dict)
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -93,8 +95,14 @@ class Job:
                 deadline=time.monotonic() + share * (PUNCTUAL * self.limit - self.planning_s),
                 samplers=self.samplers,
                 algorithm=self.algorithm,
+                hopeless={name: why for name, (pose, why) in self.hopeless.items() if self._is_at(name, pose, poses)},
             )
-            return search, search.run()
+            found = search.run()
+            self.hopeless |= search.hopeless
+            return search, found
+
+    def _is_at(self, name: str, pose: Pose, poses: Mapping[str, Pose]) -> bool:
+        return ede(mean_edge(self.task.object(name).shape), pose, poses[name]) < SAME_PLACE
 
     def keep(self, setup: Setup, execution: Execution) -> bool:
         """Go on with what is still good of the last plan after an execution that stopped; False where nothing is."""

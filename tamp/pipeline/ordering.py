@@ -13,29 +13,29 @@ more aside than it gains is not done.
 from __future__ import annotations
 
 import time
-from collections.abc import Container, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.efforts import ALONE, EFFORTS, LAST, Effort
+from tamp.pipeline.efforts import EFFORTS, LAST, Effort
 from tamp.pipeline.goals import (
-    alone,
     asking_for,
     goal_names,
     goal_supports,
     nearly_there,
     supports_first,
-    supports_in_the_way,
 )
 from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.nudging import make_room, stuck
 from tamp.pipeline.obstacles import clearest_first
 from tamp.pipeline.progress import Progress
+from tamp.pipeline.prospects import Prospects
 from tamp.pipeline.reasons import reason
 from tamp.pipeline.situation import left_at
 from tamp.planning import Report, combined
-from tamp.streams.laid_aside import lies_flat
+from tamp.streams.values import Placement
 
 TOGETHER_SHARE = 0.13  # of the time goes to the try for all goals that are left together at most
 GOALS_SHARE = 0.7  # of the rest goes to goals, what remains to what is left
@@ -51,15 +51,22 @@ class Ordering:
         seed: decides every random choice.
         deadline: on the clock of time.monotonic [s].
         algorithm: of the stream planner.
+        hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
 
     Attributes:
         left: objects whose goals it does not reach -> why.
     """
 
-    def __init__(self, attempt: Attempt, seed: int, deadline: float, algorithm: str) -> None:
-        self._asker = Asker(Progress(attempt), seed, deadline, algorithm)
-        self._hopeless: dict[str, bool] = {}
-        self._regrasped: set[str] = set()
+    def __init__(
+        self,
+        attempt: Attempt,
+        seed: int,
+        deadline: float,
+        algorithm: str,
+        hopeless: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
+        self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
         self._reached: set[str] = set()
         self._together: list[Report] = []
         self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
@@ -75,6 +82,11 @@ class Ordering:
     def late(self) -> bool:
         """Whether time is up."""
         return self._asker.late
+
+    @property
+    def hopeless(self) -> Mapping[str, tuple[Placement, str]]:
+        """Objects known not to reach their goals even alone -> from where, and why."""
+        return self._prospects.hopeless
 
     @property
     def progress(self) -> Progress:
@@ -137,7 +149,7 @@ class Ordering:
 
     def _all_together(self, iterations: int) -> bool:
         """Plan for all goals together; whether that succeeded."""
-        solution = self._asker.ask(self._asker.workspace, iterations, None, regrasped=self._regrasped)
+        solution = self._asker.ask(self._asker.workspace, iterations, None, regrasped=self._prospects.regrasped)
         self._together.append(solution.report)
         if solution.plan is None or self._asker.refused(solution.plan) is not None:
             return False
@@ -167,15 +179,24 @@ class Ordering:
         if missing:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
             return False
-        if effort.others_move and not effort.hopeless_too and self._is_hopeless(name):
-            return self._leave_near([name])
+        if name in goals and start[name] == goals[name]:
+            return self._count_as_reached(name)
+        if not effort.hopeless_too:
+            prospects = self._prospects
+            against = prospects.against(name) if effort.others_move else prospects.known_against(name)
+            if against is not None:
+                self.left[name] = against
+                return self._leave_near([name])
         asked = asking_for(workspace, self._reached | {name})
-        movable, regrasped = (None, self._regrasped) if effort.others_move else ({name}, set[str]())
+        movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, set[str]())
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
         if refused is not None:
             self.left[name] = refused
             return False
+        return self._count_as_reached(name)
+
+    def _count_as_reached(self, name: str) -> bool:
         del self.left[name]
         self._reached.add(name)
         return True
@@ -188,26 +209,5 @@ class Ordering:
             if nearly_there(workspace, name):
                 goals = {**workspace.goals, **left_at(workspace.goals, name, workspace.start[name])}
                 self.progress.now = replace(self.progress.now, workspace=replace(workspace, goals=goals))
-                del self.left[name]
-                self._reached.add(name)
+                self._count_as_reached(name)
         return len(self.left) < before
-
-    def _is_hopeless(self, name: str) -> bool:
-        """Whether an object does not reach its goal even with all others out of the way, as far as a short try says."""
-        if name not in self._hopeless:
-            workspace = alone(self._asker.workspace, name)
-            solution = self._asker.ask(workspace, ALONE, {name, *supports_in_the_way(workspace, name)})
-            self._hopeless[name] = solution.plan is None and not self._regrasp_helps(name)
-            if self._hopeless[name]:
-                self.left[name] = f"even alone: {reason(solution)}"
-        return self._hopeless[name]
-
-    def _regrasp_helps(self, name: str) -> bool:
-        """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
-        workspace = alone(self._asker.workspace, name)
-        # Wherever what lies flat is put down in between, no hand takes it up again.
-        able = name in workspace.goals and not lies_flat(workspace, name)
-        movable = {name, *supports_in_the_way(workspace, name)}
-        if able and self._asker.ask(workspace, ALONE, movable, regrasped={name}).plan is not None:
-            self._regrasped.add(name)
-        return name in self._regrasped

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from tamp.checking import check
 from tamp.errors import PlanningFailure
@@ -59,6 +60,7 @@ class Planning:
         deadline: on the clock of time.monotonic [s].
         samplers: as for `plan`.
         algorithm: as for `plan`.
+        hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
 
     Raises:
         PlanningFailure: where the deadline is past before the search can begin.
@@ -74,10 +76,11 @@ class Planning:
         deadline: float,
         samplers: Samplers | None,
         algorithm: str,
+        hopeless: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self._begin, self._seed = Attempt.of(setup, poses, q, samplers, deadline), seed
         end = time.monotonic() + SEARCH_SHARE * (deadline - time.monotonic())
-        self._ordering = Ordering(self._begin, seed, end, algorithm)
+        self._ordering = Ordering(self._begin, seed, end, algorithm, hopeless)
 
     @property
     def report(self) -> Report:
@@ -93,6 +96,11 @@ class Planning:
     def left(self) -> Mapping[str, str]:
         """Objects whose goals the plan does not reach -> why."""
         return self._ordering.left
+
+    @property
+    def hopeless(self) -> Mapping[str, tuple[Pose, str]]:
+        """Objects that do not reach their goals even with all others out of the way -> from where, and why."""
+        return {name: (place.pose, why) for name, (place, why) in self._ordering.hopeless.items()}
 
     @property
     def rejections(self) -> tuple[str, ...]:

@@ -65,7 +65,7 @@ def test_a_first_search_in_vain_is_followed_by_another_with_all_the_time_that_is
     begun = []
 
     class InVain:
-        late, rejections, left = True, (), {"red": "no time was left"}
+        late, rejections, left, hopeless = True, (), {"red": "no time was left"}, {}
         report = SimpleNamespace(status="timeout")
 
         def __init__(self, *_, seed, deadline, **__):
@@ -99,3 +99,23 @@ def test_what_a_hurried_plan_leaves_is_planned_for_with_the_time_that_was_kept(m
     run = carry_out(Task("hurried", (RED,)), seed=0, timeout=300.0)
     assert len(searches) == 2
     assert run.result.status == "solved"
+
+
+def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monkeypatch):
+    known = []
+
+    class InVain:
+        late, rejections, left = False, (), {"red": "no grasp"}
+        report, hopeless = SimpleNamespace(status="failed"), {"red": (RED.pose, "no grasp")}
+
+        def __init__(self, *_, hopeless, **__):
+            known.append(dict(hopeless))
+
+        def run(self):
+            return None
+
+    monkeypatch.setattr("tamp.pipeline.job.Planning", InVain)
+    job = Job(Task("vain", (RED,)), 0, 100.0, None, "adaptive")
+    for off in (0.0, 0.001, 0.05):
+        assert not job.plan(None, {"red": shifted(RED.pose, off)}, ())
+    assert known == [{}, {"red": "no grasp"}, {}]

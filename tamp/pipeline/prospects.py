@@ -1,0 +1,59 @@
+"""What an object can reach alone, with all others out of the way: what cannot reach its goal even so waits for none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from tamp.pipeline.asking import Asker
+from tamp.pipeline.efforts import ALONE
+from tamp.pipeline.goals import alone, supports_in_the_way
+from tamp.pipeline.reasons import reason
+from tamp.streams.laid_aside import lies_flat
+from tamp.streams.values import Placement
+
+
+@dataclass
+class Prospects:
+    """What short tries say of single objects; each object is tried once, from where it stands by then.
+
+    Attributes:
+        asker: the plan so far.
+        hopeless: object that does not reach its goal even alone -> where it stood then, and why.
+        regrasped: objects that reach theirs alone by way of another grasp.
+    """
+
+    asker: Asker
+    hopeless: dict[str, tuple[Placement, str]] = field(default_factory=dict)
+    regrasped: set[str] = field(default_factory=set)
+    _hopeful: set[str] = field(default_factory=set)
+
+    def known_against(self, name: str) -> str | None:
+        """Why an object does not reach its goal even alone, where that is known of where it stands now."""
+        place, why = self.hopeless.get(name, (None, None))
+        return why if place == self.asker.workspace.start[name] else None
+
+    def against(self, name: str) -> str | None:
+        """Why an object does not reach its goal even with all others out of the way; None where it does."""
+        if name in self._hopeful:
+            return None
+        if name in self.hopeless:
+            return self.hopeless[name][1]
+        workspace = alone(self.asker.workspace, name)
+        solution = self.asker.ask(workspace, ALONE, {name, *supports_in_the_way(workspace, name)})
+        if solution.plan is not None or self._regrasp_helps(name):
+            self._hopeful.add(name)
+            return None
+        why = f"even alone: {reason(solution)}"
+        if not self.asker.late:
+            self.hopeless[name] = workspace.start[name], why
+        return why
+
+    def _regrasp_helps(self, name: str) -> bool:
+        """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
+        workspace = alone(self.asker.workspace, name)
+        # Wherever what lies flat is put down in between, no hand takes it up again.
+        able = name in workspace.goals and not lies_flat(workspace, name)
+        movable = {name, *supports_in_the_way(workspace, name)}
+        if able and self.asker.ask(workspace, ALONE, movable, regrasped={name}).plan is not None:
+            self.regrasped.add(name)
+        return name in self.regrasped
