@@ -17,15 +17,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import hand_above_table
+from tamp.streams.collisions import handling_hits
 from tamp.streams.footing import amid, resting, stays, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
-from tamp.streams.reachability import reaches
+from tamp.streams.reachability import handlings, reaches
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import Context, Workspace
+from tamp.streams.workspace import Context, Workspace, standing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 ENDS = 80  # grasps for the start, and for the goal, that are looked at
 PAIRS = 8  # of them that are tried in turn
 ROUNDS = 6  # times at most that a place in between is sought for each pair
+BLOCKED = 24  # pairs of which none takes the object up without meeting others, before these are tried
 TRIES = 12  # places in one round
 LAID_TRIES = 4  # the same where the object is laid down, which takes long to find out
 
@@ -87,7 +89,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
     An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
-    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves.
+    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves. Those come last
+    that meet what the plan has standing there when they take the object up.
     """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
@@ -99,6 +102,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
+    free = cache(lambda grasp: _is_free(context, obj, start, grasp))
+    blocked: list[Pair] = []
     for laid in (False, True):
         put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
         first.sort(key=lambda grasp: -max(put[grasp], default=0))
@@ -109,8 +114,15 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
                 return
             taken_over = True
             if takes(one) and brings(other):
-                yield one, other, shared[one, other], laid
+                pair = one, other, shared[one, other], laid
+                if free(one):
+                    yield pair
+                else:
+                    blocked.append(pair)
+                if len(blocked) == BLOCKED:
+                    break
         if taken_over:
+            yield from blocked
             return
     if first and second:
         context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
@@ -137,6 +149,13 @@ def _each_with_others(
 
 def _takes(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
     return reaches(_apart(context), obj, place, grasp)
+
+
+def _is_free(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
+    """Whether an object is taken up without meeting anything that the plan has standing there."""
+    around = {name: other for name, other in standing(context.bound).items() if name != obj}
+    _, _, handling = next(handlings(context, obj, place, grasp), (None, None, None))
+    return handling is not None and not handling_hits(context.scene, handling, around)
 
 
 def _brings(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tamp.streams.clearance import hand_above_table, opening_for
+from tamp.streams.collisions import handling_hits
 from tamp.streams.footing import amid, resting, stands
 from tamp.streams.reachability import handlings
 from tamp.streams.regrasps import regrasping, sample_regrasp
@@ -50,6 +51,16 @@ def test_both_hands_have_room_where_the_object_is_put_down_in_between(table, see
 def test_each_grasp_is_tried_before_any_is_tried_with_another_partner(table):
     found, _ = regrasps(table, "block", count=4)
     assert len({first for first, _, _ in found}) == len({second for _, _, second in found}) == 4
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_grasps_come_first_that_take_the_object_up_beside_what_stands_there(seed):
+    post = Object("post", Box((0.03, 0.03, 0.2)), Pose((0.1, 0.15, 0.1)))
+    workspace = workspace_of(BLOCK, post)
+    place, around = workspace.start["block"], {"post": workspace.start["post"]}
+    ((first, _, _), *_), _ = regrasps(workspace, "block", count=1, seed=seed, bound=(at("post", around["post"]),))
+    ways = [handling for _, _, handling in handlings(ToldContext(workspace), "block", place, first)]
+    assert not all(handling_hits(workspace, handling, around) for handling in ways)
 
 
 def test_the_object_is_put_down_where_nothing_stands_and_nothing_shall_stand(table):
