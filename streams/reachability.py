@@ -9,7 +9,8 @@ import numpy as np
 
 from tamp.streams.clearance import beneath, opening_for, standing_around
 from tamp.streams.closing import between_pads
-from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, lift_contact, told
+from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, told
+from tamp.streams.lifting import lifted, shifted, standing_under
 from tamp.streams.recall import recalled
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import Context, Workspace, standing
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
 WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
-LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, the last out of what is deep [m]
-ASIDE = 0.03  # how far to a side as well, where it leans on something that it would not get clear of [m]
-SIDES = 8
 SOLUTIONS = 4  # arm configurations tried for one grasp
 
 
@@ -105,7 +103,7 @@ def _alone(
     for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
         found = True
         approach = _approach(context, obj, placement, opening, q, fall)
-        lift = None if approach is None else _lift(context, obj, placement, grasp, q)
+        lift = None if approach is None else lifted(context, obj, placement, pose, grasp, q)
         if approach is not None and lift is not None:
             yield Handling(obj, placement, grasp, opening, approach, lift, fall)
     if not found:
@@ -125,10 +123,10 @@ def _approach(
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
     drops, stroke = bool(fall) and falls_straight(fall[0], fall[-1]), workspace.world.robot.spec.gripper.stroke
-    on = _standing_under(workspace, obj, placement)
+    on = standing_under(workspace, obj, placement)
     blocked = None
     for back in WITHDRAWALS if drops else APPROACHES:
-        T_away = _shifted(T, -back * T[:3, 2])
+        T_away = shifted(T, -back * T[:3, 2])
         if drops and len(between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, stroke)):
             reason = f"{obj} would not fall out of the hand"
             continue
@@ -149,55 +147,3 @@ def _approach(
     if blocked is None:
         context.fail(reason)
     return blocked
-
-
-def _standing_under(workspace: Workspace, obj: str, placement: Placement) -> dict[str, NDArray[np.float64]]:
-    """What an object stands on or in, T_world_support each, shape (4, 4)."""
-    around = standing_around(workspace, obj, placement)
-    return {name: place.pose.matrix for name, place in around.items() if name in placement.on}
-
-
-def _lift(
-    context: Context, obj: str, placement: Placement, grasp: Grasp, q: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
-    """A straight way up from the grasp at `q`, shape (n, joints); None, and the reason told.
-
-    If possible it ends clear of all that stands around, or at least of what the object stands on or in, since the way
-    on begins there: what leans on something is drawn away from it, obliquely.
-    """
-    workspace: Workspace = context.scene
-    reason = "the lift leaves the joint limits"
-    T = workspace.world.robot.forward(q)
-    T_tool_object = grasp.T_object_tool.inverse().matrix
-    around = {name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()}
-    on = _standing_under(workspace, obj, placement)
-    scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))
-    beyond = [workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN) for scene in scenes]
-    found: list[tuple[int, NDArray[np.float64]]] = []
-    for offset in _lifts():
-        path = straight_line(workspace.world.robot, q, _shifted(T, offset))
-        if path is not None:
-            contact = lift_contact(workspace, obj, grasp, path, {})
-            if contact is None:
-                found.append((sum(checker.first_contact(path[-1:]) is not None for checker in beyond), path))
-                if found[-1][0] == 0:
-                    return path
-            else:
-                reason = told(contact)
-    if not found:
-        context.fail(reason)
-        return None
-    return min(found, key=lambda each: each[0])[1]
-
-
-def _lifts() -> Iterator[NDArray[np.float64]]:
-    """Ways to carry an object off, (3,) each [m], the preferred ones first."""
-    yield from (np.array([0.0, 0.0, up]) for up in LIFTS)
-    for angle in np.arange(SIDES) * 2 * np.pi / SIDES:
-        yield np.array([ASIDE * np.cos(angle), ASIDE * np.sin(angle), LIFTS[0]])
-
-
-def _shifted(T: NDArray[np.float64], offset: NDArray[np.float64]) -> NDArray[np.float64]:
-    moved = T.copy()
-    moved[:3, 3] += offset
-    return moved

@@ -6,7 +6,8 @@ import pytest
 from tamp.streams.clearance import opening_for
 from tamp.streams.collisions import ARM_MARGIN, handling_hits
 from tamp.streams.grasps import sample_grasp
-from tamp.streams.reachability import LIFTS, inverse_kinematics
+from tamp.streams.lifting import LIFTS
+from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.values import Grasp, Placement
 from tamp.task import Box, Object, Pose
 from tamp.world.scene import Scene

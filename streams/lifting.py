@@ -1,0 +1,143 @@
+"""Lifting: the short way on which an object leaves what it stands on, and what stands around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise, product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.clearance import standing_around
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, lift_contact, told
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import Context, Workspace
+from tamp.task import Pose
+from tamp.world.kinematics import straight_line
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.robot_model import RobotModel
+
+    Array = NDArray[np.float64]
+
+LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, the last out of what is deep [m]
+# How far straight up first, then up in all, and to a side, where it leans on something or is leant over [m].
+OBLIQUE = ((0.0, 0.08, 0.03), (0.03, 0.12, 0.05))
+SIDES = 8
+STEP = 0.01  # between poses of an object on its way [m]
+
+Way = tuple[tuple[float, float, float], ...]
+"""The offsets that an object passes [m]."""
+
+
+def lifted(context: Context, obj: str, placement: Placement, pose: Pose, grasp: Grasp, q: Array) -> Array | None:
+    """A way up from the grasp at `q`, shape (n, joints); None, and the reason told.
+
+    If possible it meets nothing that stands around and ends well clear of it, or at least of what the object stands on
+    or in, since the way on begins there: what leans on something, or under something that leans over it, is drawn away
+    obliquely, at once or after a bit.
+
+    Args:
+        context: of the stream that is called.
+        obj: the object.
+        placement: where it stands.
+        pose: where it is in the grasp, which is elsewhere if it is let fall to the placement.
+        grasp: how it is held.
+        q: the arm there, shape (joints,) [rad].
+    """
+    workspace: Workspace = context.scene
+    reason = "the lift leaves the joint limits"
+    T = workspace.world.robot.forward(q)
+    T_tool_object = grasp.T_object_tool.inverse().matrix
+    around = {name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()}
+    on = standing_under(workspace, obj, placement)
+    scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))
+    beyond = [workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN) for scene in scenes]
+    found: list[tuple[int, Array]] = []
+    for way, free in _clear_first(workspace, obj, placement, pose):
+        if found and not free:
+            break
+        path = _through(workspace.world.robot, q, [shifted(T, np.array(offset)) for offset in way])
+        if path is not None:
+            contact = lift_contact(workspace, obj, grasp, path, {})
+            if contact is None:
+                found.append((sum(checker.first_contact(path[-1:]) is not None for checker in beyond), path))
+                if found[-1][0] == 0:
+                    return path
+            else:
+                reason = told(contact)
+    if not found:
+        context.fail(reason)
+        return None
+    return min(found, key=lambda each: each[0])[1]
+
+
+def standing_under(workspace: Workspace, obj: str, placement: Placement) -> dict[str, Array]:
+    """What an object stands on or in, T_world_support each, shape (4, 4)."""
+    around = standing_around(workspace, obj, placement)
+    return {name: place.pose.matrix for name, place in around.items() if name in placement.on}
+
+
+def shifted(T: Array, offset: Array) -> Array:
+    """A pose (4, 4), moved by an offset (3,) [m]."""
+    moved = T.copy()
+    moved[:3, 3] += offset
+    return moved
+
+
+def _clear_first(workspace: Workspace, obj: str, placement: Placement, pose: Pose) -> Iterator[tuple[Way, bool]]:
+    """Ways off, each with whether the object itself, without a hand, meets nothing on it; those come first."""
+    blocked: list[Way] = []
+    around = standing_around(workspace, obj, placement)
+    for way in _ways():
+        key = ("off", obj, placement, pose, way)
+        if key not in workspace.memory:
+            workspace.memory[key] = _meets(workspace, obj, pose, way, around)
+        if workspace.memory[key]:
+            blocked.append(way)
+        else:
+            yield way, True
+    yield from ((way, False) for way in blocked)
+
+
+def _ways() -> Iterator[Way]:
+    """Ways to carry an object off, the preferred ones first."""
+    yield from (((0.0, 0.0, up),) for up in LIFTS)
+    for (first, up, aside), angle in product(OBLIQUE, np.arange(SIDES) * 2 * np.pi / SIDES):
+        end = (aside * float(np.cos(angle)), aside * float(np.sin(angle)), up)
+        yield ((0.0, 0.0, first), end) if first else (end,)
+
+
+def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping[str, Placement]) -> bool:
+    """Whether an object on its way off meets something around by more than what touches it as it stands."""
+    lower, upper = workspace.bounds(obj, pose)
+    corners = np.vstack([np.zeros(3), *way])
+    low, high = lower + corners.min(axis=0), upper + corners.max(axis=0)
+    near = {}
+    for name, place in around.items():
+        least, most = workspace.bounds(name, place.pose)
+        if (least < high).all() and (low < most).all():
+            near[name] = place.pose.matrix
+    if not near:
+        return False
+    counts = [(start, end, int(np.linalg.norm(end - start) / STEP) + 2) for start, end in pairwise(corners)]
+    offsets = [offset for start, end, count in counts for offset in np.linspace(start, end, count)]
+    return any(
+        workspace.world.overlap(obj, shifted(pose.matrix, offset), name, T, tolerance=CONTACT_DEPTH)
+        for offset in offsets
+        for name, T in near.items()
+    )
+
+
+def _through(robot: RobotModel, q: Array, tools: Sequence[Array]) -> Array | None:
+    """The path from `q` straight through some tool poses (4, 4), shape (n, joints); None where one is not reached."""
+    path = q[None]
+    for T in tools:
+        line = straight_line(robot, path[-1], T)
+        if line is None:
+            return None
+        path = np.concatenate([path, line[1:]])
+    return path
