@@ -28,16 +28,15 @@ class Prospects:
     _hopeful: set[str] = field(default_factory=set)
 
     def known_against(self, name: str) -> str | None:
-        """Why an object does not reach its goal even alone, where that is known of where it stands now."""
-        place, why = self.hopeless.get(name, (None, None))
-        return why if place == self.asker.workspace.start[name] else None
+        """Why an object does not reach its goal even alone, where that is known by now, wherever it stands."""
+        return self.hopeless[name][1] if name in self.hopeless else None
 
     def against(self, name: str) -> str | None:
         """Why an object does not reach its goal even with all others out of the way; None where it does."""
         if name in self._hopeful:
             return None
         if name in self.hopeless:
-            return self.hopeless[name][1]
+            return self.known_against(name)
         workspace = alone(self.asker.workspace, name)
         solution = self.asker.ask(workspace, ALONE, {name, *supports_in_the_way(workspace, name)})
         if solution.plan is not None or self._regrasp_helps(name):
