@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 GLANCE = 150  # points on the surface that a first round of sampling looks at
 ROUNDS = 8  # after it, of SURFACE points, where few grasps are clear at every placement
+FEW = 4  # rounds that are enough where others lie beside the object, or where no such grasp has come
 ENOUGH = 40  # clear grasps after which no further round is needed
 AMONG = 12  # the same where others lie beside the object: those few are known to have room
 PROMISING = 250  # of those, for which neighbours count
@@ -65,14 +66,14 @@ def _candidates(
     """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement."""
     rounds: list[Pinches] = []
     costs: list[NDArray[np.float64]] = []
-    enough, wanted = 0, AMONG if company(workspace, obj) else ENOUGH
+    enough, crowded = 0, bool(company(workspace, obj))
     for points in (GLANCE, *(SURFACE for _ in range(ROUNDS))):
         pinches, cost, met = _round(context, workspace, obj, places, points)
         rounds.append(pinches)
         costs.append(cost + met)
         # Among neighbours one cannot choose from too many, so a glance is enough where they are not met.
         enough += int(((cost < HINDERED) & ((met == 0) | (points > GLANCE))).sum())
-        if enough >= wanted:
+        if enough >= (AMONG if crowded else ENOUGH) or (len(rounds) == FEW and (crowded or not enough)):
             break
         yield None
     return Pinches.joined(rounds), np.concatenate(costs)
