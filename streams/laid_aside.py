@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import hand_above_table
-from tamp.streams.collisions import handling_hits
+from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
 from tamp.streams.footing import amid, resting, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
@@ -136,14 +136,25 @@ def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
 
 
 def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
-    """Of a few places where the arm can lay an object down by a grasp that which is nearest to its goal."""
-    for place in _places(context, obj, flat_faces(context.scene, obj)):
+    """Its goal, or of a few places where the arm can lay an object down by a grasp that which is nearest to it."""
+    for place in (*_free_goal(context, obj), *_places(context, obj, flat_faces(context.scene, obj))):
         if time.monotonic() > context.deadline:
             return None
         if lays(_detached(context), obj, place, grasp):
             return place
     context.fail(f"no place was found where the arm can lay {obj} down")
     return None
+
+
+def _free_goal(context: Context, obj: str) -> Iterator[Placement]:
+    """The goal of an object, if it is another place on the table than now and nothing stands there by then."""
+    workspace: Workspace = context.scene
+    goal = workspace.goals.get(obj, workspace.start[obj])
+    others = ((name, place.pose.matrix) for name, place in standing(context.bound).items() if name != obj)
+    if goal != workspace.start[obj] and goal.on == (TABLE,):
+        T = goal.pose.matrix
+        if not any(workspace.world.overlap(obj, T, name, other, tolerance=CONTACT_DEPTH) for name, other in others):
+            yield goal
 
 
 def _upright(workspace: Workspace, obj: str, grasp: Grasp) -> list[NDArray[np.float64]]:

@@ -66,6 +66,15 @@ def test_it_is_laid_nearer_to_its_goal_than_chance_would_have_it(workspace, samp
     assert distance(aimed) < distance(samples)
 
 
+@pytest.mark.parametrize("free", [True, False])
+def test_it_is_laid_at_its_goal_where_nothing_stands_there_by_then(workspace, free):
+    goal = Placement(Pose((0.1, 0.0, 0.011)) if free else Pose((0.05, 0.2, 0.011)), ("table",))  # or under the red box
+    aiming = replace(workspace, goals={**workspace.goals, "disc": goal})
+    context = ToldContext(aiming, bound=tuple(at(*item) for item in aiming.start.items()))
+    _, place = next(sample_laid_aside(context, "disc", aiming.start["disc"]))
+    assert (place == goal) is free
+
+
 def test_what_lies_flat_on_two_faces_only_is_put_down_on_another():
     book = Object("book", Box((0.04, 0.17, 0.26)), Pose((0.0, 0.2, 0.131)))
     workspace = workspace_of(book, CUBE)
