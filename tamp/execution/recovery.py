@@ -47,7 +47,8 @@ def undone(steps: Sequence[Step], pose: Pose) -> Iterator[Step]:
 def way_out(world: World, poses: Mapping[str, Pose], q: Array) -> Array | None:
     """The path that frees an arm with empty, open fingers from what it is too near to.
 
-    What is touched already may be touched on the way; of the lines back along the approach, straight up, and between
+    What is touched already may be touched on the way, and what is between the fingers, which would close on it in the
+    next motion, is left behind; of the lines back along the approach, straight up, and between
     the two, and of the way home, the one is taken that is free soonest.
 
     Args:
@@ -60,13 +61,18 @@ def way_out(world: World, poses: Mapping[str, Pose], q: Array) -> Array | None:
     """
     robot = world.robot
     q = np.clip(q, robot.lower, robot.upper)
-    scene = Scene({name: pose.matrix for name, pose in poses.items()}, opening=robot.spec.gripper.stroke)
-    checker = world.checker(scene, margin=CLEAR)
-    if checker.free(q):
+    standing = {name: pose.matrix for name, pose in poses.items()}
+    openings = (robot.spec.gripper.stroke, 0.0)
+    checkers = [world.checker(Scene(standing, opening=opening), margin=CLEAR) for opening in openings]
+
+    def free(q: Array) -> bool:
+        return all(checker.free(q) for checker in checkers)
+
+    if free(q):
         return None
     best: Array | None = None
     for line in _lines(robot, q):
-        freed = next((i for i, waypoint in enumerate(line) if checker.free(waypoint)), None)
+        freed = next((i for i, waypoint in enumerate(line) if free(waypoint)), None)
         if freed is not None and (best is None or freed < len(best) - 1):
             best = line[: freed + 1]
     return best

@@ -115,6 +115,18 @@ def test_an_arm_that_touches_something_leaves_it_by_the_shortest_way():
     assert way_out(world, beside, path[-1]) is None
 
 
+def test_open_fingers_leave_what_is_between_them_since_they_may_close():
+    world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
+    hand = HandPlanner(Task("one", (BLOCK,)), {"block": BLOCK.pose})
+    hand.pick("block", GRASP, 0.05)
+    around = hand.actions[0].steps[1].trajectory.positions[-1]
+    path = way_out(world, {"block": BLOCK.pose}, around)
+    assert path is not None
+    for opening in (0.0, 0.03, 0.08):
+        checker = world.checker(Scene({"block": BLOCK.pose.matrix}, opening=opening), margin=CLEAR)
+        assert checker.free(path[-1])
+
+
 def test_an_arm_that_is_free_stays():
     world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
     assert way_out(world, {"block": BLOCK.pose}, np.array(world.robot.home)) is None
