@@ -17,7 +17,7 @@ from tamp.streams.tilting import layable
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE
 
-SHARE = 0.5  # of the time goes to one object at most, unless it is the last
+SHARE = 0.5  # of the time goes to one object at most; what the last one leaves serves goals and deviations
 PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
@@ -40,7 +40,7 @@ def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> b
     waiting, final, nearer = farthest_first(asker.workspace, names), asker.deadline, False
     while waiting:
         now = time.monotonic()
-        asker.deadline = now + max(SHARE, 1 / len(waiting)) * (final - now)
+        asker.deadline = now + SHARE * (final - now)
         nearer |= _bring_near(asker, waiting.pop(0), kept)
         asker.deadline = final
     return nearer
