@@ -76,14 +76,13 @@ def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[t
     below = {name: around[name] for name in placement.on if name in around}
     key = ("over edges", obj, placement, *below.items())
     if key not in workspace.memory:
-        found = (tilt.fall for tilt in tilts(workspace, obj, placement))
+        found = tilts(workspace, obj, placement) if below or TABLE in placement.on else ()
+        falls = (aimed(workspace, obj, placement, tilt.fall) for tilt in found)
         workspace.memory[key] = tuple(
-            aimed(workspace, obj, placement, fall)
-            for fall in found
-            if TABLE in placement.on or _on_edge(workspace, obj, fall[0], below)
+            fall for fall in falls if TABLE in placement.on or _on_edge(workspace, obj, fall[0], below)
         )
-    falls: tuple[tuple[Pose, ...], ...] = workspace.memory[key]
-    return falls
+    kept: tuple[tuple[Pose, ...], ...] = workspace.memory[key]
+    return kept
 
 
 def _on_edge(workspace: Workspace, obj: str, tilted: Pose, below: Mapping[str, Placement]) -> bool:

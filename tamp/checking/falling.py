@@ -85,15 +85,22 @@ def _not_turning(scene: Scene, state: State, name: str, after: Array, allow: Tol
     if torque < allow.balance:
         yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
-    slid = min(_moved_aside(on, after @ inverse(before)) for on in points.values())
+    center = scene.center_of_mass(name, before)
+    slid = min(_slid(on, after @ inverse(before), center) for on in points.values())
     if slid > allow.drop:
-        yield f"{name} is said to slide {1000 * slid:.0f} mm while it falls"
+        yield f"{name} is said to slide {1000 * slid:.0f} mm farther than it can while it falls"
 
 
-def _moved_aside(points: Array, T: Array) -> float:
-    """How far the fastest of some points, shape (n, 3), goes aside where T takes them [m]."""
-    moved = points @ T[:3, :3].T + T[:3, 3] - points
-    return float(np.linalg.norm(moved[:, :2], axis=1).max())
+def _slid(points: Array, T: Array, center: Array) -> float:
+    """How much farther aside the fastest point of an edge, shape (n, 3), goes where T takes a body than it may [m].
+
+    Where friction holds it, it stays, and the turn takes the centre of mass (3,) aside. On ice that falls straight
+    down, and the edge slides as far to the other side. All else is between.
+    """
+    edge, middle = ((each @ T[:3, :3].T + T[:3, 3] - each)[..., :2] for each in (points, center))
+    turned = middle - edge
+    share = -(edge * turned).sum(axis=1) / np.maximum((turned**2).sum(axis=1), 1e-12)
+    return float(np.linalg.norm(edge + np.clip(share, 0.0, 1.0)[:, None] * turned, axis=1).max())
 
 
 def _turn(before: Array, after: Array) -> tuple[Array, float]:

@@ -9,7 +9,8 @@ from tests.checking.oracle.bodies import depth
 from tests.checking.oracle.world import TOUCHING, World, rests
 
 RISES = 0.01  # a centre that comes to rest so much higher has not fallen [m]
-SLIDES = 0.02  # the part that was lowest goes no further than this along the ground [m]
+SLIDES = 0.02  # the part that was lowest, or the centre, goes no further than this along the ground [m]
+TURNS = 1.3  # what falls flat turns no further [rad]
 
 
 def fall(world: World, fall: Fall) -> str | None:
@@ -21,7 +22,10 @@ def fall(world: World, fall: Fall) -> str | None:
     if ends[1].mean(axis=0)[2] > ends[0].mean(axis=0)[2] + RISES:
         return f"{name} falls up"
     lowest = ends[0][:, 2] < ends[0][:, 2].min() + 0.002
-    if np.linalg.norm((ends[1] - ends[0])[lowest, :2], axis=1).min() > SLIDES:
+    if np.arccos(np.clip((np.trace(before[:3, :3].T @ after[:3, :3]) - 1) / 2, -1.0, 1.0)) > TURNS:
+        return f"{name} turns over"
+    moved = (ends[1] - ends[0])[:, :2]
+    if min(np.linalg.norm(moved[lowest], axis=1).min(), np.linalg.norm(moved.mean(axis=0))) > SLIDES:
         return f"{name} falls sideways"
     for other, T in world.others(name).items():
         if depth(body, after, world.bodies[other], T) > TOUCHING:
