@@ -43,5 +43,5 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
     monkeypatch.setattr(nearness, "_bring_near", in_vain)
     asker = SimpleNamespace(workspace=None, deadline=8.0)
     assert not bring_near(asker, {"a", "b", "c"}, ())
-    assert given == [("a", 4.0), ("b", 2.0), ("c", 2.0)]
+    assert given == [("a", 4.0), ("b", 2.0), ("c", 1.0)]
     assert asker.deadline == 8.0
