@@ -23,6 +23,7 @@ from tamp.streams.placements import put_aside
 from tamp.streams.reachability import inverse_kinematics, reaches
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.slides import slidable
+from tamp.streams.sliding import plan_sliding
 from tamp.streams.tilting import never_too_wide, too_wide
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
@@ -136,14 +137,27 @@ def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
 
 
 def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
-    """Its goal, or of a few places where the arm can lay an object down by a grasp that which is nearest to it."""
+    """Its goal, or of a few places where the arm can lay an object down by a grasp that which is nearest to it.
+
+    What lies flat on every face can be taken up again only where it is slid over the table's edge: places from which
+    that goes come first.
+    """
+    second_best = None
     for place in (*_free_goal(context, obj), *_places(context, obj, flat_faces(context.scene, obj))):
         if time.monotonic() > context.deadline:
-            return None
+            break
         if lays(_detached(context), obj, place, grasp):
-            return place
-    context.fail(f"no place was found where the arm can lay {obj} down")
-    return None
+            if place == context.scene.goals.get(obj) or _taken_up_again(context, obj, place):
+                return place
+            second_best = second_best or place
+    if second_best is None:
+        context.fail(f"no place was found where the arm can lay {obj} down")
+    return second_best
+
+
+def _taken_up_again(context: Context, obj: str, place: Placement) -> bool:
+    """Whether an object that was laid down need not be slid to be gripped, or can be."""
+    return not lies_flat(context.scene, obj) or next(plan_sliding(_detached(context), obj, place), None) is not None
 
 
 def _free_goal(context: Context, obj: str) -> Iterator[Placement]:

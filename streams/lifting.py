@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise, product
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, 
 # How far straight up first, then up in all, and to a side, where it leans on something or is leant over [m].
 OBLIQUE = ((0.0, 0.08, 0.03), (0.03, 0.12, 0.05))
 SIDES = 8
+GRAZED = 0.001  # depth up to which bodies touch as they stand [m]
 STEP = 0.01  # between poses of an object on its way [m]
 
 Way = tuple[tuple[float, float, float], ...]
@@ -57,9 +59,11 @@ def lifted(context: Context, obj: str, placement: Placement, pose: Pose, grasp: 
     scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))
     beyond = [workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN) for scene in scenes]
     found: list[tuple[int, Array]] = []
-    for way, free in _clear_first(workspace, obj, placement, pose):
-        if found and not free:
+    reached = 0
+    for way, meeting in _clear_first(workspace, obj, placement, pose):
+        if found and meeting > reached:
             break
+        reached = meeting
         path = _through(workspace.world.robot, q, [shifted(T, np.array(offset)) for offset in way])
         if path is not None:
             contact = lift_contact(workspace, obj, grasp, path, {})
@@ -88,19 +92,19 @@ def shifted(T: Array, offset: Array) -> Array:
     return moved
 
 
-def _clear_first(workspace: Workspace, obj: str, placement: Placement, pose: Pose) -> Iterator[tuple[Way, bool]]:
-    """Ways off, each with whether the object itself, without a hand, meets nothing on it; those come first."""
-    blocked: list[Way] = []
+def _clear_first(workspace: Workspace, obj: str, placement: Placement, pose: Pose) -> Iterator[tuple[Way, int]]:
+    """Ways off and how badly the object itself, without a hand, meets something on each; 0, not at all, comes first."""
+    worse: list[tuple[Way, int]] = []
     around = standing_around(workspace, obj, placement)
     for way in _ways():
         key = ("off", obj, placement, pose, way)
         if key not in workspace.memory:
             workspace.memory[key] = _meets(workspace, obj, pose, way, around)
         if workspace.memory[key]:
-            blocked.append(way)
+            worse.append((way, workspace.memory[key]))
         else:
-            yield way, True
-    yield from ((way, False) for way in blocked)
+            yield way, 0
+    yield from sorted(worse, key=itemgetter(1))
 
 
 def _ways() -> Iterator[Way]:
@@ -111,25 +115,21 @@ def _ways() -> Iterator[Way]:
         yield ((0.0, 0.0, first), end) if first else (end,)
 
 
-def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping[str, Placement]) -> bool:
-    """Whether an object on its way off meets something around by more than what touches it as it stands."""
+def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping[str, Placement]) -> int:
+    """How badly an object meets what is around it on its way off: 0 not at all, 1 if it grazes, 2 if it collides."""
     lower, upper = workspace.bounds(obj, pose)
     corners = np.vstack([np.zeros(3), *way])
     low, high = lower + corners.min(axis=0), upper + corners.max(axis=0)
-    near = {}
-    for name, place in around.items():
-        least, most = workspace.bounds(name, place.pose)
-        if (least < high).all() and (low < most).all():
-            near[name] = place.pose.matrix
-    if not near:
-        return False
+    boxes = {name: workspace.bounds(name, place.pose) for name, place in around.items()}
+    near = [name for name, (least, most) in boxes.items() if (least < high).all() and (low < most).all()]
     counts = [(start, end, int(np.linalg.norm(end - start) / STEP) + 2) for start, end in pairwise(corners)]
-    offsets = [offset for start, end, count in counts for offset in np.linspace(start, end, count)]
-    return any(
-        workspace.world.overlap(obj, shifted(pose.matrix, offset), name, T, tolerance=CONTACT_DEPTH)
-        for offset in offsets
-        for name, T in near.items()
-    )
+    passed = [shifted(pose.matrix, at) for start, end, count in counts for at in np.linspace(start, end, count)]
+
+    def overlaps(depth: float) -> bool:
+        others = [(name, around[name].pose.matrix) for name in near]
+        return any(workspace.world.overlap(obj, T, *other, tolerance=depth) for T in passed for other in others)
+
+    return 0 if not overlaps(GRAZED) else 1 if not overlaps(CONTACT_DEPTH) else 2
 
 
 def _through(robot: RobotModel, q: Array, tools: Sequence[Array]) -> Array | None:
