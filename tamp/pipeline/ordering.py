@@ -74,6 +74,8 @@ class Ordering:
     @property
     def report(self) -> Report:
         """Of all that was asked, in sum; its status is that of the longest search for all goals that were left."""
+        if not self._asker.reports:
+            return Report(self._asker.algorithm, "solved", 0.0, 0.0, {}, (), (), message="All is where it shall be.")
         longest = max(self._together, key=lambda report: report.total_s, default=None)
         ended = "timeout" if longest is None else longest.status
         return combined(self._asker.reports, ended if self.left else "solved")
@@ -114,7 +116,7 @@ class Ordering:
             return
         self._climb((*EFFORTS, *LAST))
         if self.left:
-            self._asker.progress = replace(self.progress, now=begin, actions=[], before=[])
+            self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
             while not self._asker.late and self._together[-1].status != "infeasible":
                 if self._all_together(UNLIMITED):
                     break

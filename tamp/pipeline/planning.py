@@ -15,7 +15,7 @@ from tamp.pipeline.setup import Setup, prepare
 from tamp.planning import Report
 from tamp.task import Plan, Pose, Task, load_robot
 
-SEARCH_SHARE = 0.9  # of the time goes to the search; checking all that it found once more needs the rest
+SEARCH_SHARE = 0.97  # of the time goes to the search; checking what it found needs the rest
 
 
 def plan(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from tamp.checking import Verdict
+from tamp.checking import Verdict, check
 from tamp.domains.tabletop import NotFree
+from tamp.pipeline.aftermath import after, begins_at
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.shortfall import shortfall
 from tamp.planning import GroundAction
@@ -26,7 +27,7 @@ class Progress:
         rejections: the verdict on each piece that the checker sent back; each is a bug of the planner's.
         blocked: why pieces never came before the checker: a timed motion came too near to something.
         before: for each piece, how many actions came before it, and the state they leave.
-        first: the first piece as a plan, and the checker's word on it.
+        pieces: each as a plan of its own, as the checker has accepted it.
     """
 
     now: Attempt
@@ -34,7 +35,7 @@ class Progress:
     rejections: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
     before: list[tuple[int, Attempt]] = field(default_factory=list)
-    first: tuple[Plan, Verdict] | None = None
+    pieces: list[Plan] = field(default_factory=list)
 
     @property
     def start(self) -> Mapping[str, Placement]:
@@ -51,8 +52,8 @@ class Progress:
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
-        self.first = (piece, verdict) if not self.actions else self.first
         self.before.append((len(self.actions), self.now))
+        self.pieces.append(piece)
         self.actions += piece.actions
         start, configuration = _after(self.start, self.now.configuration, solution)
         workspace = replace(self.now.workspace, start=start)
@@ -60,12 +61,19 @@ class Progress:
         return None
 
     def checked(self, plan: Plan) -> Verdict | None:
-        """The checker's word on the whole plan, where it is one piece and has been heard already."""
-        if self.first is None:
+        """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.
+
+        It has accepted every action from the state that those before it leave: only the goals are left to judge.
+        """
+        state, actions = replace(plan, actions=()), list[Action]()
+        for piece in self.pieces:
+            if not begins_at(piece, state):
+                return None
+            actions += piece.actions
+            state = replace(after(self.now.setup.world.robot, piece), goals=plan.goals)
+        if [id(action) for action in actions] != [id(action) for action in plan.actions]:
             return None
-        piece, verdict = self.first
-        same = [id(action) for action in piece.actions] == [id(action) for action in plan.actions]
-        return verdict if same and piece.goals == plan.goals else None
+        return check(self.now.setup.task, state, start=state.start, goals=plan.goals)
 
     def cut_back(self) -> None:
         """Drop the pieces at the end that leave the table no better: what they put aside would stay there."""
@@ -77,6 +85,7 @@ class Progress:
         self.now = now
         del self.actions[kept:]
         self.before = [stage for stage in self.before if stage[0] < kept]
+        del self.pieces[len(self.before) :]
 
 
 def _shortfall(state: Attempt) -> float:

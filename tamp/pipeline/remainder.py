@@ -16,14 +16,14 @@ from tamp.checking import check
 from tamp.domains.tabletop import NotFree, assemble
 from tamp.execution.executor import WATCHFUL
 from tamp.execution.record import Execution
+from tamp.pipeline.aftermath import after
 from tamp.pipeline.setup import Setup
 from tamp.planning import Context, GroundAction
 from tamp.planning.context import generator_for
 from tamp.streams.motions import plan_free_motion
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import Action, Fall, Move, Plan, Pose, Release
-from tamp.world.robot_model import RobotModel
+from tamp.task import Action, Move, Plan, Release
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,7 +51,7 @@ def still_good(setup: Setup, plan: Plan, execution: Execution, deadline: float) 
         piece = None if name in lost else _reached(setup, replace(here, actions=errand), deadline)
         if piece is not None and check(setup.task, piece, start=piece.start, goals=piece.goals).executable:
             kept += piece.actions
-            here = _after(setup.world.robot, piece)
+            here = after(setup.world.robot, piece)
         else:
             lost.add(name)
     return replace(rest, actions=tuple(kept)) if kept else None
@@ -63,7 +63,7 @@ def remainder(setup: Setup, plan: Plan, execution: Execution) -> Plan:
     What is off is taken as it is seen, everything else as the plan has it: it is there within what executions tolerate.
     """
     count, seen = len(execution.log), execution.final_poses
-    here = _after(setup.world.robot, replace(plan, actions=plan.actions[:count]))
+    here = after(setup.world.robot, replace(plan, actions=plan.actions[:count]))
     noted = (deviation for entry in execution.log[-1:] for deviation in entry.deviations)
     off = sorted(deviation.object for deviation in (*noted, *WATCHFUL.compare(here.start, seen, ())))
     start = {**here.start, **{name: seen[name] for name in off}}
@@ -107,19 +107,6 @@ def _way(setup: Setup, piece: Plan, approach: Move, deadline: float) -> Action |
         return None if path is None else assemble(workspace, [GroundAction("move-free", (*ends, path))])[0]
     except NotFree:
         return None
-
-
-def _after(robot: RobotModel, piece: Plan) -> Plan:
-    """The plan of which nothing is left, from the state that a piece leaves as the plan has it."""
-    start, home = dict(piece.start), np.array(piece.home)
-    for step in piece.steps:
-        if isinstance(step, Release | Fall):
-            start[step.object] = step.pose
-        elif isinstance(step, Move):
-            home = step.trajectory.positions[-1]
-            if step.pushed is not None:
-                start[step.pushed.object] = Pose.from_matrix(robot.forward(home)) @ step.pushed.T_tool_object
-    return replace(piece, start=start, home=tuple(float(q) for q in home), actions=())
 
 
 def _same(q: Sequence[float] | NDArray[np.float64], other: Sequence[float]) -> bool:

@@ -1,11 +1,14 @@
+import time
 from dataclasses import replace
 
 import pytest
 
+from tamp.checking import check
 from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.ordering import Ordering
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.setup import prepare
-from tamp.task import Action, At, Box, Object, Pose, Task, load_robot
+from tamp.task import Action, At, Box, Object, Plan, Pose, Task, load_robot
 
 SHAPE = Box((0.05, 0.05, 0.08))
 RED = Object("red", SHAPE, Pose((0.05, 0.0, 0.04)), At(Pose((0.05, -0.2, 0.04))))
@@ -47,3 +50,39 @@ def test_only_what_leaves_the_table_better_is_kept(begin, pieces, kept):
     assert len(progress.actions) == kept
     assert progress.now is states[kept]
     assert len(progress.before) == kept
+
+
+@pytest.fixture(scope="module")
+def whole(begin):
+    """What a search has found for two blocks, piece by piece, and the plan that joins the pieces."""
+    ordering = Ordering(begin, 0, time.monotonic() + 600.0, "adaptive")
+    ordering.run()
+    progress, workspace = ordering.progress, begin.workspace
+    start = {name: place.pose for name, place in workspace.start.items()}
+    goals = {name: place.pose for name, place in workspace.goals.items()}
+    return progress, Plan("two", "panda", 0, start, begin.configuration.q, goals, tuple(progress.actions))
+
+
+def sentences(verdict):
+    return [problem.sentence for problem in verdict.problems]
+
+
+@pytest.mark.parametrize("goals", [{}, {"red": FAR}, {"red": FAR, "blue": NEAR}])
+def test_the_word_on_joined_pieces_is_that_on_the_whole_plan(whole, goals):
+    progress, plan = whole
+    plan = replace(plan, goals={**plan.goals, **goals})
+    assert len(progress.pieces) == 2
+    verdict = check(progress.now.setup.task, plan, start=plan.start, goals=plan.goals)
+    assert verdict.executable
+    assert verdict.accepted == (not goals)
+    assert sentences(progress.checked(plan)) == sentences(verdict)
+
+
+def test_nothing_is_said_of_a_plan_that_does_not_join_the_pieces(whole):
+    progress, plan = whole
+    first, second = progress.pieces
+    assert progress.checked(replace(plan, actions=plan.actions[:-1])) is None
+    assert progress.checked(replace(plan, start={**plan.start, "red": FAR})) is None
+    assert progress.checked(replace(plan, home=(plan.home[0] + 0.001, *plan.home[1:]))) is None
+    elsewhere = replace(second, start={**second.start, "red": FAR})
+    assert replace(progress, pieces=[first, elsewhere]).checked(plan) is None
