@@ -80,8 +80,8 @@ def roomy_pinches(
 def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
     """Those whose hand stays clear of the object itself and of what it lies in."""
     pinches = pinches.at(above_table(workspace, pinches, place))
-    pinches = pinches.at(clear_of_object(workspace, obj, pinches))
-    return pinches.at(support_cost(workspace, pinches, obj, place) == 0.0)
+    pinches = pinches.at(support_cost(workspace, pinches, obj, place) == 0.0)  # walls leave few to look at
+    return pinches.at(clear_of_object(workspace, obj, pinches))
 
 
 def _clear_of_neighbours(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:

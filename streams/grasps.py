@@ -15,7 +15,7 @@ import numpy as np
 
 from tamp.streams.clearance import HINDERED, clear_of_object, neighbour_cost
 from tamp.streams.closing import closed
-from tamp.streams.enclosed import company, roomy_pinches
+from tamp.streams.enclosed import company, enclosed, roomy_pinches
 from tamp.streams.holding import FIRM, looseness, second_best
 from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 GLANCE = 150  # points on the surface that a first round of sampling looks at
 ROUNDS = 8  # after it, of SURFACE points, where few grasps are clear at every placement
-FEW = 4  # rounds that are enough where others lie beside the object, or where no such grasp has come
+FEW = 4  # rounds that are enough where the object lies in something, or where no such grasp has come
 ENOUGH = 40  # clear grasps after which no further round is needed
-AMONG = 12  # the same where others lie beside the object: those few are known to have room
+AMONG = 12  # the same where the object lies in something: those few are known to have room
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
 
@@ -66,7 +66,7 @@ def _candidates(
     """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement."""
     rounds: list[Pinches] = []
     costs: list[NDArray[np.float64]] = []
-    enough, crowded = 0, bool(company(workspace, obj))
+    enough, crowded = 0, enclosed(workspace, obj, workspace.start[obj])
     for points in (GLANCE, *(SURFACE for _ in range(ROUNDS))):
         pinches, cost, met = _round(context, workspace, obj, places, points)
         rounds.append(pinches)
