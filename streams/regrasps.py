@@ -67,7 +67,8 @@ def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., It
 
 
 def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
-    drawn: Iterable[Pair] = islice(_pairs(context, obj, start, goal, grasps), PAIRS)
+    pairs = _free_first(context, obj, start, _pairs(context, obj, start, goal, grasps))
+    drawn: Iterable[Pair] = islice(pairs, PAIRS)
     for _ in range(ROUNDS):
         found, tried = False, list[Pair]()
         for pair in drawn:
@@ -85,12 +86,34 @@ def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, gra
         drawn = tried
 
 
+def _free_first(context: Context, obj: str, start: Placement, pairs: Iterable[Pair]) -> Iterator[Pair]:
+    """The pairs that take an object up without meeting what the plan has standing there; those that meet it come last.
+
+    Only so many of those are looked at.
+    """
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+
+    @cache
+    def free(grasp: Grasp) -> bool:
+        _, _, handling = next(handlings(context, obj, start, grasp), (None, None, None))
+        return handling is not None and not handling_hits(context.scene, handling, around)
+
+    blocked: list[Pair] = []
+    for pair in pairs:
+        if free(pair[0]):
+            yield pair
+        else:
+            blocked.append(pair)
+        if len(blocked) == BLOCKED:
+            break
+    yield from blocked
+
+
 def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
     An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
-    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves. Those come last
-    that meet what the plan has standing there when they take the object up.
+    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves.
     """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
@@ -102,8 +125,6 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
-    free = cache(lambda grasp: _is_free(context, obj, start, grasp))
-    blocked: list[Pair] = []
     for laid in (False, True):
         put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
         first.sort(key=lambda grasp: -max(put[grasp], default=0))
@@ -114,15 +135,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
                 return
             taken_over = True
             if takes(one) and brings(other):
-                pair = one, other, shared[one, other], laid
-                if free(one):
-                    yield pair
-                else:
-                    blocked.append(pair)
-                if len(blocked) == BLOCKED:
-                    break
+                yield one, other, shared[one, other], laid
         if taken_over:
-            yield from blocked
             return
     if first and second:
         context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
@@ -149,13 +163,6 @@ def _each_with_others(
 
 def _takes(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
     return reaches(_apart(context), obj, place, grasp)
-
-
-def _is_free(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
-    """Whether an object is taken up without meeting anything that the plan has standing there."""
-    around = {name: other for name, other in standing(context.bound).items() if name != obj}
-    _, _, handling = next(handlings(context, obj, place, grasp), (None, None, None))
-    return handling is not None and not handling_hits(context.scene, handling, around)
 
 
 def _brings(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
