@@ -67,8 +67,8 @@ def roomy_pinches(
         shuffled = rng.permutation(len(drawn))
         for first in range(0, len(drawn), AT_ONCE):
             inside = _clear_of_walls(workspace, obj, drawn.at(shuffled[first : first + AT_ONCE]), place)
-            # Whoever meets no neighbour either is one in many again.
             roomy = Pinches.joined([roomy, inside])
+            # Whoever meets no neighbour either is one in many again.
             alone = Pinches.joined([alone, _clear_of_neighbours(workspace, obj, inside, place)])
             if len(alone) >= PLENTY:
                 break

@@ -94,17 +94,14 @@ def shifted(T: Array, offset: Array) -> Array:
 
 def _clear_first(workspace: Workspace, obj: str, placement: Placement, pose: Pose) -> Iterator[tuple[Way, int]]:
     """Ways off and how badly the object itself, without a hand, meets something on each; 0, not at all, comes first."""
-    worse: list[tuple[Way, int]] = []
     around = standing_around(workspace, obj, placement)
+    known: dict[Way, int] = workspace.memory.setdefault(("off", obj, pose, *around.items()), {})
     for way in _ways():
-        key = ("off", obj, placement, pose, way)
-        if key not in workspace.memory:
-            workspace.memory[key] = _meets(workspace, obj, pose, way, around)
-        if workspace.memory[key]:
-            worse.append((way, workspace.memory[key]))
-        else:
+        if way not in known:
+            known[way] = _meets(workspace, obj, pose, way, around)
+        if known[way] == 0:
             yield way, 0
-    yield from sorted(worse, key=itemgetter(1))
+    yield from sorted(((way, meeting) for way, meeting in known.items() if meeting), key=itemgetter(1))
 
 
 def _ways() -> Iterator[Way]:
