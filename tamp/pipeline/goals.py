@@ -34,6 +34,12 @@ def nearly_there(workspace: Workspace, name: str) -> bool:
     )
 
 
+def away(workspace: Workspace, name: str) -> float:
+    """How far an object with a goal pose is from it (EDE) [m]."""
+    obj = workspace.task.object(name)
+    return ede(mean_edge(obj.shape), workspace.start[name].pose, workspace.goals[name].pose)
+
+
 def supports_first(workspace: Workspace, names: Sequence[str]) -> list[str]:
     """The names in an order in which what others rest on at their goals comes before them."""
     below: dict[str, tuple[str, ...]] = {name: place.on for name, place in workspace.goals.items()}
@@ -52,10 +58,6 @@ def farthest_first(workspace: Workspace, names: Collection[str]) -> list[str]:
     """Objects with goal poses, those farthest from theirs (EDE) first, each after those that its goal rests on."""
     order: list[str] = []
 
-    def away(name: str) -> float:
-        obj = workspace.task.object(name)
-        return ede(mean_edge(obj.shape), workspace.start[name].pose, workspace.goals[name].pose)
-
     def add(name: str, above: tuple[str, ...] = ()) -> None:
         for lower in goal_supports(workspace, name):
             if lower in names and lower not in above:
@@ -63,7 +65,7 @@ def farthest_first(workspace: Workspace, names: Collection[str]) -> list[str]:
         if name not in order:
             order.append(name)
 
-    for name in sorted(names, key=lambda name: (-away(name), name)):
+    for name in sorted(names, key=lambda name: (-away(workspace, name), name)):
         add(name)
     return order
 

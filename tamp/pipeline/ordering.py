@@ -22,6 +22,7 @@ from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.efforts import EFFORTS, LAST, Effort
 from tamp.pipeline.goals import (
     asking_for,
+    away,
     goal_names,
     goal_supports,
     nearly_there,
@@ -35,6 +36,8 @@ from tamp.pipeline.prospects import Prospects
 from tamp.pipeline.reasons import reason
 from tamp.pipeline.situation import left_at
 from tamp.planning import Report, combined
+from tamp.scoring.score import SOLVED_WITHIN_M
+from tamp.streams.enclosed import enclosed
 from tamp.streams.values import Placement
 
 TOGETHER_SHARE = 0.13  # of the time goes to the try for all goals that are left together at most
@@ -102,6 +105,7 @@ class Ordering:
             persistent: whether all goals at once are sought until time is up where some are left.
         """
         begin, final = self.progress.now, self._asker.deadline
+        self._leave_enclosed()
         while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self.left)):
             pass
         if not self.left:
@@ -202,6 +206,15 @@ class Ordering:
         del self.left[name]
         self._reached.add(name)
         return True
+
+    def _leave_enclosed(self) -> None:
+        """Let what lies in a container near its goal count as there while others are far from theirs.
+
+        It takes long to find hands that have room there, and less is gained.
+        """
+        workspace = self._asker.workspace
+        if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
+            self._leave_near([name for name in self.left if enclosed(workspace, name, workspace.start[name])])
 
     def _leave_near(self, names: Sequence[str]) -> bool:
         """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 import tamp
+from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.efforts import EFFORTS
 from tamp.pipeline.job import Job
@@ -13,6 +14,7 @@ from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
 from tests.pipeline.samplers import from_above, no_grasp, no_slide
+from tests.streams.tables import CRATE
 
 HOME = load_robot("panda").home
 UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
@@ -113,3 +115,22 @@ def test_what_shall_rest_on_an_object_that_is_left_near_its_goal_is_put_there():
     (put,) = [step for action in plan.actions for step in action.steps if isinstance(step, Release)]
     assert put.object == "top"
     assert put.pose.xyz[0] == pytest.approx(0.07, abs=0.001)
+
+
+@pytest.mark.parametrize(("far", "first"), [(True, "red"), (False, "cube")])
+def test_what_lies_in_a_container_near_its_goal_waits_for_what_is_far_from_its_own(monkeypatch, far, first):
+    class AskedError(Exception):
+        pass
+
+    def ask(self, workspace, *_, **__):
+        raise AskedError(*(obj.name for obj in workspace.task.objects if obj.goal is not None))
+
+    cube = Object("cube", Box((0.04, 0.04, 0.04)), Pose((0.05, 0.0, 0.03)), At(Pose((0.05, 0.015, 0.03))))
+    red = RED if far else replace(RED, goal=None)
+    red = replace(red, pose=Pose((0.05, 0.3, 0.04)))
+    monkeypatch.setattr(Asker, "ask", ask)
+    ordering = Ordering(attempt(Task("crate", (CRATE, cube, red))), 0, time.monotonic() + 600.0, "adaptive")
+    with pytest.raises(AskedError) as asked:
+        ordering.run()
+    assert asked.value.args[-1] == first
+    assert list(ordering.left) == [first]
