@@ -61,7 +61,8 @@ def test_an_object_that_ends_a_little_off_is_corrected(monkeypatch):
     assert run.result.n_replans == 1
 
 
-def test_a_first_search_in_vain_is_followed_by_another_with_all_the_time_that_is_left(monkeypatch):
+@pytest.mark.parametrize("plans", [(), (Plan("vain", "panda", 0, {}, (), {}, ()),)])
+def test_a_search_that_time_cut_short_is_followed_by_another_with_all_that_is_left(monkeypatch, plans):
     begun = []
 
     class InVain:
@@ -75,7 +76,7 @@ def test_a_first_search_in_vain_is_followed_by_another_with_all_the_time_that_is
             return None
 
     monkeypatch.setattr("tamp.pipeline.job.Planning", InVain)
-    job = Job(Task("vain", (RED,)), 3, 100.0, None, "adaptive")
+    job = Job(Task("vain", (RED,)), 3, 100.0, None, "adaptive", plans=[*plans])
     assert not job.plan(None, {}, ())
     (first, soft), (second, hard) = begun
     assert first == 3 != second
