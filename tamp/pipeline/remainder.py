@@ -18,7 +18,6 @@ from tamp.execution.executor import WATCHFUL
 from tamp.execution.record import Execution
 from tamp.pipeline.aftermath import after
 from tamp.pipeline.setup import Setup
-from tamp.pipeline.shortfall import shortfall
 from tamp.planning import Context, GroundAction
 from tamp.planning.context import generator_for
 from tamp.streams.motions import plan_free_motion
@@ -42,23 +41,20 @@ def still_good(setup: Setup, plan: Plan, execution: Execution, deadline: float) 
         deadline: for new ways between errands, on the clock of time.monotonic [s].
 
     Returns:
-        A plan from the state as it is, accepted by the checker, that ends with an empty hand and the table better than
-        it is; None where nothing is left.
+        A plan from the state as it is, accepted by the checker, that ends with an empty hand; None where nothing is
+        left.
     """
     here = rest = remainder(setup, plan, execution)
     kept, lost = list[Action](), set[str]()
-    worth, least = 0, shortfall(setup.task, here.start)
     for errand in errands(rest.actions):
         name = errand[-1].arguments[0]
         piece = None if name in lost else _reached(setup, replace(here, actions=errand), deadline)
         if piece is not None and check(setup.task, piece, start=piece.start, goals=piece.goals).executable:
             kept += piece.actions
             here = after(setup.world.robot, piece)
-            if (missing := shortfall(setup.task, here.start)) < least:
-                worth, least = len(kept), missing
         else:
             lost.add(name)
-    return replace(rest, actions=tuple(kept[:worth])) if worth else None
+    return replace(rest, actions=tuple(kept)) if kept else None
 
 
 def remainder(setup: Setup, plan: Plan, execution: Execution) -> Plan:

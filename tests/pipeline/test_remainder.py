@@ -104,14 +104,6 @@ def test_the_rest_is_of_no_use_where_its_object_has_moved(setup, pair):
     assert kept(setup, stopped(pair, names(pair)[1], 0.03)) is None
 
 
-def test_the_rest_is_of_no_use_where_it_would_leave_the_table_worse(pair):
-    """The other object is where it should be: the plan put it aside for what cannot be done any more."""
-    _, other = names(pair)
-    objects = (replace(item, goal=At(item.pose)) if item.name == other else item for item in TASK.objects)
-    there = prepare(replace(TASK, objects=tuple(objects)))
-    assert kept(there, stopped(pair, names(pair)[0], 0.015)) is None
-
-
 def test_an_errand_that_has_become_wrong_is_left_out_and_the_arm_goes_on_to_the_next(setup, pair):
     """The object of the first errand has moved before anything was done."""
     made, run = pair
