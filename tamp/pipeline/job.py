@@ -65,7 +65,8 @@ class Job:
         share = (LAST_SHARE if self.unfinished else NEXT_SHARE) if self.plans else FIRST_SHARE
         try:
             search, found = self._search(setup, poses, q, share)
-            if found is None and search.late:  # what was kept for later plans serves for this one
+            cut_short = search.late or search.report.status == "timeout"
+            if found is None and cut_short:  # what was kept for later plans serves for this one
                 self.rejections += search.rejections
                 search, found = self._search(setup, poses, q, 1.0)
         except PlanningFailure as failure:  # no time was left to begin
