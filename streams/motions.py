@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from tamp.world.scene import Scene
 
 RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
 ITERATIONS = 3000  # a query that OMPL has not answered by then is given up for this state
+ROOM = 0.01  # what is held keeps so far from all else where that is easy: it may slip in the fingers [m]
+EASY = 300  # iterations in which that is found, or not sought any longer
 
 
 def plan_free_motion(context: Context, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
@@ -30,7 +32,7 @@ def plan_holding_motion(
     """Yield a path of the arm holding `obj` among the objects as they stand in `context.fluents`."""
     poses = {name: T for name, T in _poses(context).items() if name != obj}
     scene = Scene(poses=poses).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
-    yield from _paths(context, scene, start, goal)
+    yield from _paths(context, scene, start, goal, ((ROOM, EASY), (ARM_MARGIN, ITERATIONS)))
 
 
 def _poses(context: Context) -> dict[str, Any]:
@@ -38,18 +40,26 @@ def _poses(context: Context) -> dict[str, Any]:
     return {name: placed[name].pose.matrix for name in sorted(placed)}
 
 
-def _paths(context: Context, scene: Scene, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
+def _paths(
+    context: Context,
+    scene: Scene,
+    start: Configuration,
+    goal: Configuration,
+    efforts: Sequence[tuple[float, int]] = ((ARM_MARGIN, ITERATIONS),),
+) -> Iterator[ArmPath]:
+    """Yield the first path that one of the efforts finds: a margin of what is held [m], and iterations at most."""
     workspace: Workspace = context.scene
-    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
     ends = np.asarray(start.q), np.asarray(goal.q)
-    budget = context.deadline - time.monotonic()
-    if budget <= 0:
-        return
     seed = int(context.rng.integers(2**31))
-    result = workspace.world.motions.plan(
-        checker, *ends, seed=seed, timeout=budget, iterations=ITERATIONS, recheck=RECHECK
-    )
-    if result.path is not None:
-        yield ArmPath(result.path)
-        return
+    for held_margin, iterations in efforts:
+        budget = context.deadline - time.monotonic()
+        if budget <= 0:
+            return
+        checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=held_margin)
+        result = workspace.world.motions.plan(
+            checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK
+        )
+        if result.path is not None:
+            yield ArmPath(result.path)
+            return
     context.fail(result.reason, because=[fact for fact in context.fluents if fact[1] in result.bodies])

@@ -56,6 +56,25 @@ def test_a_holding_motion_carries_the_object_round_what_stands_there(walled, end
     assert_free(walled.world.checker(scene, margin=0.0), path.points)
 
 
+def test_what_is_held_keeps_away_from_what_stands_there(walled, ends):
+    """It may slip in the fingers."""
+    (path,) = plan_holding_motion(ToldContext(walled, fluents=facts(walled, "wall")), "red", FROM_ABOVE, *ends)
+    scene = Scene({"wall": WALL.pose.matrix}).attached("red", FROM_ABOVE.T_object_tool.inverse().matrix, 0.05)
+    assert_free(walled.world.checker(scene, margin=0.0, held_margin=0.009), path.points)
+
+
+def test_what_is_held_comes_nearer_where_it_has_to(walled, ends):
+    start, goal = ends
+    T_tool_object = FROM_ABOVE.T_object_tool.inverse().matrix
+    lifted = walled.world.robot.forward(np.array(start.q)) @ T_tool_object
+    half = RED.shape.size[0] / 2 + CUBE.shape.size[0] / 2
+    beside = Pose((lifted[0, 3] + half + 0.005, lifted[1, 3], lifted[2, 3]))
+    scene = Scene({"cube": beside.matrix}).attached("red", T_tool_object, 0.05)
+    assert walled.world.checker(scene, held_margin=0.01).contact(np.array(start.q)) is not None
+    context = ToldContext(walled, fluents=(at("cube", Placement(beside, ("table",))),))
+    assert list(plan_holding_motion(context, "red", FROM_ABOVE, start, goal))
+
+
 def test_what_is_held_is_not_in_its_own_way(walled, ends):
     context = ToldContext(walled, fluents=facts(walled, "red"))
     assert list(plan_holding_motion(context, "red", FROM_ABOVE, ends[0], ends[0]))
