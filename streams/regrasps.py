@@ -113,7 +113,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
     An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
-    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves.
+    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves. Else those come
+    first that put it on a face from which it does not tip over.
     """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
@@ -174,18 +175,32 @@ def _apart(context: Context) -> Detached:
 
 
 def _ways_down(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> int:
-    """How many ways there are to put an object down, or else to lay it down, with the hand clear of the table."""
+    """How many ways there are to put an object down, or else to lay it down, with the hand clear of the table.
+
+    To put it where it is sure to stay counts twice.
+    """
+    sure = _stays(workspace, obj, place.pose.matrix[:3, :3])
     if not laid:
-        return int(hand_above_table(workspace, place.pose, grasp))
-    able = layable(workspace, obj, place) and stays(workspace.world.geometries[obj], place.pose.matrix[:3, :3])
+        return (1 + sure) * hand_above_table(workspace, place.pose, grasp)
+    able = layable(workspace, obj, place) and sure
     tilted = tilts(workspace, obj, place) if able else ()
     return sum(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
+
+
+def _stays(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> bool:
+    """Whether an object that is let go of, turned by R (3, 3), is sure to stay so, even if it slipped in the hand."""
+    key = ("stays", obj, R.tobytes())
+    if key not in workspace.memory:
+        workspace.memory[key] = stays(workspace.world.geometries[obj], R)
+    answer: bool = workspace.memory[key]
+    return answer
 
 
 def _between(
     context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
 ) -> Placement | None:
     """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
+    faces = [R for R in faces if _stays(context.scene, obj, R)] or faces
     for _ in range(LAID_TRIES if laid else TRIES):
         if time.monotonic() > context.deadline:
             return None
