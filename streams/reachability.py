@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,15 +74,29 @@ def handlings(
     yield from blocked_by_others
 
 
-def reaches(context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...] = ()) -> bool:
-    """Whether there is a handling at all, were nothing else on the table than what carries the object there.
+def reaches(
+    context: Context,
+    obj: str,
+    placement: Placement,
+    grasp: Grasp,
+    fall: tuple[Pose, ...] = (),
+    among: Mapping[str, Placement] | None = None,
+) -> bool:
+    """Whether there is a handling at all that meets none of some objects; it is not remembered.
 
-    It is not remembered. The arguments are those of `handlings`.
+    Args:
+        context: as of `handlings`, like the other arguments.
+        obj: the object.
+        placement: where it stands in the end.
+        grasp: how it is held.
+        fall: poses from where it is let go.
+        among: what stands there; what carries the object at its placement where it is None.
     """
-    around = standing_around(context.scene, obj, placement)
-    carriers = {name: around[name] for name in beneath(placement, around)}
+    if among is None:
+        around = standing_around(context.scene, obj, placement)
+        among = {name: around[name] for name in beneath(placement, around)}
     found = _alone(context, obj, placement, grasp, fall)
-    return any(not handling_hits(context.scene, handling, carriers) for handling in found)
+    return any(not handling_hits(context.scene, handling, among) for handling in found)
 
 
 def _alone(

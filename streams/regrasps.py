@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.clearance import hand_above_table
-from tamp.streams.collisions import handling_hits
 from tamp.streams.footing import amid, resting, stays, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
-from tamp.streams.reachability import handlings, reaches
+from tamp.streams.reachability import reaches
 from tamp.streams.recall import Detached, recalled
 from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Grasp, Placement
@@ -95,8 +94,7 @@ def _free_first(context: Context, obj: str, start: Placement, pairs: Iterable[Pa
 
     @cache
     def free(grasp: Grasp) -> bool:
-        _, _, handling = next(handlings(context, obj, start, grasp), (None, None, None))
-        return handling is not None and not handling_hits(context.scene, handling, around)
+        return reaches(_apart(context), obj, start, grasp, among=around)
 
     blocked: list[Pair] = []
     for pair in pairs:
