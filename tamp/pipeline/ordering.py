@@ -199,6 +199,8 @@ class Ordering:
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
         if refused is not None:
             self.left[name] = refused
+            if solution.plan is not None and effort.others_move:  # what is refused is tried by way of another grasp
+                self._prospects.regrasped.add(name)
             return False
         return self._count_as_reached(name)
 
