@@ -117,6 +117,25 @@ def test_what_shall_rest_on_an_object_that_is_left_near_its_goal_is_put_there():
     assert put.pose.xyz[0] == pytest.approx(0.07, abs=0.001)
 
 
+def test_what_the_checker_refuses_is_tried_by_way_of_another_grasp(monkeypatch):
+    asked = []
+    ask = Asker.ask
+
+    def noting(self, *args, regrasped=(), **kwargs):
+        asked.append(set(regrasped))
+        return ask(self, *args, regrasped=regrasped, **kwargs)
+
+    monkeypatch.setattr(Asker, "ask", noting)
+    monkeypatch.setattr(Asker, "refused", lambda self, actions: "slides farther than it can")
+    ordering = Ordering(attempt(Task("one", (RED,))), 0, time.monotonic() + 600.0, "adaptive")
+    for effort in (EFFORTS[0], EFFORTS[-1], EFFORTS[-1]):
+        assert not ordering._sweep(effort)
+    assert ordering.left == {"red": "slides farther than it can"}
+    # At first by any grasp, at last not by the one that serves both; what is asked in between is whether it can alone.
+    assert asked[0] == set()
+    assert asked[-1] == {"red"}
+
+
 @pytest.mark.parametrize(("far", "first"), [(True, "red"), (False, "cube")])
 def test_what_lies_in_a_container_near_its_goal_waits_for_what_is_far_from_its_own(monkeypatch, far, first):
     class AskedError(Exception):
