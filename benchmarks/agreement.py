@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from benchmarks.agreement_bodies import Body, Library, bodies_of_scenarios, links, random_convex
 from benchmarks.agreement_scenes import MARGIN, Scenes, pushed
 from benchmarks.harness import Row, main
-from tamp.checking.solids import penetration
+from tamp.checking.distances import penetration
 from tamp.task.mesh import Part
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.agreement_bodies import FAR, Body, Library
 from tamp.checking.links import read_links
-from tamp.checking.solids import inverse
+from tamp.checking.transforms import inverse
 from tamp.task import load_robot
 from tamp.world.geometry import load_geometry
 from tamp.world.robot_model import robot_model

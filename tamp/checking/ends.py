@@ -8,8 +8,8 @@ import numpy as np
 
 from tamp.checking.replay import Replay, in_region
 from tamp.checking.scene import Scene, State
-from tamp.checking.solids import inverse
 from tamp.checking.standing import carriers, overlaps, touched, unrest
+from tamp.checking.transforms import inverse
 from tamp.task.model import At, In, On
 
 if TYPE_CHECKING:

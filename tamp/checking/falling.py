@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.solids import inverse, rotation
 from tamp.checking.standing import carriers, unrest
 from tamp.checking.sweep import Mover, standing, touches, travelled
+from tamp.checking.transforms import inverse, rotation
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

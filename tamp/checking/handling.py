@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.distances import clearance
 from tamp.checking.grasp import between_pads
 from tamp.checking.motion import finger_touches, sentence_of
 from tamp.checking.scene import Scene, State
 from tamp.checking.slumping import slumps
-from tamp.checking.solids import clearance, inverse
 from tamp.checking.standing import balanced, carriers, overlaps, unrest
+from tamp.checking.transforms import inverse
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.distances import clearance
 from tamp.checking.kinematics import KinematicTree, origin, read_kinematics, read_urdf, vector
-from tamp.checking.solids import Solid, clearance, inverse
+from tamp.checking.solids import Solid
+from tamp.checking.transforms import inverse
 from tamp.errors import RobotError, TaskError
 from tamp.task.mesh import Part, convex_hull, parts
 from tamp.task.meshfile import read_mesh

@@ -16,9 +16,9 @@ from tamp.checking.handling import check_attachment, check_uncovered
 from tamp.checking.limits import interpolate, malformed
 from tamp.checking.motion import check_move
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
-from tamp.checking.solids import inverse
 from tamp.checking.standing import carriers
 from tamp.checking.support import contacts
+from tamp.checking.transforms import inverse
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

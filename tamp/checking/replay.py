@@ -14,8 +14,8 @@ from tamp.checking.motion import check_move
 from tamp.checking.nudging import check_nudge
 from tamp.checking.pushing import check_push
 from tamp.checking.scene import TABLE, Scene, State
-from tamp.checking.solids import inverse
 from tamp.checking.standing import carriers, without_part
+from tamp.checking.transforms import inverse
 from tamp.checking.verdict import Problem
 from tamp.task.plan import Fall, Grip, Move, Release
 

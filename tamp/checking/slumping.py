@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.distances import clearance
 from tamp.checking.scene import State
-from tamp.checking.solids import clearance, inverse, rotation
 from tamp.checking.standing import balanced, carriers, overlaps
 from tamp.checking.support import contacts
+from tamp.checking.transforms import inverse, rotation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Rigid bodies made of convex parts, and the signed distance between two of them, by python-fcl (GJK)."""
+"""Rigid bodies made of convex parts: their surfaces and their centres of mass."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import fcl
 import numpy as np
-from scipy.spatial import ConvexHull
 
+from tamp.checking.distances import collision_object
 from tamp.task.mesh import Part, convex_hull
 
 if TYPE_CHECKING:
@@ -43,11 +42,9 @@ class Piece:
     @staticmethod
     def of(part: Part) -> Piece:
         """The piece of a convex part."""
-        faces = np.column_stack([np.full(len(part.faces), 3), part.faces]).ravel().astype(np.int64)
-        geometry = fcl.Convex(np.array(part.vertices), len(part.faces), faces)
         center = (part.vertices.min(axis=0) + part.vertices.max(axis=0)) / 2
         radius = float(np.linalg.norm(part.vertices - center, axis=1).max())
-        return Piece(part, center, radius, fcl.CollisionObject(geometry), fcl.CollisionObject(geometry))
+        return Piece(part, center, radius, collision_object(part), collision_object(part))
 
     @cached_property
     def planes(self) -> tuple[Array, Array]:
@@ -171,89 +168,3 @@ def _sharp(faces: NDArray[np.int64], normals: Array) -> Mask:
     # Two unit normals an angle apart add up to 2 cos(angle / 2).
     bent: Mask = np.linalg.norm(total, axis=1) < 2 * np.cos(BEND / 2)
     return bent[pair.reshape(-1)].reshape(-1, 3)
-
-
-def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
-    """A lower bound of the signed distance between two solids [m]; negative values are depths.
-
-    Where the hulls are apart it is their distance, else the least over pairs of pieces. Depths up to `tolerance` are
-    fcl's, which never understate; deeper ones are computed exactly before anybody is accused.
-
-    Args:
-        a: one solid.
-        b: the other.
-        T_a_b: frame of b in the frame of a, shape (4, 4).
-        tolerance: depth from which it must be exact [m].
-    """
-    transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
-    if len(a.pieces) > 1 or len(b.pieces) > 1:
-        apart = _gap(a.hull, b.hull, transform, T_a_b)
-        if apart > 0.0:
-            return apart
-    centers = b.centers @ T_a_b[:3, :3].T + T_a_b[:3, 3]
-    gaps = np.linalg.norm(a.centers[:, None] - centers[None], axis=2) - a.radii[:, None] - b.radii[None]
-    least = np.inf
-    for flat in np.argsort(gaps, axis=None):
-        i, j = divmod(int(flat), len(b.pieces))
-        if gaps[i, j] >= max(least, 0.0):
-            break
-        least = min(least, _signed(a.pieces[i], b.pieces[j], transform, T_a_b, tolerance))
-    return float(least) if np.isfinite(least) else float(gaps.min())
-
-
-def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> float:
-    """A lower bound of the distance between two pieces, and the distance almost always; -1 where they may touch.
-
-    fcl sometimes stops early and overstates a distance by some percent. The line between the nearest points it names
-    is the normal of a slab, and what lies between the pieces along it is a distance that is certain.
-    """
-    b.moving.setTransform(transform)
-    result = fcl.DistanceResult()
-    if fcl.distance(a.still, b.moving, fcl.DistanceRequest(enable_nearest_points=True), result) <= 0.0:
-        return -1.0
-    on_a, on_b = result.nearest_points
-    normal = on_b - on_a
-    normal = normal / np.linalg.norm(normal)
-    nearest = (b.part.vertices @ (T_a_b[:3, :3].T @ normal)).min() + normal @ T_a_b[:3, 3]
-    certain = float(nearest - (a.part.vertices @ normal).max())
-    return certain if certain > 0.0 else -1.0
-
-
-def _signed(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -> float:
-    apart = _gap(a, b, transform, T_a_b)
-    if apart > 0.0:
-        return apart
-    result = fcl.CollisionResult()
-    if not fcl.collide(a.still, b.moving, fcl.CollisionRequest(num_max_contacts=1, enable_contact=True), result):
-        return 0.0
-    depth = float(result.contacts[0].penetration_depth)
-    return -depth if depth <= tolerance else -penetration(a.part, b.part, T_a_b)
-
-
-def penetration(a: Part, b: Part, T_a_b: Array) -> float:
-    """Depth to which two convex parts interpenetrate [m]; negative where they are apart.
-
-    The distance of the origin from the boundary of their Minkowski difference (Cameron and Culley, "Determining the
-    minimum translational distance between two convex polyhedra", ICRA 1986), whose hull is computed outright.
-    """
-    moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
-    difference = (a.vertices[:, None] - moved[None]).reshape(-1, 3)
-    return float(-ConvexHull(difference).equations[:, 3].max())
-
-
-def rotation(axis: Array, angle: float) -> Array:
-    """The turn by an angle [rad] about a unit vector, shape (3, 3), by Rodrigues' formula."""
-    x, y, z = axis
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
-    return R
-
-
-def inverse(T: Array) -> Array:
-    """Inverse of rigid transforms, shape (..., 4, 4)."""
-    R = np.swapaxes(T[..., :3, :3], -1, -2)
-    out = np.zeros_like(T)
-    out[..., :3, :3] = R
-    out[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
-    out[..., 3, 3] = 1.0
-    return out

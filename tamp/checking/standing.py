@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tamp.checking.solids import clearance, inverse
+from tamp.checking.distances import clearance
 from tamp.checking.support import Contacts, contacts
+from tamp.checking.transforms import inverse
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

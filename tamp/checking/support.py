@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking import statics
-from tamp.checking.solids import inverse
+from tamp.checking.transforms import inverse
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.distances import clearance
 from tamp.checking.limits import interpolate
-from tamp.checking.solids import Solid, clearance, inverse
+from tamp.checking.solids import Solid
+from tamp.checking.transforms import inverse
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -6,11 +6,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp.checking.distances import clearance
 from tamp.checking.kinematics import read_kinematics
 from tamp.checking.limits import interpolate
 from tamp.checking.links import read_links
-from tamp.checking.solids import Solid, clearance, inverse
+from tamp.checking.solids import Solid
 from tamp.checking.sweep import Mover, sample_times, touches, travelled
+from tamp.checking.transforms import inverse
 from tamp.task import Box, Pose, load_robot
 from tamp.task.mesh import parts
 from tests.checking.handmade import timed
