@@ -11,9 +11,9 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from tamp.checking.distances import clearance
 from tamp.checking.links import read_links
 from tamp.checking.solids import Solid as FclSolid
-from tamp.checking.solids import clearance
 from tamp.execution.bodies import hulls_as_obj
 from tamp.execution.bullet import pybullet
 from tamp.task import Box, Capsule, Cylinder, Mesh, Pose, Shape, Sphere, load_robot
