@@ -10,8 +10,10 @@ import numpy as np
 
 from tamp.generate.graph import CARRIED, Node, SceneGraph
 from tamp.generate.reach import FAR, base, reachable
-from tamp.generate.relations import Wish, draw_place, hits, on_table
+from tamp.generate.relations import draw_place
 from tamp.generate.thing import Thing, transform, yawed
+from tamp.generate.touching import hits, on_table
+from tamp.generate.wish import Wish
 from tamp.task import Table
 
 if TYPE_CHECKING:

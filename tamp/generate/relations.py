@@ -7,108 +7,31 @@ something is lowered until it touches; what leans is pushed until it touches. Ph
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.generate.thing import Thing, transform, yawed
-from tamp.world.solid import overlap, relative
+from tamp.generate.thing import Thing, yawed
+from tamp.generate.touching import hits, lowered, on_table
+from tamp.generate.wish import Wish
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Matrix = NDArray[np.float64]
 
-Bodies = Sequence[tuple[Thing, "Matrix"]]
-
 GAP = (0.025, 0.05)
 """Room between neighbours, so that a finger fits between them [m]."""
 JITTER = 0.003
 """How far a thing may be off the middle of what it is stacked on [m]."""
-SKEW = 0.12
-"""How far it may be turned against its neighbour [rad]."""
 LEAN = (0.2, 0.35)
 """How far what leans is tilted [rad]."""
-OVERHANG = 1.05
-"""How much wider than a place a thing's foot may be."""
 WALL = 0.02
 """How far from the walls of a hollow a thing lies where there is room, so that a finger gets between [m]."""
 CHOICE = 4
 """Of how many places in a hollow the lowest is taken."""
-LIFT = 0.0005
-"""Things are drawn this far above what they rest on [m]."""
-
-
-def fits(relation: str, child: Thing, parent: Thing) -> bool:
-    """Whether a child can stand in a relation to a parent, by their sizes."""
-    R = child.resting[0]
-    if relation == "in":
-        return _goes_into(child.outline(R)[:2], parent.model.hollow, 1.1)
-    if relation == "on":
-        return _goes_into(child.foot(R), parent.model.top, OVERHANG)
-    if relation == "stacked":
-        return child.model == parent.model or _goes_into(child.foot(R), parent.model.top, OVERHANG)
-    if relation == "standing":
-        length, *across = sorted(child.outline(R), reverse=True)
-        return _goes_into(np.array(across), parent.model.hollow, 0.6) and length > 0.09
-    if relation == "leaning":
-        thin, _, high = child.outline(R)
-        return bool(thin < 0.45 * high and parent.outline(parent.resting[0])[2] > 0.6 * high)
-    return True
-
-
-def _goes_into(sides: Matrix, area: tuple[float, float] | None, slack: float) -> bool:
-    if area is None:
-        return False
-    return all(side <= slack * room for side, room in zip(sorted(sides), sorted(area), strict=True))
-
-
-@dataclass(frozen=True, eq=False)
-class Wish:
-    """What a place is drawn for.
-
-    Attributes:
-        thing: what is to be placed.
-        parent: what it refers to.
-        T_parent: where that stands, shape (4, 4).
-        others: everything that stands there already, the parent included.
-        index, count: which one it is, counted from 0, of how many with this relation to this parent.
-        rng: source of what the relation leaves open.
-    """
-
-    thing: Thing
-    parent: Thing
-    T_parent: Matrix
-    others: Bodies
-    index: int
-    count: int
-    rng: np.random.Generator
-
-    @property
-    def heading(self) -> float:
-        """Direction of the parent's x axis seen from above [rad]."""
-        return math.atan2(self.T_parent[1, 0], self.T_parent[0, 0])
-
-    def turned(self, turn: float) -> Matrix:
-        """The thing upright, turned against the parent's heading by an angle [rad] and a little askew."""
-        return yawed(self.thing.resting[0], self.heading + turn + self.rng.uniform(-SKEW, SKEW))
-
-    def quarter(self) -> float:
-        """One of four directions [rad]."""
-        return float(self.rng.integers(4)) * math.pi / 2
-
-    def over(self, offset: Matrix) -> Matrix:
-        """A point over the parent, by its offset from the parent's origin along the parent's heading, shape (2,)."""
-        point: Matrix = self.T_parent[:3, 3] + yawed(np.eye(3), self.heading)[:, :2] @ offset
-        return point
-
-
-def on_table(thing: Thing, R: Matrix, xy: tuple[float, float] = (0.0, 0.0)) -> Matrix:
-    """The pose, shape (4, 4), of a thing turned by `R` that stands on the table at a point."""
-    return transform(R, (*xy, LIFT - thing.bottom(R)))
 
 
 def draw_place(relation: str, wish: Wish) -> Matrix | None:
@@ -135,11 +58,11 @@ def _in(wish: Wish) -> Matrix | None:
 def _within(wish: Wish, R: Matrix, area: tuple[float, float] | None, sides: Matrix) -> Matrix:
     """Somewhere in an area of the parent's middle, for a thing turned by `R` that takes up `sides` of it [m]."""
     room = np.maximum(0.0, np.array(area) - sides) / 2
-    return _lowered(wish.thing, R, wish.over(wish.rng.uniform(-room, room)), wish.others)
+    return lowered(wish.thing, R, wish.over(wish.rng.uniform(-room, room)), wish.others)
 
 
 def _stacked(wish: Wish) -> Matrix | None:
-    return _lowered(wish.thing, wish.turned(0.0), wish.over(wish.rng.uniform(-JITTER, JITTER, 2)), wish.others)
+    return lowered(wish.thing, wish.turned(0.0), wish.over(wish.rng.uniform(-JITTER, JITTER, 2)), wish.others)
 
 
 def _upright_in(wish: Wish) -> Matrix | None:
@@ -149,7 +72,7 @@ def _upright_in(wish: Wish) -> Matrix | None:
     spun = yawed(upright, wish.rng.uniform(-math.pi, math.pi))
     R = _tilt(wish.rng.uniform(-math.pi, math.pi), wish.rng.uniform(0.02, 0.1)) @ spun
     room = 0.25 * np.array(wish.parent.model.hollow)
-    return _lowered(wish.thing, R, wish.over(wish.rng.uniform(-room, room)), wish.others)
+    return lowered(wish.thing, R, wish.over(wish.rng.uniform(-room, room)), wish.others)
 
 
 def _beside(wish: Wish) -> Matrix | None:
@@ -214,24 +137,3 @@ def _tilt(heading: float, angle: float) -> Matrix:
 def _reach(thing: Thing, R: Matrix, direction: Matrix) -> float:
     """How far a thing turned by `R` reaches from its origin in a horizontal direction [m]."""
     return float((thing.points @ R[:2].T @ direction).max())
-
-
-def hits(thing: Thing, T: Matrix, others: Bodies, gap: float = 0.0) -> bool:
-    """Whether a thing at a pose comes nearer than `gap` [m] to any of the others."""
-    return any(overlap(thing.solid, other.solid, relative(T, T_other), gap) for other, T_other in others)
-
-
-def _lowered(thing: Thing, R: Matrix, over: Matrix, others: Bodies) -> Matrix:
-    """The thing turned by `R`, over a point, let down until just above what it touches first."""
-    top = max(float((other.points @ T[2, :3]).max() + T[2, 3]) for other, T in others)
-    T = transform(R, (float(over[0]), float(over[1]), top - thing.bottom(R) + 0.01))
-    floor = -thing.bottom(R)
-    step = 0.008
-    while step > LIFT:
-        lower = T.copy()
-        lower[2, 3] -= step
-        if lower[2, 3] < floor or hits(thing, lower, others):
-            step /= 2
-        else:
-            T = lower
-    return T

@@ -13,8 +13,8 @@ import numpy as np
 from tamp.execution.settling import Settled, settle
 from tamp.generate.graph import Node, SceneGraph
 from tamp.generate.reach import reachable
-from tamp.generate.relations import hits
 from tamp.generate.thing import Thing
+from tamp.generate.touching import hits
 from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Pose, Task
 

@@ -5,8 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.generate.relations import GAP, Wish, draw_place, fits, hits, on_table
+from tamp.generate.fitting import fits
+from tamp.generate.relations import GAP, draw_place
 from tamp.generate.thing import thing, yawed
+from tamp.generate.touching import hits, on_table
+from tamp.generate.wish import Wish
 from tamp.scenarios.library.model import read_library
 
 THINGS = {model.kind: thing(model) for model in read_library() if model.set == "trial"}
@@ -49,11 +52,3 @@ def test_neighbours_leave_room_for_a_finger(seed):
     for child, relation, parent in (("can", "row", "can"), ("spoon", "around", "plate"), ("cup", "beside", "bottle")):
         item, T, base, T_parent = placed(child, relation, parent, seed)
         assert not hits(item, T, [(base, T_parent)], 0.9 * GAP[0])
-
-
-def test_what_does_not_fit_is_not_put_together():
-    assert not fits("in", THINGS["plate"], THINGS["bowl"])
-    assert not fits("on", THINGS["basket"], THINGS["can"])
-    assert not fits("on", THINGS["apple"], THINGS["roof"])
-    assert not fits("leaning", THINGS["apple"], THINGS["carton"])
-    assert not fits("standing", THINGS["apple"], THINGS["penholder"])
