@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 from tamp.errors import PlanningFailure
 from tamp.execution.leaning import leaning
+from tamp.execution.monitor import angle_between
 from tamp.execution.simulator import Simulator
 from tamp.task import Pose, Task
 
@@ -24,6 +25,9 @@ REST_SPEED, REST_TURN = 0.002, 0.02
 
 REST_STEPS = 60
 """How long it must rest."""
+
+WINDOW_S = 0.5
+"""What trembles rests too where it hardly moves on: slower than that on the whole over this long [s]."""
 
 UPRIGHT = 0.2
 """A contact supports where its normal's vertical share is over this: a bowl in a bowl hangs on walls of 75 degrees."""
@@ -93,9 +97,16 @@ def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf)
         simulator.step()
         simulator.limit_speeds(GENTLE_SPEED, GENTLE_TURN)
 
+    since, poses, stays = simulator.time, simulator.poses(), False
+
     def resting() -> bool:
+        nonlocal since, poses, stays
         _in_time(deadline)
-        return at_rest(simulator)
+        if simulator.time >= since + WINDOW_S:
+            before, poses = poses, simulator.poses()
+            stays = _stays(before, poses, simulator.time - since)
+            since = simulator.time
+        return stays or at_rest(simulator)
 
     return simulator.wait(limit_s - GENTLE_S, resting, patience=REST_STEPS)
 
@@ -103,6 +114,15 @@ def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf)
 def at_rest(simulator: Simulator) -> bool:
     """Whether every object is nearly still."""
     return all(v < REST_SPEED and w < REST_TURN for v, w in simulator.speeds().values())
+
+
+def _stays(before: Mapping[str, Pose], after: Mapping[str, Pose], seconds: float) -> bool:
+    """Whether every object has hardly moved on in a time, however it trembled: contacts of many hulls keep pushing."""
+    return all(
+        math.dist(pose.xyz, before[name].xyz) < REST_SPEED * seconds
+        and angle_between(pose, before[name]) < REST_TURN * seconds
+        for name, pose in after.items()
+    )
 
 
 def supports(simulator: Simulator) -> tuple[tuple[str, str], ...]:

@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 from tamp.errors import PlanningFailure
-from tamp.execution.settling import settle, supports
-from tamp.execution.simulator import Touch
+from tamp.execution.settling import let_settle, settle, supports
+from tamp.execution.simulator import STEP, Simulator, Touch
 from tamp.task import Box, Cylinder, Mesh, Object, Pose, Task
 
 OCRTOC = Path(__file__).parents[3] / "shared" / "ocrtoc" / "2021"
@@ -113,3 +113,35 @@ def test_steep_walls_carry_what_is_wedged_between_them():
 def test_past_its_deadline_nothing_settles():
     with pytest.raises(PlanningFailure, match="time was up"):
         settle(tower(0.05), deadline=0.0)
+
+
+class Trembling:
+    """A body that jumps to and fro by a tenth of a millimetre at each step, and may creep on besides."""
+
+    def __init__(self, creep):
+        self.creep, self.steps = creep, 0
+
+    time = property(lambda self: self.steps * STEP)
+    wait = Simulator.wait
+
+    def step(self):
+        self.steps += 1
+
+    def limit_speeds(self, linear, angular):
+        pass
+
+    def speeds(self):
+        return {"body": (1e-4 / STEP, 0.0)}
+
+    def poses(self):
+        return {"body": Pose((1e-4 * (self.steps % 2) + self.creep * self.time, 0.0, 0.0))}
+
+
+def test_what_trembles_on_the_spot_rests():
+    body = Trembling(creep=0.0)
+    assert let_settle(body, limit_s=6.0)
+    assert body.time < 1.5
+
+
+def test_what_creeps_does_not():
+    assert not let_settle(Trembling(creep=0.005), limit_s=6.0)
