@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from tamp.streams.clearance import beneath, hand_hits, opening_for, standing_around
 from tamp.streams.dragging import dragged
 from tamp.streams.dropping import drops
+from tamp.streams.midtable import midtable, moved
 from tamp.streams.reachability import handlings, reaches
 from tamp.streams.skidding import aimed
 from tamp.streams.tilting import layable, tilts
@@ -48,26 +49,45 @@ def plan_bringing(
 
 def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool:
     """Whether an object can be let fall to a placement, were nothing else on the table than what carries it there."""
-    falls = _falls(context, obj, placement, grasp)
-    falls = falls[:: -(-len(falls) // TRIED)] if falls else []
+    falls = _falls(context, obj, placement, grasp, TRIED)
     return any(reaches(context, obj, placement, grasp, fall) for fall in falls)
 
 
-def _falls(context: Context, obj: str, placement: Placement, grasp: Grasp) -> list[tuple[Pose, ...]]:
+def _falls(
+    context: Context, obj: str, placement: Placement, grasp: Grasp, most: int | None = None
+) -> Iterator[tuple[Pose, ...]]:
     """Ways to fall to a placement that leave room for the hand that lets go; a reason is told where there are none.
+
+    At most so many are taken, from the least to the farthest.
+    """
+    workspace: Workspace = context.scene
+    on_table = placement.on == (TABLE,)
+    at = midtable(workspace, placement) if on_table else placement
+    found, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
+    if not found:
+        context.fail(reason)
+    for fall in found[:: -(-len(found) // most) if most and found else 1]:
+        yield moved(fall, placement) if on_table else fall
+
+
+def _roomy(
+    workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, able: bool
+) -> tuple[list[tuple[Pose, ...]], str]:
+    """The same, and why there are none; `able` says whether the object may be laid down there at all.
 
     The hand must not drag the object along either as it draws back; what lies in something is kept there by its walls.
     """
-    workspace: Workspace = context.scene
-    straight = drops(workspace, obj, placement)
-    ways = [*straight, *(_over_edges(workspace, obj, placement) if layable(workspace, obj, placement) else ())]
-    roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
-    left = roomy if straight else [fall for fall in roomy if not dragged(workspace, obj, placement, grasp, fall[0])]
-    if roomy and not left:
-        context.fail(f"the hand would drag {obj} along as it draws back")
-    elif not left:
-        context.fail(f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there")
-    return left
+    around = standing_around(workspace, obj, placement)
+    key = ("falls", obj, placement, grasp, able, *((name, around[name]) for name in beneath(placement, around)))
+    if key not in workspace.memory:
+        straight = drops(workspace, obj, placement)
+        ways = [*straight, *(_over_edges(workspace, obj, placement) if able else ())]
+        roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
+        left = roomy if straight else [fall for fall in roomy if not dragged(workspace, obj, placement, grasp, fall[0])]
+        reason = f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
+        workspace.memory[key] = left, f"the hand would drag {obj} along as it draws back" if roomy else reason
+    found: tuple[list[tuple[Pose, ...]], str] = workspace.memory[key]
+    return found
 
 
 def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[tuple[Pose, ...], ...]:
