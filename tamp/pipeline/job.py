@@ -108,8 +108,9 @@ class Job:
     def keep(self, setup: Setup, execution: Execution) -> bool:
         """Go on with what is still good of the last plan after an execution that stopped; False where nothing is."""
         with self.planning():
-            deadline = time.monotonic() + PUNCTUAL * self.limit - self.planning_s
-            rest = still_good(setup, self.plans[-1], execution, deadline)
+            left = PUNCTUAL * self.limit - self.planning_s
+            chance = max(0.0, left / self.limit)  # the more time there is, the surer is a new plan for what is off
+            rest = still_good(setup, self.plans[-1], execution, time.monotonic() + left, chance=chance)
         if rest is not None:
             self.plans.append(rest)
         return rest is not None

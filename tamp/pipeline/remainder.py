@@ -1,12 +1,13 @@
 """What is still good of a plan when an object is off: the errands that are left and that the checker still accepts.
 
 An errand begins and ends with an empty hand. Once one has become wrong, all later ones with the same object are left
-out too; where that leaves a gap, the arm finds its way to the next errand anew.
+out too; where that leaves a gap, the arm finds its way to the next errand anew. Errands at the end that only put
+something aside are done where what they serve, which was left out, is worth it and may yet be planned anew.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,12 +19,13 @@ from tamp.execution.executor import WATCHFUL
 from tamp.execution.record import Execution
 from tamp.pipeline.aftermath import after
 from tamp.pipeline.setup import Setup
+from tamp.pipeline.shortfall import shortfall
 from tamp.planning import Context, GroundAction
 from tamp.planning.context import generator_for
 from tamp.streams.motions import plan_free_motion
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import Action, Move, Plan, Release
+from tamp.task import Action, Move, Plan, Pose, Release, Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 SAME_CONFIGURATION = 0.02  # how far the arm may stand from where the next action begins [rad]
 
 
-def still_good(setup: Setup, plan: Plan, execution: Execution, deadline: float) -> Plan | None:
+def still_good(setup: Setup, plan: Plan, execution: Execution, deadline: float, *, chance: float = 1.0) -> Plan | None:
     """The errands that are left of a plan whose execution stopped, as far as they can be done as planned.
 
     Args:
@@ -39,22 +41,43 @@ def still_good(setup: Setup, plan: Plan, execution: Execution, deadline: float) 
         plan: the plan.
         execution: how far it came.
         deadline: for new ways between errands, on the clock of time.monotonic [s].
+        chance: that what is left out is planned anew, so that what was put aside for it was not in vain.
 
     Returns:
         A plan from the state as it is, accepted by the checker, that ends with an empty hand; None where nothing is
         left.
     """
     here = rest = remainder(setup, plan, execution)
-    kept, lost = list[Action](), set[str]()
+    kept, lost, stages = list[Action](), set[str](), [(0, here.start)]
     for errand in errands(rest.actions):
         name = errand[-1].arguments[0]
         piece = None if name in lost else _reached(setup, replace(here, actions=errand), deadline)
         if piece is not None and check(setup.task, piece, start=piece.start, goals=piece.goals).executable:
             kept += piece.actions
             here = after(setup.world.robot, piece)
+            stages.append((len(kept), here.start))
         else:
             lost.add(name)
-    return replace(rest, actions=tuple(kept)) if kept else None
+    meant = after(setup.world.robot, rest).start
+    count = worth_doing(setup.task, stages, {name: meant[name] for name in sorted(lost)}, chance)
+    return replace(rest, actions=tuple(kept[:count])) if count else None
+
+
+def worth_doing(
+    task: Task, stages: Sequence[tuple[int, Mapping[str, Pose]]], lost: Mapping[str, Pose], chance: float
+) -> int:
+    """How many actions to do: all where what is lost may yet gain what they cost, or else those that leave the best.
+
+    Args:
+        task: what is asked for.
+        stages: how many actions were done, and where everything stands then; the first before any.
+        lost: objects of errands that are left out -> where those would have brought them.
+        chance: that this is planned anew.
+    """
+    missing = [shortfall(task, poses) for _, poses in stages]
+    gain = missing[-1] - shortfall(task, {**stages[-1][1], **lost})
+    best = missing.index(min(missing))
+    return stages[-1 if missing[-1] - missing[best] <= chance * gain else best][0]
 
 
 def remainder(setup: Setup, plan: Plan, execution: Execution) -> Plan:

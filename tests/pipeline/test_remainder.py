@@ -9,7 +9,7 @@ from tamp.checking import check
 from tamp.execution.performer import Performer
 from tamp.execution.record import Deviation
 from tamp.pipeline.planning import Planning, plan
-from tamp.pipeline.remainder import errands, remainder, still_good
+from tamp.pipeline.remainder import errands, remainder, still_good, worth_doing
 from tamp.pipeline.setup import prepare
 from tamp.pipeline.solving import carry_out
 from tamp.task import At, Attachment, Box, Object, Pose, Task
@@ -172,3 +172,16 @@ def test_a_run_goes_on_with_the_rest_and_corrects_in_the_end(monkeypatch):
     assert [execution.status for execution in run.executions] == ["deviated", "done", "done"]
     assert len(searches) == 2  # one for the plan, one for the correction
     assert len(run.plans) == 3
+
+
+def test_what_was_put_aside_in_vain_is_not_put_aside_unless_what_it_serves_may_be_planned_anew():
+    here, goals = {obj.name: obj.pose for obj in TASK.objects}, {obj.name: obj.goal.pose for obj in TASK.objects}
+    done = {**here, "first": goals["first"]}  # 30 cm nearer
+    aside = {**done, "first": shifted(goals["first"], 0.2)}  # and 20 cm farther again
+    stages = [(0, here), (4, done), (8, aside)]
+    second = {"second": goals["second"]}  # which would gain 25 cm: farther than that does not count
+    assert [worth_doing(TASK, stages, second, chance) for chance in (1.0, 0.9, 0.7, 0.0)] == [8, 8, 4, 4]
+    assert worth_doing(TASK, stages, {}, 1.0) == 4
+    assert worth_doing(TASK, stages[:2], {}, 0.0) == 4
+    assert worth_doing(TASK, [stages[1], stages[2]], {}, 1.0) == 4
+    assert worth_doing(TASK, stages[:1], {}, 0.0) == 0
