@@ -122,7 +122,9 @@ def company(workspace: Workspace, obj: str) -> tuple[tuple[str, Placement], ...]
 
 
 def enclosed(workspace: Workspace, obj: str, place: Placement) -> bool:
-    """Whether an object lies in something that stays when it is taken."""
+    """Whether an object lies in something that stays when it is taken; what touches the table merely leans on it."""
+    if TABLE in place.on:
+        return False
     around = standing_around(workspace, obj, place)
     return lies_in(workspace, obj, place, {name: around[name] for name in beneath(place, around)})
 

@@ -1,11 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tamp.streams.clearance import HAND_MARGIN, opening_for, support_cost
 from tamp.streams.closing import closed
-from tamp.streams.enclosed import LEVEL, roomy_pinches
+from tamp.streams.enclosed import LEVEL, enclosed, roomy_pinches
 from tamp.streams.pinches import sample_pinches
 from tamp.streams.values import CLEARANCE
+from tamp.streams.workspace import TABLE
 from tamp.task import Box, Mesh, Object, Pose, Sphere
 from tamp.world.scene import Scene
 from tests.streams.tables import CUBE, OBJECTS, panda, workspace_of
@@ -87,3 +90,9 @@ def test_among_neighbours_room_is_judged_as_the_fingers_close(rack):
         assert grasp is not None
         T_world_tool = place.pose.matrix @ grasp.T_object_tool.matrix
         assert not hand.hit(T_world_tool, opening_for(panda().spec.gripper, grasp))
+
+
+def test_what_touches_the_table_lies_in_nothing(workspace):
+    place = workspace.start["inside"]
+    assert enclosed(workspace, "inside", place)
+    assert not enclosed(workspace, "inside", replace(place, on=("crate", TABLE)))
