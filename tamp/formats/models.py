@@ -66,8 +66,8 @@ class Library:
         """What is known of a model."""
         return self._models.get(name)
 
-    def mesh(self, name: str, needed_by: Path) -> Path:
-        """A model's mesh file.
+    def mesh(self, name: str, needed_by: Path, scale: float = 1.0) -> Mesh:
+        """A model's mesh at a scale.
 
         Raises:
             TaskError: where neither a mesh nor a size is known.
@@ -75,7 +75,7 @@ class Library:
         for folder in self._folders:
             for path in (folder / name / COLLISION, folder / name / INNER / COLLISION):
                 if path.is_file():
-                    return path
+                    return Mesh(path, scale)
         model = self._models.get(name)
         if model is None:
             raise TaskError(f"{needed_by}: neither a mesh nor a size is known of the model {name!r}")
@@ -85,7 +85,7 @@ class Library:
             self.warnings.append(warning)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(box_obj(name, model.lower, model.upper), encoding="utf-8")
-        return path
+        return Mesh(path, scale, stand_in=True)
 
 
 def model_name(mesh: Mesh) -> str:

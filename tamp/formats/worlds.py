@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from tamp.errors import TaskError
 from tamp.formats.models import Library, check_name
-from tamp.task.model import At, Inertia, Mesh, Object, Symmetry, Table, Task
+from tamp.task.model import At, Inertia, Object, Symmetry, Table, Task
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _task(name: str, start: Path, target: Path, library: Library) -> Task:
     objects = []
     for alias, body in starts.items():
         goal = At(goals[alias].pose) if alias in goals else None
-        shape = Mesh(library.mesh(body.model, start), body.scale)
+        shape = library.mesh(body.model, start, body.scale)
         model = library.model(body.model)
         symmetry, category = (Symmetry(), None) if model is None else (model.symmetry, model.category or None)
         objects.append(

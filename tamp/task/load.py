@@ -107,7 +107,8 @@ class _Reader:
         if model.capsule is not None:
             return Capsule(model.capsule.radius, model.capsule.height)
         assert model.mesh is not None
-        return Mesh(self._mesh_path(model.mesh, (*field, "mesh")), 1.0 if model.scale is None else model.scale)
+        path = self._mesh_path(model.mesh, (*field, "mesh"))
+        return Mesh(path, 1.0 if model.scale is None else model.scale, bool(model.stand_in))
 
     def _mesh_path(self, text: str, field: FieldPath) -> Path:
         where, folder = self._document.where(field), self._path.parent

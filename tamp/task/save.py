@@ -72,8 +72,9 @@ def _shape_mapping(shape: Shape, folder: Path) -> dict[str, Any]:
             return {"sphere": {"radius": radius}}
         case Capsule(radius, height):
             return {"capsule": {"radius": radius, "height": height}}
-        case Mesh(path, scale):
-            return {"mesh": Path(os.path.relpath(path.resolve(), folder)).as_posix(), "scale": scale}
+        case Mesh(path, scale, stand_in):
+            file = Path(os.path.relpath(path.resolve(), folder)).as_posix()
+            return {"mesh": file, "scale": scale} | ({"stand_in": True} if stand_in else {})
 
 
 def _pose_mapping(pose: Pose) -> dict[str, Any]:

@@ -61,7 +61,10 @@ class SphereModel(_Model):
 
 
 class ShapeModel(_Model):
-    """One of box, cylinder, sphere, capsule, mesh [m]; a mesh's path is relative to the task file."""
+    """One of box, cylinder, sphere, capsule, mesh [m]; a mesh's path is relative to the task file.
+
+    A mesh that stands in for another, by its size alone, may overlap with what should lie in it.
+    """
 
     box: tuple[Positive, Positive, Positive] | None = None
     cylinder: CylinderModel | None = None
@@ -69,12 +72,14 @@ class ShapeModel(_Model):
     capsule: CylinderModel | None = None
     mesh: Annotated[str, Field(min_length=1)] | None = None
     scale: Positive | None = None
+    stand_in: bool | None = None
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
         self._require_one("box", "cylinder", "sphere", "capsule", "mesh")
-        if self.scale is not None and self.mesh is None:
-            raise ValueError("scale belongs to a mesh only")
+        for name in ("scale", "stand_in"):
+            if getattr(self, name) is not None and self.mesh is None:
+                raise ValueError(f"{name} belongs to a mesh only")
         return self
 
 

@@ -90,3 +90,6 @@ def test_the_tasks_of_the_first_two_levels_of_2020_have_all_their_meshes(tmp_pat
         if path.name[0] in "12":
             meshes = {o.shape.path.name for o in load_task(path).objects if isinstance(o.shape, Mesh)}
             assert meshes == {"collision.obj"}, path.name
+        for shape in (o.shape for o in load_task(path).objects):
+            assert isinstance(shape, Mesh)
+            assert shape.stand_in == (shape.path.name == "stand_in.obj")

@@ -3,6 +3,7 @@ import re
 import pytest
 
 from tamp.errors import TaskError
+from tamp.formats.obj import box_obj
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Task
 from tamp.task.load import load_task
@@ -59,6 +60,17 @@ def test_two_goals_inside_each_other(tmp_path):
     assert complaint == "the goal of blue is inside that of red; move one of them"
 
 
+def test_what_stands_in_for_a_mesh_may_overlap_and_push_others_off(tmp_path):
+    (tmp_path / "bowl.obj").write_text(box_obj("bowl", (-0.1, -0.1, -0.04), (0.1, 0.1, 0.04)))
+    bowl = (
+        "  - {name: bowl, shape: {mesh: bowl.obj%s}, pose: {xyz: [0, 0.5, 0.04]}, goal: {pose: {xyz: [0, 0, 0.3]}}}\n"
+    )
+    spoon = entry("spoon", [0.02, 0.55, 0.05])
+    assert refusal(tmp_path, bowl % "", spoon)[2] == "spoon is inside bowl; move one of them"
+    (tmp_path / "good.yaml").write_text("objects:\n" + bowl % ", stand_in: true" + spoon)
+    assert set(prepare(load_task(tmp_path / "good.yaml")).start) == {"bowl", "spoon"}
+
+
 def test_a_goal_that_nothing_supports(tmp_path):
     line, field, complaint = refusal(tmp_path, RED, entry("blue", [0.0, 0.0, 0.04], [0.0, -0.2, 0.34]))
     assert (line, field) == (6, "objects[1].goal.pose")
@@ -86,3 +98,11 @@ def test_poses_that_overlap_by_a_rounding_are_accepted(tmp_path):
     setup = prepare(load_task(path))
     assert set(setup.start) == {"red", "blue"}
     assert setup.goals["blue"].on == ("table",)
+
+
+def test_a_spoon_may_lie_deep_in_what_carries_it(tmp_path):
+    path = tmp_path / "good.yaml"
+    spoon = "  - {name: spoon, shape: {box: [0.1, 0.02, 0.016]}, pose: {xyz: [0.0, -0.2, 0.012]}}\n"
+    plate = "  - {name: plate, shape: {box: [0.12, 0.12, 0.017]}, pose: {xyz: [0.0, -0.2, 0.009]}}\n"
+    path.write_text("objects:\n" + plate + spoon)
+    assert set(prepare(load_task(path)).start) == {"spoon", "plate"}
