@@ -21,7 +21,9 @@ SHARE = 0.5  # of the time goes to one object at most; what the last one leaves 
 PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
-UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp
+UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp, once no other has come of it
+VAIN = 2  # places on one face to which the arm brings it by none of the grasps, after which no more are looked at
+ALIKE = 0.985  # cosine of the angle between two faces that count as one
 SLID = 2  # places tried for what can only be gripped once it was slid: by which grasp nobody knows before
 ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
 
@@ -51,21 +53,32 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:
         return slidable(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept)
-    looks, tries, unseen = LOOKS, TRIES, UNSEEN
-    for place in islice(substitutes(workspace, name, lambda place: bool(grips.roomy(place)), grips.fits), PLACES):
+    looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
+
+    def hopeful(place: Placement) -> bool:
+        return sum(_alike(place, other) for other in vain) < VAIN and bool(grips.roomy(place))
+
+    for place in islice(substitutes(workspace, name, hopeful, grips.fits), PLACES):
         if asker.late or not (looks and tries):
             break
-        looks -= bool(grips.roomy(place))
-        serving = grips.serving(place)
-        if serving:
-            tries -= 1
-        elif unseen and (place.on != (TABLE,) or layable(workspace, name, place)):
-            unseen -= 1
-        else:
-            continue
-        if _put(asker, name, place, kept, serving):
-            return True
-    return False
+        if hopeful(place):
+            looks -= 1
+            serving = grips.serving(place)
+            if serving:
+                tries -= 1
+                if _put(asker, name, place, kept, serving):
+                    return True
+                continue
+            vain.append(place)
+        if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)):
+            unseen.append(place)
+    return any(not asker.late and _put(asker, name, place, kept, ()) for place in unseen)
+
+
+def _alike(place: Placement, other: Placement) -> bool:
+    """Whether an object rests on the same face at both, and on the table at both or neither."""
+    up, other_up = place.pose.matrix[2, :3], other.pose.matrix[2, :3]
+    return (place.on == (TABLE,)) == (other.on == (TABLE,)) and float(up @ other_up) > ALIKE
 
 
 def _slide_near(asker: Asker, name: str, kept: Collection[str]) -> bool:

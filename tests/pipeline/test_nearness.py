@@ -10,6 +10,7 @@ from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.setup import prepare
 from tamp.scoring.ede import ede, mean_edge
+from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 
 BLOCK = Object("block", Box((0.16, 0.16, 0.1)), Pose((0.1, 0.25, 0.05)), At(Pose((0.1, 0.0, 0.05))))
@@ -45,3 +46,36 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
     assert not bring_near(asker, {"a", "b", "c"}, ())
     assert given == [("a", 4.0), ("b", 2.0), ("c", 1.0)]
     assert asker.deadline == 8.0
+
+
+def looked_into(monkeypatch, places, serves):
+    """The places that the planner is asked for in vain, each with how many grasps, and those that are looked at."""
+    asked, looked = [], []
+
+    def serving(place):
+        looked.append(place)
+        return ("grasp",) * (place in serves)
+
+    grips = SimpleNamespace(grasps=("grasp",), fits=None, roomy=lambda place: ("grasp",), serving=serving)
+    monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
+    monkeypatch.setattr(nearness, "substitutes", lambda *args: iter(places))
+    monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
+    asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False)
+    asker.progress = SimpleNamespace(now=SimpleNamespace(samplers={}))
+    assert not nearness._bring_near(asker, "object", ())
+    return asked, looked
+
+
+def inside(x, roll=0.0):
+    return Placement(Pose.from_rpy((x, 0.0, 0.1), (roll, 0.0, 0.0)), ("crate",))
+
+
+def test_where_a_hand_can_put_it_is_tried_before_where_nobody_knows(monkeypatch):
+    unknown, known = inside(0.0), inside(0.1)
+    assert looked_into(monkeypatch, [unknown, known], [known])[0] == [(known, 1), (unknown, 0)]
+
+
+def test_a_face_on_which_the_arm_cannot_put_it_is_not_looked_at_for_ever(monkeypatch):
+    on_one_face, on_another = [inside(0.01 * i) for i in range(9)], inside(0.2, roll=1.0)
+    looked = looked_into(monkeypatch, [*on_one_face, on_another], [on_another])[1]
+    assert looked == [*on_one_face[: nearness.VAIN], on_another]
