@@ -10,9 +10,9 @@ from typing import Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.record import Execution
+from tamp.pipeline.amends import Resuming
 from tamp.pipeline.attempt import Samplers
 from tamp.pipeline.planning import Planning
-from tamp.pipeline.remainder import still_good
 from tamp.pipeline.run import Run
 from tamp.pipeline.setup import Setup
 from tamp.pipeline.situation import SAME_PLACE
@@ -27,6 +27,7 @@ FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
 NEXT_SHARE = 0.5  # of the time that is left goes to each further one
 LAST_SHARE = 0.75  # of it goes to one for what a plan has left for want of time
 PUNCTUAL = 0.97  # share of the limit that is given out: whoever is in the middle of something looks at the clock late
+ANOTHER_SEED = 7919  # the seeds of one run's searches differ by this
 ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
 
 
@@ -50,6 +51,7 @@ class Job:
     obstacles: list[str] = field(default_factory=list)
     rejections: list[str] = field(default_factory=list)
     hopeless: dict[str, tuple[Pose, str]] = field(default_factory=dict)
+    amended: set[str] = field(default_factory=set)
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -92,7 +94,7 @@ class Job:
                 poses,
                 q,
                 # A new search, from a state that chance has brought about or after one in vain, draws other samples.
-                seed=self.seed + 7919 * (self.searches - 1),
+                seed=self.seed + ANOTHER_SEED * (self.searches - 1),
                 deadline=time.monotonic() + share * (PUNCTUAL * self.limit - self.planning_s),
                 samplers=self.samplers,
                 algorithm=self.algorithm,
@@ -110,7 +112,10 @@ class Job:
         with self.planning():
             left = PUNCTUAL * self.limit - self.planning_s
             chance = max(0.0, left / self.limit)  # the more time there is, the surer is a new plan for what is off
-            rest = still_good(setup, self.plans[-1], execution, time.monotonic() + left, chance=chance)
+            seed, deadline = self.seed + ANOTHER_SEED * self.searches, time.monotonic() + left
+            resuming = Resuming(setup, self.samplers, self.algorithm, seed, deadline, chance)
+            rest, amended = resuming.resume(self.plans[-1], execution, self.amended)
+        self.amended |= amended
         if rest is not None:
             self.plans.append(rest)
         return rest is not None
