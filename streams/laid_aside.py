@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 LOOKED_AT = 200  # grasps, or tries at one
 TAKERS = 16  # of them, by which the arm takes the object up
+FUTILE = 8  # of those, for none of which there is a place, before no more are tried
 TRIES = 3  # places for each of them in a round
 ROUNDS = 4  # through the grasps that serve
 FAMILIAR = 0.985  # cosine of the angle between two faces that count as one
@@ -90,6 +91,8 @@ def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterat
         else:
             free.append(handling.grasp)
             came += yield from _each(context, obj, [handling.grasp], serve)
+            if len(free) == FUTILE and not came:
+                return
     hopeful = came > 0 or not free
     for _ in range(ROUNDS):
         if not hopeful:  # what came to nothing for every grasp will not in another round

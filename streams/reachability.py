@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
@@ -138,14 +139,18 @@ def _approach(
     T = workspace.world.robot.forward(q)
     drops, stroke = bool(fall) and falls_straight(fall[0], fall[-1]), workspace.world.robot.spec.gripper.stroke
     on = standing_under(workspace, obj, placement)
-    blocked = None
+    blocked, farthest = None, math.inf
     for back in WITHDRAWALS if drops else APPROACHES:
+        if back > farthest:  # it begins with the way that could not be gone
+            continue
         T_away = shifted(T, -back * T[:3, 2])
         if drops and len(between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, stroke)):
             reason = f"{obj} would not fall out of the hand"
             continue
         retreat = straight_line(workspace.world.robot, q, T_away)
-        if retreat is not None:
+        if retreat is None:
+            farthest = back
+        else:
             path = retreat[::-1]
             contact = approach_contact(workspace, obj, pose, opening, path, {})
             # What falls straight down passes between the fingers, which do not move before it lies.
