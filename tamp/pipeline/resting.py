@@ -17,6 +17,7 @@ from tamp.task import Pose
 LOWERINGS = 48  # steps on the way down
 SETTLING_S = 3.0  # an object that moves longer than this has no place there
 PUSHED = 0.005  # what the others move at most when an object settles among them [m]
+AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 
 
 def lowered(
@@ -54,9 +55,24 @@ def settled(workspace: Workspace, name: str, place: Placement) -> Placement | No
         name: the object.
         place: where it is let go.
     """
-    poses = {other: standing.pose for other, standing in workspace.start.items()}
+    poses = {other: workspace.start[other].pose for other in _company(workspace, name, place)}
     after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S)
     pushed = any(moved > PUSHED for other, moved in after.moved.items() if other != name)
     if pushed or not after.resting or after.poses[name].xyz[2] < -workspace.task.table.thickness:
         return None
     return raised(placements(after.poses, after.supports)[name])
+
+
+def _company(workspace: Workspace, name: str, place: Placement) -> list[str]:
+    """What an object may meet as it comes to rest, and whatever that rests on or carries; all else keeps still."""
+    low, high = workspace.bounds(name, place.pose)
+    found, touched = set[str](), set[str]()
+    for other, standing in workspace.start.items():
+        lower, upper = workspace.bounds(other, standing.pose)
+        if other != name and (lower < high + AROUND)[:2].all() and (upper > low - AROUND)[:2].all():
+            touched.add(other)
+    pairs = [{other, *standing.on} - {TABLE, name} for other, standing in workspace.start.items() if other != name]
+    while touched > found:
+        found = set(touched)
+        touched = found.union(*(pair for pair in pairs if pair & found))
+    return sorted(found)

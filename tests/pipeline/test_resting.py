@@ -51,3 +51,11 @@ def test_where_it_falls_off_the_table_or_pushes_others_it_has_no_place(workspace
     above = down(workspace, (0.1, 0.0, 0.3))
     monkeypatch.setattr(resting, "PUSHED", -1.0)
     assert settled(workspace, "block", above) is None
+
+
+def test_what_moves_far_away_is_no_matter_but_what_moves_on_its_support_is():
+    setup = prepare(Task("two", (BASE, BLOCK, Object("far", BLOCK.shape, Pose((-0.1, -0.4, 0.03))))))
+    for far, disturbed in (((-0.1, -0.4, 0.08), False), ((0.13, 0.03, 0.13), True)):
+        floating = {**setup.start, "far": Pose(far)}
+        workspace = Attempt.of(setup, floating, load_robot("panda").home, None).workspace
+        assert (settled(workspace, "block", Placement(Pose((0.08, -0.02, 0.072)), ("base",))) is None) == disturbed
