@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Container, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -44,6 +45,16 @@ class Asker:
     def late(self) -> bool:
         """Whether time is up."""
         return time.monotonic() >= self.deadline
+
+    @contextmanager
+    def within(self, share: float, least: float = 0.0) -> Iterator[None]:
+        """Inside, only such a share of the time that is left may be used, or at least so much of it [s]."""
+        final, now = self.deadline, time.monotonic()
+        self.deadline = min(final, now + max(least, share * (final - now)))
+        try:
+            yield
+        finally:
+            self.deadline = final
 
     @property
     def drawn_seed(self) -> int:

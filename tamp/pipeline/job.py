@@ -67,8 +67,7 @@ class Job:
         share = (LAST_SHARE if self.unfinished else NEXT_SHARE) if self.plans else FIRST_SHARE
         try:
             search, found = self._search(setup, poses, q, share)
-            cut_short = search.late or search.report.status == "timeout"
-            if found is None and cut_short:  # what was kept for later plans serves for this one
+            if found is None and search.cut_short:  # what was kept for later plans serves for this one
                 self.rejections += search.rejections
                 search, found = self._search(setup, poses, q, 1.0)
         except PlanningFailure as failure:  # no time was left to begin
@@ -80,7 +79,7 @@ class Job:
             self.obstacles = [f"{name}: {why}" for name, why in search.left.items()]
             return False
         self.plans.append(found)
-        self.hurried = search.late
+        self.hurried = search.cut_short
         return True
 
     def _search(
@@ -122,7 +121,7 @@ class Job:
 
     @property
     def unfinished(self) -> bool:
-        """Whether the last search ran out of its time, so that more of it may bring what its plan leaves."""
+        """Whether the last search ran out of time for anything, so that more may bring what its plan leaves."""
         return self.hurried and bool(self._left)
 
     @property

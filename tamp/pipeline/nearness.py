@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -39,12 +38,10 @@ def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> b
         names: objects whose goals are poses.
         kept: objects that must stay at their goals.
     """
-    waiting, final, nearer = farthest_first(asker.workspace, names), asker.deadline, False
+    waiting, nearer = farthest_first(asker.workspace, names), False
     while waiting:
-        now = time.monotonic()
-        asker.deadline = now + SHARE * (final - now)
-        nearer |= _bring_near(asker, waiting.pop(0), kept)
-        asker.deadline = final
+        with asker.within(SHARE):
+            nearer |= _bring_near(asker, waiting.pop(0), kept)
     return nearer
 
 

@@ -12,7 +12,6 @@ more aside than it gains is not done.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -38,10 +37,13 @@ from tamp.pipeline.situation import left_at
 from tamp.planning import Report, combined
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.enclosed import enclosed
+from tamp.streams.slides import slidable
 from tamp.streams.values import Placement
 
 TOGETHER_SHARE = 0.13  # of the time goes to the try for all goals that are left together at most
 GOALS_SHARE = 0.7  # of the rest goes to goals, what remains to what is left
+ONE_SHARE = 0.4  # of that goes to one of them at most, where others may be put aside for it: the next may need less
+ONE_LEAST = 4.0  # less than this would be of no use for it [s]
 UNLIMITED = 1_000_000
 TOGETHER = 8  # iterations of that try; where goals can be planned together, the plan is short
 
@@ -84,9 +86,9 @@ class Ordering:
         return combined(self._asker.reports, ended if self.left else "solved")
 
     @property
-    def late(self) -> bool:
-        """Whether time is up."""
-        return self._asker.late
+    def cut_short(self) -> bool:
+        """Whether time was up for the search or for one of its questions."""
+        return self._asker.late or any(report.status == "timeout" for report in self._asker.reports)
 
     @property
     def hopeless(self) -> Mapping[str, tuple[Placement, str]]:
@@ -104,16 +106,14 @@ class Ordering:
         Args:
             persistent: whether all goals at once are sought until time is up where some are left.
         """
-        begin, final = self.progress.now, self._asker.deadline
-        self._leave_enclosed()
+        begin = self.progress.now
+        self._leave_hard_to_grasp()
         while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self.left)):
             pass
         if not self.left:
             return
-        now = time.monotonic()
-        self._asker.deadline = now + TOGETHER_SHARE * (final - now)
-        reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER)
-        self._asker.deadline = final
+        with self._asker.within(TOGETHER_SHARE):
+            reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER)
         if not reached and not persistent:
             self._come_near()
         if reached or not persistent:
@@ -127,14 +127,12 @@ class Ordering:
 
     def _come_near(self) -> None:
         """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing."""
-        asker, final = self._asker, self._asker.deadline
+        asker = self._asker
         for efforts in (EFFORTS, LAST):
             nearer = True
             while self.left and nearer and not asker.late:
-                now = time.monotonic()
-                asker.deadline = now + GOALS_SHARE * (final - now)
-                self._climb(efforts)
-                asker.deadline = final
+                with asker.within(GOALS_SHARE):
+                    self._climb(efforts)
                 nearer = bring_near(asker, self.left.keys() & asker.workspace.goals.keys(), self._reached)
         self.progress.cut_back()
 
@@ -172,7 +170,8 @@ class Ordering:
         for name in names:
             if asker.late:
                 break
-            progress |= self._try(name, effort)
+            with asker.within(ONE_SHARE if effort.others_move else 1.0, ONE_LEAST):
+                progress |= self._try(name, effort)
             if progress and effort.others_move:
                 break
         return progress
@@ -209,14 +208,16 @@ class Ordering:
         self._reached.add(name)
         return True
 
-    def _leave_enclosed(self) -> None:
-        """Let what lies in a container near its goal count as there while others are far from theirs.
+    def _leave_hard_to_grasp(self) -> None:
+        """Let what is near its goal count as there while others are far from theirs, if it is hard to get hold of.
 
-        It takes long to find hands that have room there, and less is gained.
+        It takes long to find hands that have room in a container, or ways to the table's edge for what no hand can
+        grasp as it lies, and less is gained.
         """
         workspace = self._asker.workspace
         if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
-            self._leave_near([name for name in self.left if enclosed(workspace, name, workspace.start[name])])
+            places = [(workspace, name, workspace.start[name]) for name in self.left]
+            self._leave_near([place[1] for place in places if enclosed(*place) or slidable(*place)])
 
     def _leave_near(self, names: Sequence[str]) -> bool:
         """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""

@@ -88,9 +88,9 @@ class Planning:
         return self._ordering.report
 
     @property
-    def late(self) -> bool:
-        """Whether the search has used all its time."""
-        return self._ordering.late
+    def cut_short(self) -> bool:
+        """Whether time was up for the search or for one of its questions: with more of it more may be found."""
+        return self._ordering.cut_short
 
     @property
     def left(self) -> Mapping[str, str]:

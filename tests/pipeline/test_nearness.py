@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tamp.pipeline import nearness
+from tamp.pipeline import asking, nearness
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.nearness import bring_near
@@ -39,10 +39,10 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
         clock[0] = asker.deadline
         return False
 
-    monkeypatch.setattr(nearness, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(asking, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(nearness, "farthest_first", lambda workspace, names: sorted(names))
     monkeypatch.setattr(nearness, "_bring_near", in_vain)
-    asker = SimpleNamespace(workspace=None, deadline=8.0)
+    asker = Asker(SimpleNamespace(now=SimpleNamespace(workspace=None)), seed=0, deadline=8.0, algorithm="adaptive")
     assert not bring_near(asker, {"a", "b", "c"}, ())
     assert given == [("a", 4.0), ("b", 2.0), ("c", 1.0)]
     assert asker.deadline == 8.0

@@ -153,3 +153,12 @@ def test_what_lies_in_a_container_near_its_goal_waits_for_what_is_far_from_its_o
         ordering.run()
     assert asked.value.args[-1] == first
     assert list(ordering.left) == [first]
+
+
+@pytest.mark.parametrize(("off", "left"), [(0.2, ["red"]), (0.0, ["board", "red"])])
+def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_are_far(off, left):
+    board = replace(BOARD, goal=At(Pose((-0.03, 0.3, 0.01))))
+    red = replace(RED, pose=Pose((0.05, off - 0.2, 0.04)))
+    ordering = Ordering(attempt(Task("flat", (board, red))), 0, time.monotonic() + 600.0, "adaptive")
+    ordering._leave_hard_to_grasp()
+    assert list(ordering.left) == left
