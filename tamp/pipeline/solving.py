@@ -88,7 +88,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
         done = execution.status == "done" and job.plans[-1].actions[-1:] == whole.actions[-1:]
         unfinished = done and job.unfinished
         if done and not unfinished:
-            if not astray or corrections == MAX_CORRECTIONS:
+            if not missed and (not astray or corrections == MAX_CORRECTIONS):
                 return
             corrections += 1
         if not job.plan(setup, job.final_poses, execution.configuration):
