@@ -5,9 +5,10 @@ from math import dist
 import numpy as np
 import pytest
 
+from tamp.streams import laid_aside
 from tamp.streams.collisions import handling_hits
 from tamp.streams.footing import resting, stands
-from tamp.streams.laid_aside import flat_faces, lies_flat, sample_laid_aside, sample_put_aside
+from tamp.streams.laid_aside import FUTILE, flat_faces, lies_flat, sample_laid_aside, sample_put_aside
 from tamp.streams.laying import plan_laying
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.values import Placement
@@ -92,3 +93,17 @@ def test_what_lies_flat_on_every_face_is_never_put_down_and_it_says_why(workspac
     context = ToldContext(workspace)
     assert list(sample_put_aside(context, "disc", workspace.start["disc"])) == []
     assert context.reasons == ["disc would lie flat on every face"]
+
+
+def test_it_is_given_up_once_many_grasps_have_found_no_place(monkeypatch, workspace):
+    tried = []
+
+    def nowhere(context, obj, place, grasp):
+        tried.append(grasp)
+        return False
+
+    monkeypatch.setattr(laid_aside, "lays", nowhere)
+    context = ToldContext(replace(workspace, memory={}))  # with nobody around, whoever takes it up is free to
+    assert list(sample_laid_aside(context, "disc", workspace.start["disc"])) == []
+    assert len(set(tried)) == FUTILE
+    assert set(context.reasons) == {"no place was found where the arm can lay disc down"}
