@@ -15,6 +15,7 @@ from tamp.streams.dragging import dragged
 from tamp.streams.dropping import drops
 from tamp.streams.midtable import midtable, moved
 from tamp.streams.reachability import handlings, reaches
+from tamp.streams.rims import held_up
 from tamp.streams.skidding import aimed
 from tamp.streams.tilting import layable, tilts
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
@@ -99,18 +100,18 @@ def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[t
         found = tilts(workspace, obj, placement) if below or TABLE in placement.on else ()
         falls = (aimed(workspace, obj, placement, tilt.fall) for tilt in found)
         workspace.memory[key] = tuple(
-            fall for fall in falls if TABLE in placement.on or _on_edge(workspace, obj, fall[0], below)
+            fall for fall in falls if TABLE in placement.on or _on_edge(workspace, obj, fall, below)
         )
     kept: tuple[tuple[Pose, ...], ...] = workspace.memory[key]
     return kept
 
 
-def _on_edge(workspace: Workspace, obj: str, tilted: Pose, below: Mapping[str, Placement]) -> bool:
-    """Whether the tilted object touches what it is to lie on."""
+def _on_edge(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
+    """Whether the object as it is let go touches what it is to lie on, and may turn about its edge there."""
     return any(
-        workspace.world.separation(obj, tilted.matrix, name, place.pose.matrix) < ON_EDGE
+        workspace.world.separation(obj, fall[0].matrix, name, place.pose.matrix) < ON_EDGE
         for name, place in below.items()
-    )
+    ) and not held_up(workspace, obj, fall, below)
 
 
 def _room(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, let_go: Pose) -> bool:

@@ -104,6 +104,22 @@ def separation(a: Solid, b: Solid, T_a_b: Matrix) -> float:
     return float(nearest)
 
 
+def contacts(a: Solid, b: Solid, T_a_b: Matrix, gap: float) -> tuple[Matrix, Matrix]:
+    """For each two parts nearer to each other than a gap [m]: the point of `b` there, and the unit normal to `a`.
+
+    Both in the frame of `a`, shape (n, 3).
+    """
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    pose_a, pose_b = coal.Transform3s(), coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+    points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for i, j in np.argwhere(_box_gaps(a, b, T_a_b) < gap):
+        result.clear()
+        if coal.distance(a.parts[i], pose_a, b.parts[j], pose_b, request, result) < gap:
+            points.append(np.array(result.getNearestPoint2())[None])
+            normals.append(-np.array(result.normal)[None])
+    return np.vstack(points), np.vstack(normals)
+
+
 def relative(T_world_a: Matrix, T_world_b: Matrix) -> Matrix:
     """`T_a_b` of two poses, shape (4, 4)."""
     T = np.empty((4, 4))

@@ -155,6 +155,16 @@ class World:
         other, T_other = self._fixed_or_object(b, T_b)
         return solids.separation(self._solids[a], other, solids.relative(T_a, T_other))
 
+    def contacts(self, a: str, T_a: Matrix, b: str, T_b: Matrix | None, gap: float) -> tuple[Matrix, Matrix]:
+        """Where object `a` at `T_a` and `b` are nearer to each other than a gap [m], one point for each two parts.
+
+        Returns:
+            Points on `b` and unit normals from it to `a`, shape (n, 3) each, in the world frame.
+        """
+        other, T_other = self._fixed_or_object(b, T_b)
+        points, normals = solids.contacts(self._solids[a], other, solids.relative(T_a, T_other), gap)
+        return points @ T_a[:3, :3].T + T_a[:3, 3], normals @ T_a[:3, :3].T
+
     def _fixed_or_object(self, name: str, T: Matrix | None) -> tuple[Solid, Matrix]:
         if T is not None and name in self._solids:
             return self._solids[name], T

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from tamp.task import Box
 from tamp.task.mesh import Part, parts
-from tamp.world.solid import overlap, relative, separation, solid
+from tamp.world.solid import contacts, overlap, relative, separation, solid
 
 BOX = solid(parts(Box((0.1, 0.1, 0.1))))
 
@@ -68,3 +68,17 @@ def test_overlap_agrees_with_separation_and_both_are_symmetric(seed, margin):
         if abs(gap - margin) > 1e-5 and not (gap < 0 and margin < 0):
             assert overlap(a, b, T, margin) == (gap < margin)
         assert separation(b, a, relative(T, np.eye(4))) == pytest.approx(gap, abs=1e-5)
+
+
+@pytest.mark.parametrize("gap", [-0.002, 0.0005, 0.002])
+def test_contacts_are_where_two_solids_nearly_touch_and_their_normals_point_to_the_first(gap):
+    board = solid(parts(Box((0.3, 0.3, 0.02))))
+    points, normals = contacts(BOX, board, shifted(0.0, z=-0.06 - gap), 0.003)
+    assert points.shape == normals.shape == (1, 3)
+    assert points[0, 2] == pytest.approx(-0.05 - gap, abs=1e-6)
+    assert normals[0] == pytest.approx((0.0, 0.0, 1.0), abs=1e-6)
+
+
+def test_there_are_no_contacts_farther_apart_than_the_gap():
+    points, normals = contacts(BOX, BOX, shifted(0.2), 0.003)
+    assert len(points) == len(normals) == 0
