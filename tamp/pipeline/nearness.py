@@ -11,12 +11,14 @@ from tamp.pipeline.goals import asking_for, farthest_first
 from tamp.pipeline.gripping import Grips
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import Context
+from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.slides import slidable
 from tamp.streams.tilting import layable
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import TABLE
+from tamp.streams.workspace import TABLE, Workspace
 
 SHARE = 0.5  # of the time goes to one object at most; what the last one leaves serves goals and deviations
+LEAST = 5.0  # less than this would be of no use to it: to grasp, to settle and to plan take most of it [s]
 PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
@@ -27,37 +29,41 @@ SLID = 2  # places tried for what can only be gripped once it was slid: by which
 ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
 
 
-def bring_near(asker: Asker, names: Collection[str], kept: Collection[str]) -> bool:
+def bring_near(asker: Asker, names: Collection[str], kept: Collection[str], free: Collection[str] = ()) -> bool:
     """Put each of some objects to the best second-best place that it reaches; whether any was brought nearer.
 
     Those that are farthest from their goals have most to gain and come first: time may run out. Each gets a share, so
-    that one that nothing comes of leaves some to the others.
+    that one that nothing comes of leaves some to the others, but no less than it takes.
 
     Args:
         asker: the plan so far, which grows.
         names: objects whose goals are poses.
         kept: objects that must stay at their goals.
+        free: objects whose goal poses are to stay free.
     """
     waiting, nearer = farthest_first(asker.workspace, names), False
     while waiting:
-        with asker.within(SHARE):
-            nearer |= _bring_near(asker, waiting.pop(0), kept)
+        with asker.within(SHARE, LEAST):
+            nearer |= _bring_near(asker, waiting.pop(0), kept, free)
     return nearer
 
 
-def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
+def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str] = ()) -> bool:
     workspace, samplers = asker.workspace, asker.progress.now.samplers
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:
-        return slidable(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept)
+        return slidable(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept, free)
     looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
 
     def hopeful(place: Placement) -> bool:
-        return sum(_alike(place, other) for other in vain) < VAIN and bool(grips.roomy(place))
+        fresh = sum(_alike(place, other) for other in vain) < VAIN
+        return fresh and bool(grips.roomy(place)) and not _covers(workspace, name, place, free)
 
     for place in islice(substitutes(workspace, name, hopeful, grips.fits), PLACES):
         if asker.late or not (looks and tries):
             break
+        if _covers(workspace, name, place, free):
+            continue
         if hopeful(place):
             looks -= 1
             serving = grips.serving(place)
@@ -72,15 +78,23 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
     return any(not asker.late and _put(asker, name, place, kept, ()) for place in unseen)
 
 
+def _covers(workspace: Workspace, name: str, place: Placement, goals: Collection[str]) -> bool:
+    """Whether an object at a place would be where some others shall be."""
+    T, wanted = place.pose.matrix, [(other, workspace.goals[other].pose.matrix) for other in sorted(goals)]
+    return any(workspace.world.overlap(name, T, other, T_goal, tolerance=CONTACT_DEPTH) for other, T_goal in wanted)
+
+
 def _alike(place: Placement, other: Placement) -> bool:
     """Whether an object rests on the same face at both, and on the table at both or neither."""
     up, other_up = place.pose.matrix[2, :3], other.pose.matrix[2, :3]
     return (place.on == (TABLE,)) == (other.on == (TABLE,)) and float(up @ other_up) > ALIKE
 
 
-def _slide_near(asker: Asker, name: str, kept: Collection[str]) -> bool:
+def _slide_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
     """The same for an object that can only be gripped where it was slid to."""
-    places = substitutes(asker.workspace, name, lambda place: True, lambda R: True)
+    workspace = asker.workspace
+    places = substitutes(workspace, name, lambda place: not _covers(workspace, name, place, free), lambda R: True)
+    places = (place for place in places if not _covers(workspace, name, place, free))
     return any(not asker.late and _put(asker, name, place, kept, (), SLIDING) for place in islice(places, SLID))
 
 

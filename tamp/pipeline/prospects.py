@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.efforts import ALONE
-from tamp.pipeline.goals import alone, supports_in_the_way
+from tamp.pipeline.goals import alone, goal_supports, supports_first, supports_in_the_way
 from tamp.pipeline.reasons import reason
 from tamp.streams.laid_aside import lies_flat
 from tamp.streams.values import Placement
@@ -30,6 +31,14 @@ class Prospects:
     def known_against(self, name: str) -> str | None:
         """Why an object does not reach its goal even alone, where that is known by now, wherever it stands."""
         return self.hopeless[name][1] if name in self.hopeless else None
+
+    def beyond_hope(self, names: Collection[str]) -> set[str]:
+        """Those that are known not to reach their goals even alone, and all whose goals rest on any of them."""
+        found, workspace = {name for name in names if name in self.hopeless}, self.asker.workspace
+        for name in supports_first(workspace, sorted(names)):
+            if found & {*goal_supports(workspace, name)}:
+                found.add(name)
+        return found
 
     def against(self, name: str) -> str | None:
         """Why an object does not reach its goal even with all others out of the way; None where it does."""

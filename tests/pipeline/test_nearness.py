@@ -34,7 +34,7 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
     """On a clock on which each of three objects uses all the time that it is given."""
     clock, given = [0.0], []
 
-    def in_vain(asker, name, kept):
+    def in_vain(asker, name, *_):
         given.append((name, asker.deadline - clock[0]))
         clock[0] = asker.deadline
         return False
@@ -42,10 +42,10 @@ def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
     monkeypatch.setattr(asking, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(nearness, "farthest_first", lambda workspace, names: sorted(names))
     monkeypatch.setattr(nearness, "_bring_near", in_vain)
-    asker = Asker(SimpleNamespace(now=SimpleNamespace(workspace=None)), seed=0, deadline=8.0, algorithm="adaptive")
+    asker = Asker(SimpleNamespace(now=SimpleNamespace(workspace=None)), seed=0, deadline=24.0, algorithm="adaptive")
     assert not bring_near(asker, {"a", "b", "c"}, ())
-    assert given == [("a", 4.0), ("b", 2.0), ("c", 1.0)]
-    assert asker.deadline == 8.0
+    assert given == [("a", 12.0), ("b", 6.0), ("c", nearness.LEAST)]
+    assert asker.deadline == 24.0
 
 
 def looked_into(monkeypatch, places, serves):
@@ -79,3 +79,12 @@ def test_a_face_on_which_the_arm_cannot_put_it_is_not_looked_at_for_ever(monkeyp
     on_one_face, on_another = [inside(0.01 * i) for i in range(9)], inside(0.2, roll=1.0)
     looked = looked_into(monkeypatch, [*on_one_face, on_another], [on_another])[1]
     assert looked == [*on_one_face[: nearness.VAIN], on_another]
+
+
+def test_where_others_shall_be_is_kept_free():
+    setup = prepare(Task("near", (BLOCK, CUBE)))
+    workspace = Attempt.of(setup, setup.start, load_robot("panda").home, None).workspace
+    there, beside = (Placement(Pose((x, 0.0, 0.025)), ("table",)) for x in (0.12, -0.1))
+    assert nearness._covers(workspace, "cube", there, {"block"})
+    assert not nearness._covers(workspace, "cube", beside, {"block"})
+    assert not nearness._covers(workspace, "cube", there, ())

@@ -59,3 +59,14 @@ def test_what_is_known_to_be_hopeless_is_not_tried_before_all_else(attempt, monk
     with pytest.raises(AskedError) as asked:
         ordering.run()
     assert asked.value.args == (first,)
+
+
+def test_beyond_hope_is_also_what_shall_rest_on_what_is_hopeless():
+    top = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((0.05, -0.2, 0.1))))
+    aside = Object("aside", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.25, 0.02)), At(Pose((0.15, -0.3, 0.02))))
+    setup = prepare(Task("tower", (top, RED, aside)))
+    found = prospects(Attempt.of(setup, setup.start, load_robot("panda").home, None))
+    names = {"top", "red", "aside"}
+    assert found.beyond_hope(names) == set()
+    found.hopeless["red"] = found.asker.workspace.start["red"], "even alone: no grasp"
+    assert found.beyond_hope(names) == {"red", "top"}
