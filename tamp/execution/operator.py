@@ -39,6 +39,7 @@ class Operator:
         self.robot = simulator.robot
         self.held: Attachment | None = None
         self.tracking_error = 0.0
+        self._opening = simulator.robot.opening()
 
     def move(self, move: Move) -> None:
         """Follow a trajectory; empty fingers first go to their opening, a held object stays squeezed."""
@@ -61,15 +62,12 @@ class Operator:
 
     def grip(self, grip: Grip) -> Deviation | None:
         """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
-        before = self.robot.opening()
+        self._opening = self.robot.opening()
         body = self._simulator.bodies[grip.attachment.object]
         self.robot.squeeze(self.robot.spec.gripper.holding_force(body.mass * GRAVITY, body.friction))
         self._simulator.wait(2.0, lambda: self.robot.finger_speed() < 0.001, patience=24)
         self.held = grip.attachment
-        lost = self.lost("missed")
-        if lost is not None:
-            self._open(before)
-        return lost
+        return self.lost("missed")
 
     def release(self, release: Release) -> None:
         """Open the fingers and give the object a moment to come to rest."""
@@ -82,12 +80,17 @@ class Operator:
         self._simulator.wait(FALL_S, lambda: max(self._simulator.speeds()[name]) < FALLEN, patience=24)
 
     def lost(self, kind: Kind = "dropped") -> Deviation | None:
-        """Where the held object is not between the fingers: its deviation, and the hand counts as empty from there."""
+        """Where the held object is not between the fingers: its deviation, and the hand is emptied of what hangs there.
+
+        The fingers open as far as they were before they closed.
+        """
         held = self.held
         if held is None or all(self.robot.touching(self._simulator.bodies[held.object].id)):
             return None
         self.held = None
-        return deviation(held.object, kind, held.T_tool_object, self.in_tool(held.object))
+        off = deviation(held.object, kind, held.T_tool_object, self.in_tool(held.object))
+        self._open(self._opening)
+        return off
 
     def in_tool(self, name: str) -> Pose:
         """Where an object stands in the tool frame."""

@@ -8,8 +8,9 @@ import pytest
 from tamp.errors import PlanError
 from tamp.execution.executor import execute, open_execution
 from tamp.execution.monitor import angle_between
+from tamp.execution.robot_body import RobotBody
 from tamp.execution.settling import settle
-from tamp.task import Box, Cylinder, Limits, Mesh, Object, Pose, Task
+from tamp.task import Action, Box, Cylinder, Limits, Mesh, Move, Object, Pose, Task
 from tamp.task.mesh import bounds, parts
 from tests.execution.planning_by_hand import DOWN, HandPlanner
 
@@ -116,6 +117,23 @@ def test_a_missed_grasp_stops_the_plan_with_the_hand_drawn_back():
         assert len(run.log) == 1
         lift = plan.actions[0].steps[-1]
         assert np.abs(np.array(session.configuration()) - lift.trajectory.positions[-1]).max() < 0.01
+
+
+def test_what_hangs_in_a_hand_that_lost_it_falls_out_before_anything_is_planned_anew(monkeypatch):
+    touching, answers = RobotBody.touching, iter([True, True])
+
+    def one_finger_only_later_on(self, body):
+        return touching(self, body) if next(answers, False) else (True, False)
+
+    task = box_task()
+    plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
+    pick, place = plan.actions
+    carried = tuple(step for step in place.steps if isinstance(step, Move) and step.phase == "transfer")
+    plan = replace(plan, actions=(pick, Action("move", ("box",), carried)))
+    monkeypatch.setattr(RobotBody, "touching", one_finger_only_later_on)
+    run = execute(task, plan)
+    assert (run.status, run.deviation.kind) == ("deviated", "dropped")
+    assert run.final_poses["box"].xyz[2] < 0.05
 
 
 def test_a_plan_goes_on_from_where_the_last_one_stopped():
