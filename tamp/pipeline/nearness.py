@@ -48,7 +48,7 @@ def bring_near(asker: Asker, names: Collection[str], kept: Collection[str], free
     return nearer
 
 
-def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str] = ()) -> bool:
+def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
     workspace, samplers = asker.workspace, asker.progress.now.samplers
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:

@@ -62,7 +62,7 @@ def looked_into(monkeypatch, places, serves):
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
     asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False)
     asker.progress = SimpleNamespace(now=SimpleNamespace(samplers={}))
-    assert not nearness._bring_near(asker, "object", ())
+    assert not nearness._bring_near(asker, "object", (), ())
     return asked, looked
 
 
