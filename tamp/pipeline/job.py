@@ -27,6 +27,7 @@ FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
 NEXT_SHARE = 0.5  # of the time that is left goes to each further one
 LAST_SHARE = 0.75  # of it goes to one for what a plan has left for want of time
 PUNCTUAL = 0.97  # share of the limit that is given out: whoever is in the middle of something looks at the clock late
+BRIEF = 5.0  # a second search in less than this would find nothing, and be late [s]
 ANOTHER_SEED = 7919  # the seeds of one run's searches differ by this
 ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
 
@@ -67,7 +68,8 @@ class Job:
         share = (LAST_SHARE if self.unfinished else NEXT_SHARE) if self.plans else FIRST_SHARE
         try:
             search, found = self._search(setup, poses, q, share)
-            if found is None and search.cut_short:  # what was kept for later plans serves for this one
+            # What was kept for later plans serves for this one, where it is enough to begin anew.
+            if found is None and search.cut_short and PUNCTUAL * self.limit - self.planning_s > BRIEF:
                 self.rejections += search.rejections
                 search, found = self._search(setup, poses, q, 1.0)
         except PlanningFailure as failure:  # no time was left to begin
