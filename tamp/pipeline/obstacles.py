@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import islice
 from typing import Any
 
@@ -44,6 +45,24 @@ def in_the_way(
     while above := {other for other, place in others.items() if not found.isdisjoint(place.on)} - found:
         found |= above
     return found
+
+
+def barred(
+    workspace: Workspace, name: str, samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+) -> str | None:
+    """Why an object cannot reach its goal while no other moves, as where they stand tells; None if that does not.
+
+    Something may stand on it, or where its goal pose is; arguments as of `in_the_way`.
+    """
+    goal, test = workspace.goals.get(name), samplers["test-cfree-placements"]
+    for other, place in workspace.start.items():
+        if name in place.on:
+            return f"{other} stands on {name}"
+        inputs = (name, goal, other, place)
+        context = Context(workspace, partial(generator_for, seed, "test-cfree-placements", map(repr, inputs)), deadline)
+        if goal is not None and other != name and not test(context, *inputs):
+            return f"{name} would overlap {other}"
+    return None
 
 
 def _overlapping(workspace: Workspace, name: str, goal: Placement, others: Mapping[str, Placement]) -> set[str]:

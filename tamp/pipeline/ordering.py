@@ -6,8 +6,8 @@ step aside; where nothing goes that way any more, all that is left is tried toge
 may be put aside too, with growing effort, and first where the fewest are in the way. Before that, what lies so close
 together in a container that no hand has room is nudged. Whatever brings one goal further lets all others try cheaply
 again. An object that cannot reach its goal even with all others out of the way is regrasped where that helps, and else
-left for last, and if it is far from its goal brought near at once. What is left in the end, and what would have stood
-on it, is at least brought near its goal. What puts more aside than it gains is not done.
+left for last. What is left in the end, and what would have stood on it, is at least brought near its goal. What puts
+more aside than it gains is not done.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from types import MappingProxyType
 
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.early import Early
 from tamp.pipeline.efforts import EFFORTS, LAST, Effort
 from tamp.pipeline.goals import (
     asking_for,
@@ -30,7 +29,7 @@ from tamp.pipeline.goals import (
 )
 from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.nudging import make_room, stuck
-from tamp.pipeline.obstacles import clearest_first
+from tamp.pipeline.obstacles import barred, clearest_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.prospects import Prospects
 from tamp.pipeline.reasons import reason
@@ -74,7 +73,6 @@ class Ordering:
         self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
         self._reached: set[str] = set()
-        self._early = Early(self._prospects)
         self._together: list[Report] = []
         self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
 
@@ -130,7 +128,6 @@ class Ordering:
     def _come_near(self) -> None:
         """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing."""
         asker = self._asker
-        self._early.allowed = True
         for efforts in (EFFORTS, LAST):
             nearer = True
             while self.left and nearer and not asker.late:
@@ -186,16 +183,18 @@ class Ordering:
         missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
         if missing:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
-            return effort.others_move and self._early.bring(name, self.left, self._reached)
+            return False
         if name in goals and start[name] == goals[name]:
             return self._count_as_reached(name)
+        if not effort.others_move and (against := self._barred(name)) is not None:
+            self.left[name] = against
+            return False
         if not effort.hopeless_too:
             prospects = self._prospects
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self.left[name] = against
-                brought = effort.others_move and self._early.bring(name, self.left, self._reached)
-                return self._leave_near([name]) or brought
+                return self._leave_near([name])
         asked = asking_for(workspace, self._reached | {name})
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, set[str]())
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
@@ -206,6 +205,11 @@ class Ordering:
                 self._prospects.regrasped.add(name)
             return False
         return self._count_as_reached(name)
+
+    def _barred(self, name: str) -> str | None:
+        """Why an object need not be tried while no other moves: that would only be found out more slowly."""
+        asker = self._asker
+        return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed, asker.deadline)
 
     def _count_as_reached(self, name: str) -> bool:
         del self.left[name]

@@ -1,7 +1,9 @@
 import math
 
+import pytest
+
 from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.obstacles import clearest_first, in_the_way
+from tamp.pipeline.obstacles import barred, clearest_first, in_the_way
 from tamp.pipeline.setup import prepare
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import no_grasp
@@ -53,3 +55,19 @@ def test_what_has_nothing_in_its_way_comes_first():
         "far",
         "red",
     ]
+
+
+@pytest.mark.parametrize(
+    ("others", "why"),
+    [((FAR,), None), ((TOP, FAR), "top stands on red"), ((FAR, THERE), "red would overlap there")],
+)
+def test_what_is_covered_or_shall_stand_where_another_one_does_is_barred(others, why):
+    setup = prepare(Task("barred", (RED, *others)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    assert barred(attempt.workspace, "red", attempt.samplers, 0, math.inf) == why
+
+
+def test_the_test_of_a_run_decides_what_is_barred():
+    setup = prepare(Task("barred", (RED, THERE)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, {"test-cfree-placements": lambda *_: True})
+    assert barred(attempt.workspace, "red", attempt.samplers, 0, math.inf) is None
