@@ -6,8 +6,8 @@ step aside; where nothing goes that way any more, all that is left is tried toge
 may be put aside too, with growing effort, and first where the fewest are in the way. Before that, what lies so close
 together in a container that no hand has room is nudged. Whatever brings one goal further lets all others try cheaply
 again. An object that cannot reach its goal even with all others out of the way is regrasped where that helps, and else
-left for last. What is left in the end, and what would have stood on it, is at least brought near its goal. What puts
-more aside than it gains is not done.
+left for last, and if it is far from its goal brought near at once. What is left in the end, and what would have stood
+on it, is at least brought near its goal. What puts more aside than it gains is not done.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from types import MappingProxyType
 
 from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
+from tamp.pipeline.early import Early
 from tamp.pipeline.efforts import EFFORTS, LAST, Effort
 from tamp.pipeline.goals import (
     asking_for,
@@ -73,6 +74,7 @@ class Ordering:
         self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
         self._reached: set[str] = set()
+        self._early = Early(self._prospects)
         self._together: list[Report] = []
         self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
 
@@ -128,6 +130,7 @@ class Ordering:
     def _come_near(self) -> None:
         """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing."""
         asker = self._asker
+        self._early.allowed = True
         for efforts in (EFFORTS, LAST):
             nearer = True
             while self.left and nearer and not asker.late:
@@ -183,7 +186,7 @@ class Ordering:
         missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
         if missing:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
-            return False
+            return effort.others_move and self._early.bring(name, self.left, self._reached)
         if name in goals and start[name] == goals[name]:
             return self._count_as_reached(name)
         if not effort.others_move and (against := self._barred(name)) is not None:
@@ -194,7 +197,8 @@ class Ordering:
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self.left[name] = against
-                return self._leave_near([name])
+                brought = effort.others_move and self._early.bring(name, self.left, self._reached)
+                return self._leave_near([name]) or brought
         asked = asking_for(workspace, self._reached | {name})
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, set[str]())
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
