@@ -9,7 +9,6 @@ where it shall stand.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from tamp.streams.clearance import HINDERED, clear_of_object, neighbour_cost
 from tamp.streams.closing import closed
 from tamp.streams.enclosed import company, enclosed, roomy_pinches
-from tamp.streams.holding import FIRM, creeps, looseness, second_best
+from tamp.streams.holding import FIRM, looseness, second_best
 from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
 from tamp.streams.serving import over_table, placement_cost
@@ -35,7 +34,6 @@ ENOUGH = 40  # clear grasps after which no further round is needed
 AMONG = 12  # the same where the object lies in something: those few are known to have room
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
-PATIENCE = 24  # grasps in which it might creep are held back while others may come, so many of them at most
 
 
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
@@ -123,11 +121,10 @@ def _firm_first(
 ) -> Iterator[Grasp | None]:
     """Yield grasps that serve every placement as they come; afterwards those that serve one only.
 
-    Those in which the object would move come between them, see `second_best`. Those in which it might creep wait.
+    Those in which the object would move come between them, see `second_best`.
     """
     partly: list[Grasp] = []
     loose: list[tuple[float, Grasp]] = []
-    waiting: list[tuple[float, Grasp]] = []
     for index in _spread(pinches, costs)[:LIMIT]:
         width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
         grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
@@ -137,14 +134,8 @@ def _firm_first(
             partly.append(grasp)
         elif (angle := looseness(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
             loose.append((angle, grasp))
-        elif (creep := creeps(workspace, obj, grasp)) > 1.0:
-            waiting = sorted([*waiting, (creep, grasp)], key=itemgetter(0))
-            if len(waiting) > PATIENCE:
-                yield waiting.pop(0)[1]
-                continue
         else:
             yield grasp
             continue
         yield None
-    yield from (grasp for _, grasp in waiting)
     yield from second_best(workspace, obj, places[0], loose, partly)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from operator import itemgetter
 
-from tamp.streams.creeping import creeping
 from tamp.streams.slipping import slipping
 from tamp.streams.squeezed import Squeezed
 from tamp.streams.turning import turning
@@ -23,12 +22,6 @@ def looseness(workspace: Workspace, obj: str, grasp: Grasp, *poses: Pose) -> flo
     """How far an object moves in a hand that lifts it from any of some poses: the angle, or what is as bad [rad]."""
     squeezed = Squeezed(workspace, obj, grasp)
     return max(turning(squeezed, *poses), slipping(squeezed, *poses) / AS_BAD)
-
-
-def creeps(workspace: Workspace, obj: str, grasp: Grasp) -> float:
-    """How much more friction than there is a grasp needs, as a ratio: over 1 the object may creep out of it."""
-    squeezed = Squeezed(workspace, obj, grasp)
-    return creeping(squeezed) * squeezed.force / squeezed.friction
 
 
 def second_best(

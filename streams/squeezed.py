@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,25 +20,6 @@ if TYPE_CHECKING:
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
 GRAVITY = 9.81  # [m/s^2]
-
-
-@dataclass(frozen=True, eq=False)
-class Side:
-    """What one pad feels, ray by ray.
-
-    Attributes:
-        points: on the surface, shape (n, 3) [m].
-        normals: of the faces there, outward, shape (n, 3).
-    """
-
-    points: Array
-    normals: Array
-
-    @property
-    def heights(self) -> Array:
-        """How far the points are along the closing direction, shape (n,) [m]."""
-        heights: Array = self.points[:, 1]
-        return heights
 
 
 class Squeezed:
@@ -86,35 +66,10 @@ class Squeezed:
         moved = self._b[:, None] - self._A @ self._origins.T + (shifts @ self._A.T)[:, :, None]
         return self._apart(np.broadcast_to(self._A, (len(shifts), *self._A.shape)), moved)
 
-    def sides(self) -> tuple[Side, Side]:
-        """What the pad at the beginning of the rays feels and what the one at their end does, where rays meet it."""
-        if not len(self._b):
-            return (Side(np.empty((0, 3)), np.empty((0, 3))),) * 2
-        t, enter, leave, met = self._crossings(self._A[None], (self._b[:, None] - self._A @ self._origins.T)[None])
-        t, enter, leave, met = t[0], enter[0], leave[0], met[0]
-        owners = np.repeat(np.arange(len(self._starts)), np.diff([*self._starts, len(self._b)]))
-        rays = np.flatnonzero(met.any(axis=0))
-
-        def side(first: Array, parts: Array) -> Side:
-            reached = first[parts, rays]
-            face = ((t[:, rays] == reached) & (owners[:, None] == parts)).argmax(axis=0)
-            return Side(self._origins[rays] + reached[:, None] * [0.0, 1.0, 0.0], self._A[face])
-
-        low, high = np.where(met, enter, np.inf), np.where(met, leave, -np.inf)
-        return side(low, low.argmin(axis=0)[rays]), side(high, high.argmax(axis=0)[rays])
-
     def _apart(self, A: Array, gap: Array) -> Array:
         """From the normals (n, m, 3) of all faces and how far inside each the rays begin, (n, m, rays) [m]."""
         if not A.shape[1]:
             return np.zeros(len(A))
-        _, enter, leave, met = self._crossings(A, gap)
-        low = np.where(met, enter, np.inf).min(axis=(1, 2))
-        high = np.where(met, leave, -np.inf).max(axis=(1, 2))
-        apart: Array = np.maximum(high - low, 0.0)
-        return apart
-
-    def _crossings(self, A: Array, gap: Array) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-        """Where rays cross the plane of each face, where they enter and leave each part [m], and which they meet."""
         speed = A[:, :, 1:2]
         with np.errstate(divide="ignore", invalid="ignore"):
             t = gap / speed
@@ -124,7 +79,10 @@ class Squeezed:
         along = np.abs(speed) <= 1e-9  # faces that the rays run along
         if along.any():
             met &= ~np.logical_or.reduceat(along & (gap < 0), self._starts, axis=1)
-        return t, enter, leave, met
+        low = np.where(met, enter, np.inf).min(axis=(1, 2))
+        high = np.where(met, leave, -np.inf).max(axis=(1, 2))
+        apart: Array = np.maximum(high - low, 0.0)
+        return apart
 
 
 def _in_pads(gripper: Gripper, grasp: Grasp) -> tuple[Array, Array]:
