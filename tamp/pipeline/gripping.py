@@ -6,6 +6,7 @@ then only has to find the way.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -90,7 +91,9 @@ class Grips:
         return not hand_hits(self._workspace, pose.matrix @ grasp.T_object_tool.matrix, opening, scene)
 
     def _reaches(self, stream: str, grasp: Grasp, place: Placement) -> bool:
-        """Whether the first way to a place that a stream knows meets nothing."""
+        """Whether the first way to a place that a stream knows meets nothing; once time is up no more are asked for."""
+        if time.monotonic() >= self._deadline:
+            return False
         found = self._samplers[stream](self._context(stream, (place, grasp)), self._name, place, grasp)
         first = next(found, None)
         return first is not None and not handling_hits(self._workspace, first[-1], self._others)

@@ -42,7 +42,7 @@ def bring_near(asker: Asker, names: Collection[str], kept: Collection[str], free
         free: objects whose goal poses are to stay free.
     """
     waiting, nearer = farthest_first(asker.workspace, names), False
-    while waiting:
+    while waiting and not asker.late:
         with asker.within(SHARE, LEAST):
             nearer |= _bring_near(asker, waiting.pop(0), kept, free)
     return nearer
@@ -59,7 +59,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
         fresh = sum(_alike(place, other) for other in vain) < VAIN
         return fresh and bool(grips.roomy(place)) and not _covers(workspace, name, place, free)
 
-    for place in islice(substitutes(workspace, name, hopeful, grips.fits), PLACES):
+    for place in islice(substitutes(workspace, name, hopeful, grips.fits, asker.deadline), PLACES):
         if asker.late or not (looks and tries):
             break
         if _covers(workspace, name, place, free):
@@ -93,8 +93,11 @@ def _alike(place: Placement, other: Placement) -> bool:
 def _slide_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
     """The same for an object that can only be gripped where it was slid to."""
     workspace = asker.workspace
-    places = substitutes(workspace, name, lambda place: not _covers(workspace, name, place, free), lambda R: True)
-    places = (place for place in places if not _covers(workspace, name, place, free))
+
+    def uncovered(place: Placement) -> bool:
+        return not _covers(workspace, name, place, free)
+
+    places = filter(uncovered, substitutes(workspace, name, uncovered, lambda R: True, asker.deadline))
     return any(not asker.late and _put(asker, name, place, kept, (), SLIDING) for place in islice(places, SLID))
 
 

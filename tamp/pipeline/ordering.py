@@ -115,7 +115,9 @@ class Ordering:
         if not self.left:
             return
         with self._asker.within(TOGETHER_SHARE):
-            reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER)
+            # What is at its goal stays there: plans that take it away again are long, and much may go wrong in them.
+            others = self._asker.workspace.start.keys() - self._reached
+            reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER, others)
         if not reached and not persistent:
             self._come_near()
         if reached or not persistent:
@@ -124,7 +126,7 @@ class Ordering:
         if self.left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
             while not self._asker.late and self._together[-1].status != "infeasible":
-                if self._all_together(UNLIMITED):
+                if self._all_together(UNLIMITED, None):
                     break
 
     def _come_near(self) -> None:
@@ -154,9 +156,9 @@ class Ordering:
             return True
         return bool(crowded) and (make_room(self._asker, crowded, self._reached) or self._sweep(effort))
 
-    def _all_together(self, iterations: int) -> bool:
-        """Plan for all goals together; whether that succeeded."""
-        solution = self._asker.ask(self._asker.workspace, iterations, None, regrasped=self._prospects.regrasped)
+    def _all_together(self, iterations: int, movable: Container[str] | None) -> bool:
+        """Plan for all goals together, with some objects that may move or all; whether that succeeded."""
+        solution = self._asker.ask(self._asker.workspace, iterations, movable, regrasped=self._prospects.regrasped)
         self._together.append(solution.report)
         if solution.plan is None or self._asker.refused(solution.plan) is not None:
             return False

@@ -8,6 +8,8 @@ table, physics tells how it comes to rest.
 from __future__ import annotations
 
 import heapq
+import math
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -77,7 +79,11 @@ class _Lowered:
 
 
 def substitutes(
-    workspace: Workspace, name: str, worth: Callable[[Placement], bool], fits: Callable[[Array], bool]
+    workspace: Workspace,
+    name: str,
+    worth: Callable[[Placement], bool],
+    fits: Callable[[Array], bool],
+    deadline: float = math.inf,
 ) -> Iterator[Placement]:
     """Yield places to rest that are nearer to an object's goal than it is by `GAIN`, the nearest first.
 
@@ -87,6 +93,7 @@ def substitutes(
         worth: whether a place is worth a look in physics, where it is not plainly on the table.
         fits: whether a hand may put the object down as it is turned, shape (3, 3); otherwise only the nearest places
             are looked at, and none where the goal has all that it rests on.
+        deadline: when no more are looked at, on the clock of time.monotonic [s].
     """
     edge = mean_edge(workspace.task.object(name).shape)
     enough = _error(workspace, name, workspace.start[name].pose) - GAIN
@@ -100,7 +107,7 @@ def substitutes(
     tried = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
     unfit, unseen = (0, 0) if tried else (UNFIT, UNSEEN)
     lowerings, looked = LOWERED, list[Pose]()
-    while waiting:
+    while waiting and time.monotonic() < deadline:
         _, number, found = heapq.heappop(waiting)
         if isinstance(found, Placement):
             yield found

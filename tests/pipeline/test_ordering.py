@@ -12,6 +12,7 @@ from tamp.pipeline.job import Job
 from tamp.pipeline.ordering import Ordering
 from tamp.pipeline.planning import Planning
 from tamp.pipeline.setup import prepare
+from tamp.planning import Report, Solution
 from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
 from tests.pipeline.samplers import from_above, no_grasp, no_slide
 from tests.streams.tables import CRATE
@@ -162,3 +163,19 @@ def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_
     ordering = Ordering(attempt(Task("flat", (board, red))), 0, time.monotonic() + 600.0, "adaptive")
     ordering._leave_hard_to_grasp()
     assert list(ordering.left) == left
+
+
+def test_what_is_at_its_goal_stays_there_while_all_that_is_left_is_tried_together(monkeypatch):
+    asked = []
+
+    def ask(self, workspace, iterations, movable, **kwargs):
+        asked.append(movable)
+        return Solution(None, math.inf, "failed", (), Report("adaptive", "failed", 0.0, math.inf, {}, (), ()))
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    done = replace(RED, pose=RED.goal.pose)
+    here = Object("here", RED.shape, Pose((0.2, 0.2, 0.04)), At(Pose((0.2, -0.3, 0.04))))
+    ordering = Ordering(attempt(Task("two", (done, here))), 0, time.monotonic() + 600.0, "adaptive")
+    monkeypatch.setattr(ordering, "_come_near", lambda: None)
+    ordering.run()
+    assert set(asked[-1]) == {"here"}
