@@ -12,7 +12,7 @@ on it, is at least brought near its goal. What puts more aside than it gains is 
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -20,25 +20,15 @@ from tamp.pipeline.asking import Asker
 from tamp.pipeline.attempt import Attempt
 from tamp.pipeline.early import Early
 from tamp.pipeline.efforts import EFFORTS, LAST, Effort
-from tamp.pipeline.goals import (
-    asking_for,
-    away,
-    goal_names,
-    goal_supports,
-    nearly_there,
-    supports_first,
-)
+from tamp.pipeline.goals import asking_for, goal_supports, supports_first
+from tamp.pipeline.ledger import Ledger
 from tamp.pipeline.nearness import bring_near
 from tamp.pipeline.nudging import make_room, stuck
 from tamp.pipeline.obstacles import barred, clearest_first
 from tamp.pipeline.progress import Progress
 from tamp.pipeline.prospects import Prospects
 from tamp.pipeline.reasons import reason
-from tamp.pipeline.situation import left_at
 from tamp.planning import Report, combined
-from tamp.scoring.score import SOLVED_WITHIN_M
-from tamp.streams.enclosed import enclosed
-from tamp.streams.slides import slidable
 from tamp.streams.values import Placement
 
 TOGETHER_SHARE = 0.13  # of the time goes to the try for all goals that are left together at most
@@ -58,9 +48,6 @@ class Ordering:
         deadline: on the clock of time.monotonic [s].
         algorithm: of the stream planner.
         hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
-
-    Attributes:
-        left: objects whose goals it does not reach -> why.
     """
 
     def __init__(
@@ -73,10 +60,14 @@ class Ordering:
     ) -> None:
         self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
-        self._reached: set[str] = set()
+        self._ledger = Ledger(self._asker)
         self._early = Early(self._prospects)
         self._together: list[Report] = []
-        self.left = dict.fromkeys(goal_names(attempt.workspace), "no time was left to plan for it")
+
+    @property
+    def left(self) -> dict[str, str]:
+        """Objects whose goals it does not reach -> why."""
+        return self._ledger.left
 
     @property
     def report(self) -> Report:
@@ -109,15 +100,15 @@ class Ordering:
             persistent: whether all goals at once are sought until time is up where some are left.
         """
         begin = self.progress.now
-        self._leave_hard_to_grasp()
+        self._ledger.reach_hard_to_grasp()
         while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self.left)):
             pass
         if not self.left:
             return
         with self._asker.within(TOGETHER_SHARE):
-            # What is at its goal stays there: plans that take it away again are long, and much may go wrong in them.
-            others = self._asker.workspace.start.keys() - self._reached
-            reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER, others)
+            # What is at its goal stays there if it can: plans that take it away again are long, and much may go wrong.
+            staying = set() if persistent else self._ledger.reached
+            reached = self._all_together(1 if stuck(begin.workspace, self.left) else TOGETHER, staying)
         if not reached and not persistent:
             self._come_near()
         if reached or not persistent:
@@ -126,7 +117,7 @@ class Ordering:
         if self.left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
             while not self._asker.late and self._together[-1].status != "infeasible":
-                if self._all_together(UNLIMITED, None):
+                if self._all_together(UNLIMITED):
                     break
 
     def _come_near(self) -> None:
@@ -138,28 +129,31 @@ class Ordering:
             while self.left and nearer and not asker.late:
                 with asker.within(GOALS_SHARE):
                     self._climb(efforts)
-                nearer = bring_near(asker, self.left.keys() & asker.workspace.goals.keys(), self._reached)
+                nearer = bring_near(asker, self.left.keys() & asker.workspace.goals.keys(), self._ledger.reached)
         self.progress.cut_back()
 
     def _climb(self, efforts: Sequence[Effort]) -> None:
         """Reach one goal after the other, with growing effort, but with little for what is nearly there."""
         level = 0
         while self.left and level < len(efforts) and not self._asker.late:
-            advanced = self._advance(efforts[level]) or self._leave_near(list(self.left))
+            advanced = self._advance(efforts[level]) or self._ledger.reach_near(list(self.left))
             level = 0 if advanced else level + 1
-        self._leave_near(list(self.left))
+        self._ledger.reach_near(list(self.left))
 
     def _advance(self, effort: Effort) -> bool:
         """Reach goals, or make room where hands lack it; whether anything came of it. Crowded objects come last."""
         crowded = set() if effort.others_move else stuck(self._asker.workspace, self.left)
         if self._sweep(effort, crowded):
             return True
-        return bool(crowded) and (make_room(self._asker, crowded, self._reached) or self._sweep(effort))
+        return bool(crowded) and (make_room(self._asker, crowded, self._ledger.reached) or self._sweep(effort))
 
-    def _all_together(self, iterations: int, movable: Container[str] | None) -> bool:
-        """Plan for all goals together, with some objects that may move or all; whether that succeeded."""
-        solution = self._asker.ask(self._asker.workspace, iterations, movable, regrasped=self._prospects.regrasped)
-        self._together.append(solution.report)
+    def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
+        """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
+        workspace = self._asker.workspace
+        movable = workspace.start.keys() - {*staying} if staying else None
+        solution = self._asker.ask(workspace, iterations, movable, regrasped=self._prospects.regrasped)
+        proven = not staying or solution.status != "infeasible"
+        self._together.append(solution.report if proven else replace(solution.report, status="failed"))
         if solution.plan is None or self._asker.refused(solution.plan) is not None:
             return False
         self.left.clear()
@@ -188,9 +182,10 @@ class Ordering:
         missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
         if missing:
             self.left[name] = f"its goal rests on {missing[0]}, which is not at its own"
-            return effort.others_move and self._early.bring(name, self.left, self._reached)
+            return effort.others_move and self._early.bring(name, self.left, self._ledger.reached)
         if name in goals and start[name] == goals[name]:
-            return self._count_as_reached(name)
+            self._ledger.reach(name)
+            return True
         if not effort.others_move and (against := self._barred(name)) is not None:
             self.left[name] = against
             return False
@@ -199,9 +194,9 @@ class Ordering:
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self.left[name] = against
-                brought = effort.others_move and self._early.bring(name, self.left, self._reached)
-                return self._leave_near([name]) or brought
-        asked = asking_for(workspace, self._reached | {name})
+                brought = effort.others_move and self._early.bring(name, self.left, self._ledger.reached)
+                return self._ledger.reach_near([name]) or brought
+        asked = asking_for(workspace, self._ledger.reached | {name})
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, set[str]())
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
@@ -210,36 +205,10 @@ class Ordering:
             if solution.plan is not None and effort.others_move:  # what is refused is tried by way of another grasp
                 self._prospects.regrasped.add(name)
             return False
-        return self._count_as_reached(name)
+        self._ledger.reach(name)
+        return True
 
     def _barred(self, name: str) -> str | None:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""
         asker = self._asker
         return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed, asker.deadline)
-
-    def _count_as_reached(self, name: str) -> bool:
-        del self.left[name]
-        self._reached.add(name)
-        return True
-
-    def _leave_hard_to_grasp(self) -> None:
-        """Let what is near its goal count as there while others are far from theirs, if it is hard to get hold of.
-
-        It takes long to find hands that have room in a container, or ways to the table's edge for what no hand can
-        grasp as it lies, and less is gained.
-        """
-        workspace = self._asker.workspace
-        if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
-            places = [(workspace, name, workspace.start[name]) for name in self.left]
-            self._leave_near([place[1] for place in places if enclosed(*place) or slidable(*place)])
-
-    def _leave_near(self, names: Sequence[str]) -> bool:
-        """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""
-        before = len(self.left)
-        for name in supports_first(self._asker.workspace, names):
-            workspace = self._asker.workspace
-            if nearly_there(workspace, name):
-                goals = {**workspace.goals, **left_at(workspace.goals, name, workspace.start[name])}
-                self.progress.now = replace(self.progress.now, workspace=replace(workspace, goals=goals))
-                self._count_as_reached(name)
-        return len(self.left) < before

@@ -156,15 +156,6 @@ def test_what_lies_in_a_container_near_its_goal_waits_for_what_is_far_from_its_o
     assert list(ordering.left) == [first]
 
 
-@pytest.mark.parametrize(("off", "left"), [(0.2, ["red"]), (0.0, ["board", "red"])])
-def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_are_far(off, left):
-    board = replace(BOARD, goal=At(Pose((-0.03, 0.3, 0.01))))
-    red = replace(RED, pose=Pose((0.05, off - 0.2, 0.04)))
-    ordering = Ordering(attempt(Task("flat", (board, red))), 0, time.monotonic() + 600.0, "adaptive")
-    ordering._leave_hard_to_grasp()
-    assert list(ordering.left) == left
-
-
 def test_what_is_at_its_goal_stays_there_while_all_that_is_left_is_tried_together(monkeypatch):
     asked = []
 
@@ -179,3 +170,18 @@ def test_what_is_at_its_goal_stays_there_while_all_that_is_left_is_tried_togethe
     monkeypatch.setattr(ordering, "_come_near", lambda: None)
     ordering.run()
     assert set(asked[-1]) == {"here"}
+
+
+def test_that_goals_fail_while_what_is_at_its_own_stays_proves_nothing(monkeypatch):
+    def ask(self, *args, **kwargs):
+        report = Report("adaptive", "infeasible", 1.0, math.inf, {}, (), ())
+        self.reports.append(report)
+        return Solution(None, math.inf, "infeasible", (), report)
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    done, here = replace(RED, pose=RED.goal.pose), replace(RED, name="here", goal=At(Pose((0.2, -0.3, 0.04))))
+    for objects, status in (((done, here), "failed"), ((here,), "infeasible")):
+        ordering = Ordering(attempt(Task("two", objects)), 0, time.monotonic() + 600.0, "adaptive")
+        monkeypatch.setattr(ordering, "_come_near", lambda: None)
+        ordering.run()
+        assert ordering.report.status == status
