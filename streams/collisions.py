@@ -118,10 +118,14 @@ def approach_contact(
     opening: float,
     path: NDArray[np.float64],
     others: Mapping[str, NDArray[np.float64]],
+    near: float = 0.0,
 ) -> Contact | None:
-    """What the empty open hand meets on its way to a grasp of `obj`, shape of `path` (n, joints); None if nothing."""
+    """What the empty open hand meets on its way to a grasp of `obj`, shape of `path` (n, joints); None if nothing.
+
+    To `obj` itself it may come as near as `near` [m].
+    """
     scene = Scene(poses={**others, obj: pose.matrix}, opening=opening)
-    return workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: 0.0}).first_contact(path)
+    return workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: near}).first_contact(path)
 
 
 def lift_contact(

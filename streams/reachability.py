@@ -157,6 +157,8 @@ def _approach(
             way = path if drops else path[:1]
             under = (approach_contact(workspace, obj, fallen, opening, way, {}) for fallen in fall)
             contact = contact or next(filter(None, under), None)
+            # From there the empty hand moves on, as far from the object as from all else.
+            contact = contact or approach_contact(workspace, obj, placement.pose, opening, path[:1], {}, ARM_MARGIN)
             if contact is None:
                 if not on or approach_contact(workspace, obj, pose, opening, path, on) is None:
                     return path

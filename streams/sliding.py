@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Hashable, Iterator
+from itertools import islice
 
 from tamp.streams.grasps import grasps_at
 from tamp.streams.pushing import CLOSE, push_hits, pushes
@@ -13,7 +14,7 @@ from tamp.streams.values import Configuration, Grasp, Placement, Slide
 from tamp.streams.workspace import Context, standing
 
 TRIED = 16  # ways
-GRASPS = 6  # tried at the end of a way
+GRASPS, PATIENCE = 6, 60  # tried at the end of a way, and steps of the search for them after which it is given up
 
 Draw = Callable[[Detached], Iterator[Grasp | None]]
 
@@ -76,7 +77,7 @@ def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide |
 def _grippable(context: Context, obj: str, placement: Placement) -> Generator[None, None, bool]:
     """Whether the arm can take an object that hangs over the edge by one of its best grasps."""
     tried = 0
-    for grasp in stepwise(context, *_edge_grasps(context, obj, placement)):
+    for grasp in islice(stepwise(context, *_edge_grasps(context, obj, placement)), PATIENCE):
         if grasp is None:
             yield None
         elif next(inverse_kinematics(context, obj, placement, grasp), None) is not None:

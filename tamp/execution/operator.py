@@ -19,6 +19,9 @@ ARRIVED = 0.002
 FALL_S = 2.0
 """How long an object may take to fall flat [s]."""
 
+FLICKER_S = 0.05
+"""A contact that is not there for less than this is none lost [s]."""
+
 FALLEN = 0.02
 """Below this an object that fell counts as lying still [m/s], [rad/s]."""
 
@@ -85,12 +88,15 @@ class Operator:
         The fingers open as far as they were before they closed.
         """
         held = self.held
-        if held is None or all(self.robot.touching(self._simulator.bodies[held.object].id)):
+        if held is None or self._holds() or self._simulator.wait(FLICKER_S, self._holds, patience=1):
             return None
         self.held = None
         off = deviation(held.object, kind, held.T_tool_object, self.in_tool(held.object))
         self._open(self._opening)
         return off
+
+    def _holds(self) -> bool:
+        return self.held is not None and all(self.robot.touching(self._simulator.bodies[self.held.object].id))
 
     def in_tool(self, name: str) -> Pose:
         """Where an object stands in the tool frame."""

@@ -3,12 +3,13 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from tamp.streams.collisions import handling_hits
+from tamp.streams.collisions import ARM_MARGIN, handling_hits
 from tamp.streams.grasps import sample_grasp
 from tamp.streams.laying import plan_laying
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose
+from tamp.world.scene import Scene
 from tests.streams.tables import ToldContext, corners, workspace_of
 
 BOOK = Object(
@@ -50,6 +51,14 @@ def test_the_hand_is_at_the_tilted_book_and_out_of_its_way_when_it_falls(workspa
     gone = robot.forward(handling.approach[0])[:3, 3]
     fallen = corners(workspace, "book", handling.fall[-1])
     assert np.linalg.norm(fallen - gone, axis=1).min() > 0.03
+
+
+def test_the_hand_that_has_let_go_is_as_far_from_the_fallen_book_as_its_way_on_asks(workspace):
+    goal = workspace.goals["book"]
+    for grasp in islice(sample_grasp(ToldContext(workspace), "book"), 4):
+        for _, _, found in islice(plan_laying(ToldContext(workspace), "book", goal, grasp), 4):
+            scene = Scene({"book": goal.pose.matrix}, opening=found.opening)
+            assert workspace.world.checker(scene, margin=ARM_MARGIN).first_contact(found.approach[:1]) is None
 
 
 def test_what_lies_where_the_book_falls_is_hit(workspace, handling):
