@@ -26,7 +26,7 @@ from tamp.versions import versions
 FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
 NEXT_SHARE = 0.5  # of the time that is left goes to each further one
 LAST_SHARE = 0.75  # of it goes to one for what a plan has left for want of time
-PUNCTUAL = 0.97  # share of the limit that is given out: whoever is in the middle of something looks at the clock late
+PUNCTUAL = 0.95  # share of the limit that is given out: whoever is in the middle of something looks at the clock late
 BRIEF = 5.0  # a second search in less than this would find nothing, and be late [s]
 ANOTHER_SEED = 7919  # the seeds of one run's searches differ by this
 ASTRAY = 0.01  # an object that ends farther from its settled goal (EDE) than this is corrected [m]
