@@ -25,7 +25,16 @@ from tamp.streams.clearance import (
 )
 from tamp.streams.closing import closed
 from tamp.streams.dropping import lies_in
-from tamp.streams.pinches import FRICTION_ANGLE, SURFACE, WIDTH_RESERVE, Pinches, pinches_at, sample_pinches, sides
+from tamp.streams.pinches import (
+    FRICTION_ANGLE,
+    SURFACE,
+    WIDTH_RESERVE,
+    Pinches,
+    beyond_table,
+    pinches_at,
+    sample_pinches,
+    sides,
+)
 from tamp.streams.serving import in_reach
 from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import CLEARANCE, Grasp, Placement
@@ -36,6 +45,7 @@ POINTS = 1000  # on the surface, that rays start from
 LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
 FEW = 10  # hands with room, below which such are added
 PLENTY = 60  # after which no more are sought
+OVERHANG = 0.02  # of an object over the table's edge, from which on a finger gets below it [m]
 AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # of the hand about its closing axis [rad]
@@ -56,9 +66,12 @@ def roomy_pinches(
         rng: source of the pinches.
         points: on the surface, that the rays of the first start from.
     """
-    pinches = sample_pinches(workspace, obj, rng, points)
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
+    hanging = place is not None and _hangs_over(workspace, obj, place)
+    pinches = sample_pinches(workspace, obj, rng, points, place.pose if place is not None and hanging else None)
+    if hanging and place == start:  # it may be gripped elsewhere as well
+        pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
         return pinches
     roomy = alone = pinches.at(np.zeros(len(pinches), bool))
@@ -75,6 +88,13 @@ def roomy_pinches(
         if len(alone) >= FEW:
             break
     return alone if len(alone) else roomy
+
+
+def _hangs_over(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether a finger may get below an object that hangs over the table's edge: few of all hands are there."""
+    lower, upper = workspace.bounds(obj, place.pose)
+    corners = np.array([lower, upper])
+    return place.on == (TABLE,) and bool(beyond_table(workspace, corners + np.array([[OVERHANG], [-OVERHANG]])).any())
 
 
 def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:

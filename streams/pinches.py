@@ -12,13 +12,14 @@ from tamp.streams.antipodal import Contacts, antipodal_contacts
 from tamp.streams.surfaces import surface_points
 from tamp.streams.values import CLEARANCE
 from tamp.streams.workspace import Workspace
-from tamp.task import Gripper
+from tamp.task import Gripper, Pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SURFACE = 400  # points that rays start from
 DIRECTIONS = 16  # approach directions about the closing axis
+HANGING = 5  # points on the whole surface for each on what hangs over the table's edge
 DEPTHS = (0.018, 0.012, 0.006, 0.003)  # how far the contact lies behind the fingertips [m]
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
@@ -64,15 +65,30 @@ class Pinches:
         return (self.T_object_tool, self.widths, self.depths, self.slants, self.clearances)
 
 
-def sample_pinches(workspace: Workspace, obj: str, rng: np.random.Generator, points: int = SURFACE) -> Pinches:
-    """Every antipodal contact pair that rays from so many points find, from directions all around at every depth."""
+def sample_pinches(
+    workspace: Workspace, obj: str, rng: np.random.Generator, points: int = SURFACE, hanging: Pose | None = None
+) -> Pinches:
+    """Every antipodal contact pair that rays from so many points find, from directions all around at every depth.
+
+    Where the object hangs over the table's edge at a pose, rays start from about as many points of what hangs over.
+    """
     gripper = workspace.world.robot.spec.gripper
     pieces = workspace.world.geometries[obj].parts
-    surface = surface_points(pieces, points, rng)
+    surface = surface_points(pieces, points if hanging is None else HANGING * points, rng)
+    if hanging is not None:
+        surface = surface.at(beyond_table(workspace, surface.points @ hanging.matrix[:3, :3].T + hanging.xyz))
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
     return pinches_at(contacts, gripper, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
+
+
+def beyond_table(workspace: Workspace, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points of the world, shape (n, 3), are beside the table."""
+    table = workspace.task.table
+    aside = np.abs(points[:, :2] - np.array(table.center)[:2]) - np.array(table.size)[:2] / 2
+    beyond: NDArray[np.bool_] = (aside > 0.0).any(axis=1)
+    return beyond
 
 
 def pinches_at(contacts: Contacts, gripper: Gripper, angles: NDArray[np.float64]) -> Pinches:

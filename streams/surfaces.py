@@ -25,6 +25,10 @@ class SurfacePoints:
     normals: NDArray[np.float64]
     area: float
 
+    def at(self, index: NDArray[np.bool_]) -> SurfacePoints:
+        """Those where a mask holds."""
+        return SurfacePoints(self.points[index], self.normals[index], self.area)
+
 
 def surface_points(parts: Sequence[Part], count: int, rng: np.random.Generator) -> SurfacePoints:
     """Sample about `count` points uniformly by area; those hidden inside other parts are dropped."""

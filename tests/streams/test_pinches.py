@@ -42,6 +42,19 @@ def test_the_contact_lies_between_the_pads_at_the_depth_that_is_said(pinches, ta
         assert np.allclose(np.abs(np.abs(end) - half).min(axis=1), 0.0, atol=1e-7)
 
 
+def test_of_what_hangs_over_the_edge_only_that_is_pinched():
+    board = Object("board", Box((0.2, 0.2, 0.02)), Pose((-0.05, 0.3, 0.01)))
+    workspace = workspace_of(board)
+    edge = workspace.task.table.center[1] + workspace.task.table.size[1] / 2
+    hanging = Pose((-0.05, edge + 0.04, 0.01))
+    found = sample_pinches(workspace, "board", np.random.default_rng(0), hanging=hanging)
+    T = found.T_object_tool
+    middle = T[:, :3, 3] + T[:, :3, 2] * (GRIPPER.pad[2] / 2 - found.depths[:, None])
+    assert len(found) > 100
+    # Between its two faces a ray runs so far aside at most as friction lets it.
+    assert (middle[:, 1] + hanging.xyz[1]).min() > edge - 0.02
+
+
 def test_every_contact_is_offered_from_all_directions_at_all_depths(pinches):
     assert len(pinches) % (DIRECTIONS * len(DEPTHS)) == 0
     assert set(np.unique(pinches.depths)) == set(DEPTHS)
