@@ -68,9 +68,9 @@ def roomy_pinches(
     """
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
-    hanging = place is not None and _hangs_over(workspace, obj, place)
-    pinches = sample_pinches(workspace, obj, rng, points, place.pose if place is not None and hanging else None)
-    if hanging and place == start:  # it may be gripped elsewhere as well
+    hanging = place.pose if place is not None and _hangs_over(workspace, obj, place) else None
+    pinches = sample_pinches(workspace, obj, rng, points, hanging)
+    if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
         return pinches
