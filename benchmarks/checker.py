@@ -21,7 +21,7 @@ from benchmarks.small_tasks import small_tasks
 from tamp.checking import check
 from tamp.errors import PlanningFailure, TampError
 from tamp.task import Plan, Task
-from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, Mutation
+from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, TOPPLES, Mutation
 from tests.checking.oracle import Oracle
 
 PLANS = 40
@@ -29,9 +29,9 @@ ROUNDS = 10
 """Mutants a kind and plan: with 47 kinds and 43 plans, less what a plan gives nothing to corrupt for, over 10,000."""
 LONG = 4
 """Plans of all kinds: stacks, objects carried twice. The others carry one object: each mutant is checked whole."""
-SPECIAL = ("slide_box", "lay_book", "drop_into_corner")
-"""Scenarios whose plans push something along the table, or let it fall, flat or straight down; besides the others."""
-CORRUPTIONS = {**MUTATIONS, **PUSHES, **FALLS}
+SPECIAL = ("slide_box", "topple_pail", "lay_book", "drop_into_corner")
+"""Scenarios whose plans push something along the table or over, or let it fall; besides the others."""
+CORRUPTIONS = {**MUTATIONS, **PUSHES, **FALLS, **TOPPLES}
 
 
 def run(quick: bool) -> Sequence[Row]:

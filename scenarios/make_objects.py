@@ -83,6 +83,11 @@ def open_box() -> list[Part]:
     return crate((0.16, 0.22, 0.06), 0.004)
 
 
+def pail() -> list[Part]:
+    """A square pail, 10 cm wide and 14 cm tall, wall 4 mm."""
+    return crate((0.10, 0.10, 0.14), 0.004)
+
+
 def rack() -> list[Part]:
     """A rack: a base of 14 cm and four dividers across x, 8 mm thick, with slots of 4.5 cm between them."""
     pitch, half = 0.053, 0.0835
@@ -91,7 +96,7 @@ def rack() -> list[Part]:
 
 
 OBJECTS: Mapping[str, Callable[[], list[Part]]] = MappingProxyType(
-    {f.__name__: f for f in (book, bottle, bowl, can, cup, jar, marker, mug, open_box, plate, rack, tray)}
+    {f.__name__: f for f in (book, bottle, bowl, can, cup, jar, marker, mug, open_box, pail, plate, rack, tray)}
 )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tamp.streams.clearance import hand_above_table
 from tamp.streams.footing import amid, resting, stands, turned
-from tamp.streams.slides import slidable
+from tamp.streams.topples import to_be_pushed
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
 
@@ -51,7 +51,7 @@ def put_down(workspace: Workspace, obj: str, grasp: Grasp | None, R: Array) -> b
     key = ("put down", obj, R.tobytes(), grasp)
     if key not in workspace.memory:
         place = amid(workspace, obj, R)
-        able = hand_above_table(workspace, place.pose, grasp) if grasp else not slidable(workspace, obj, place)
+        able = hand_above_table(workspace, place.pose, grasp) if grasp else not to_be_pushed(workspace, obj, place)
         workspace.memory[key] = able
     answer: bool = workspace.memory[key]
     return answer

@@ -20,7 +20,7 @@ from tamp.streams.holding import FIRM, looseness, second_best
 from tamp.streams.pinches import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.recall import recalled
 from tamp.streams.serving import over_table, placement_cost
-from tamp.streams.slides import slidable
+from tamp.streams.topples import to_be_pushed
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 
@@ -41,7 +41,7 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
 
     They are ranked among the neighbours as they stood when they were first asked for.
     """
-    if slidable(context.scene, obj, context.scene.start[obj]):
+    if to_be_pushed(context.scene, obj, context.scene.start[obj]):
         context.fail(f"every hand that could grasp {obj} as it lies would reach into the table")
         return
     places = list(dict.fromkeys(context.scene.placements_of(obj)))

@@ -112,15 +112,33 @@ def pushing_hands(
     """
     shift = shift * (1.0, 1.0, 0.0)
     ahead = shift / np.linalg.norm(shift)
-    aside = np.array([-ahead[1], ahead[0], 0.0])
-    own = workspace.world.free_hand(Scene({obj: placement.pose.matrix}), TOUCHING, ignore=(TABLE,))
     among = workspace.world.free_hand(Scene(dict(poses)), HAND_MARGIN)
     lower, upper = workspace.bounds(obj, placement.pose)
+    heights = (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2
+    ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
+    for T, opening in hands_behind(workspace, obj, placement, ahead, heights):
+        if not among.hits(_moved(T, ways), np.full(len(ways), opening)).any():
+            yield T, opening
+
+
+def hands_behind(
+    workspace: Workspace, obj: str, placement: Placement, ahead: Array, heights: Array
+) -> Iterator[tuple[Array, float]]:
+    """Yield upright tools, (4, 4), and openings [m] with which fingertips touch an object from behind.
+
+    Args:
+        workspace: where it is.
+        obj: the object.
+        placement: where it lies.
+        ahead: unit vector in which it shall be pushed, level, (3,).
+        heights: of the fingertips in the world, the best first [m].
+    """
+    aside = np.array([-ahead[1], ahead[0], 0.0])
+    own = workspace.world.free_hand(Scene({obj: placement.pose.matrix}), TOUCHING, ignore=(TABLE,))
     center = (placement.pose.matrix @ np.append(workspace.world.geometries[obj].center_of_mass, 1.0))[:3]
     boxes = hand_boxes(workspace.world.robot)
     tip = float(boxes.upper[boxes.side != 0.0, 2].max())
-    ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
-    for height in (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2:
+    for height in heights:
         for beside, openings in ((ahead, (0.0,)), (-ahead, (0.0,)), (aside, OPENINGS), (-aside, OPENINGS)):
             # Of fingers that close along the way the one behind pushes, of those that close across it both do.
             width = FINGER if openings is OPENINGS else 2 * FINGER
@@ -130,7 +148,7 @@ def pushing_hands(
                 tool = upright(workspace, beside[:2])
                 tool[:3, 3] = (*center[:2], height + tip)
                 T = _touching(own, _moved(tool, opening / 2 * ahead), opening, -ahead)
-                if T is not None and not among.hits(_moved(T, ways), np.full(len(ways), opening)).any():
+                if T is not None:
                     yield T, opening
 
 

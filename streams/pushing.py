@@ -65,8 +65,8 @@ def pushed(
     shift = np.subtract(end.pose.xyz, start.pose.xyz) * (1.0, 1.0, 0.0)
     for q in inverse(robot, _moved(T, shift), context.rng, count=SOLUTIONS):
         push = straight_line(robot, q, T)
-        begin = None if push is None else _drawn_back(workspace, push[-1], back)
-        after = None if push is None else _drawn_back(workspace, push[0], back)
+        begin = None if push is None else drawn_back(workspace, push[-1], back)
+        after = None if push is None else drawn_back(workspace, push[0], back)
         if push is None or begin is None or after is None:
             context.fail("the way to push it leaves the joint limits")
             continue
@@ -94,18 +94,24 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
         return told(contact)
     # Within a container neighbours touch, and nothing is far from a wall.
     beside = -ARM_MARGIN if slide.start.on == (TABLE,) else GRAZED
+    passed = _passed(workspace, slide)
     for name, T in poses.items():
         deep = CONTACT_DEPTH if name in slide.start.on else beside
-        if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in _along(start, end)):
+        if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in passed):
             return f"{obj} would be pushed into {name}"
     return None
 
 
-def _along(start: Pose, end: Pose) -> Iterator[Array]:
-    """Poses (4, 4) on the straight way from one to the other."""
-    shift = np.array(end.xyz) - start.xyz
-    for share in np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP)):
-        yield _moved(start.matrix, share * shift)
+def _passed(workspace: Workspace, slide: Slide) -> list[Array]:
+    """Poses (4, 4) of the object on its way before the hand, and as it falls after that."""
+    if slide.fall:
+        T_tool_object = slide.T_tool_object.matrix
+        return [workspace.world.robot.forward(q) @ T_tool_object for q in slide.push] + [
+            pose.matrix for pose in slide.fall
+        ]
+    shift = np.subtract(slide.end.pose.xyz, slide.start.pose.xyz)
+    shares = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))
+    return [_moved(slide.start.pose.matrix, share * shift) for share in shares]
 
 
 def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, side: float) -> Array:
@@ -142,7 +148,7 @@ def upright(workspace: Workspace, beside: Array) -> Array:
     return T
 
 
-def _drawn_back(workspace: Workspace, q: Array, back: Array) -> Array | None:
+def drawn_back(workspace: Workspace, q: Array, back: Array) -> Array | None:
     """From `q` back from the object, (3,) [m], then up, shape (n, joints); None where the arm cannot."""
     robot, path = workspace.world.robot, q[None]
     for shift in (back, np.array([0.0, 0.0, UP])):

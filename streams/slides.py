@@ -70,8 +70,8 @@ def slidable(workspace: Workspace, obj: str, placement: Placement) -> bool:
     """
     key = ("slidable", obj, placement)
     if key not in workspace.memory:
-        flat = placement.on == (TABLE,) and too_wide(workspace, obj, placement) and _squat(workspace, obj, placement)
-        workspace.memory[key] = flat and not _graspable(workspace, obj, placement)
+        flat = placement.on == (TABLE,) and too_wide(workspace, obj, placement) and squat(workspace, obj, placement)
+        workspace.memory[key] = flat and not graspable(workspace, obj, placement)
     answer: bool = workspace.memory[key]
     return answer
 
@@ -87,7 +87,8 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
     return sorted(near, key=lambda way: (-way.hanging, distance[way]))
 
 
-def _graspable(workspace: Workspace, obj: str, placement: Placement) -> bool:
+def graspable(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether any hand is found that can pinch an object as it lies, as far as the table lets it."""
     rng = np.random.default_rng(PROBE)
     return any(_pinched(workspace, obj, placement, rng) for _ in range(PROBES))
 
@@ -101,7 +102,8 @@ def _pinched(workspace: Workspace, obj: str, placement: Placement, rng: np.rando
     return any(grasp is not None and looseness(workspace, obj, grasp, placement.pose) < LOST for grasp in closings)
 
 
-def _squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
+def squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object that is pushed would rather slide than tip over, from every side."""
     lower, upper = workspace.bounds(obj, placement.pose)
     points = workspace.points(obj) @ placement.pose.matrix[:2, :3].T
     angles = np.linspace(0.0, np.pi, 36, endpoint=False)

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.footing import base, outline
+from tamp.streams.rolling import ROLL, rolls
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-ROLL = np.radians(2.5)  # between two poses of a fall
 LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
 STEP = np.radians(5.0)  # between two tilts
 LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
@@ -88,7 +89,7 @@ def never_too_wide(workspace: Workspace, obj: str) -> bool:
 def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
     """The tilts of a body with these hull vertices (n, 3) and centre of mass (3,), both in its own frame."""
     world = vertices @ T_goal[:3, :3].T + T_goal[:3, 3]
-    for outward in _base_normals(base(world)):
+    for outward in base_normals(base(world)):
         rolled = [T_goal]
         for T in _rolling(vertices, center, T_goal, outward):
             rolled.append(T)
@@ -99,24 +100,13 @@ def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
 
 def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterator[Array]:
     """Poses of a body that is rolled up over its edge towards `outward` (2,), as far as it would fall back."""
-    ground = float((vertices @ T[2, :3] + T[2, 3]).min())
-    turn = _rotation(np.array([-outward[1], outward[0], 0.0]), ROLL)
-    for _ in range(round(MOST / ROLL)):
-        world = vertices @ T[:3, :3].T + T[:3, 3]
-        low = world[world[:, 2] < ground + 5e-4]
-        pivot = low[np.argmax(low[:, :2] @ outward)]
-        T = T.copy()
-        T[:3, :3] = turn @ T[:3, :3]
-        T[:3, 3] = pivot + turn @ (T[:3, 3] - pivot)
-        world = vertices @ T[:3, :3].T + T[:3, 3]
-        T[2, 3] += ground - world[:, 2].min()
-        edge = (world[world[:, 2] < world[:, 2].min() + 5e-4, :2] @ outward).min()
-        if (T[:3, :3] @ center + T[:3, 3])[:2] @ outward > edge - LEVER:
+    for rolled, touching in islice(rolls(vertices, T, outward), round(MOST / ROLL)):
+        if (rolled[:3, :3] @ center + rolled[:3, 3])[:2] @ outward > touching.min() - LEVER:
             return
-        yield T
+        yield rolled
 
 
-def _base_normals(points: Array) -> list[Array]:
+def base_normals(points: Array) -> list[Array]:
     """Outward normals (2,) of the edges of a base's outline, the longest edges first, similar ones left out."""
     corners = outline(points)
     if len(corners) < 3:
@@ -131,11 +121,3 @@ def _base_normals(points: Array) -> list[Array]:
         if lengths[index] > 1e-4 and all(across[index] @ other < np.cos(APART) for other in kept):
             kept.append(across[index])
     return kept
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """The rotation about a unit axis (Rodrigues)."""
-    x, y, z = axis
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
-    return R

@@ -99,16 +99,17 @@ class Handling:
 
 @dataclass(frozen=True, eq=False)
 class Slide:
-    """The arm's way behind an object, the push along what it stands on, and the way back.
+    """The arm's way behind an object, the push along what it stands on or over one of its edges, and the way back.
 
     Attributes:
         object: the object's name.
         start, end: where it stands before and after.
         opening: distance between the pads [m].
         approach: empty hand, from above to the side that is pushed; shape (n, joints) [rad].
-        push: the object before the hand, straight ahead; shape (m, joints) [rad].
+        push: the object before the hand, straight ahead or turning about its edge; shape (m, joints) [rad].
         retreat: empty hand, from the object to above; shape (k, joints) [rad].
         T_tool_object: where the object is while it is pushed.
+        fall: poses that it passes after it was pushed over its edge, `end.pose` the last; empty where it was not.
     """
 
     object: str
@@ -119,6 +120,7 @@ class Slide:
     push: NDArray[np.float64]
     retreat: NDArray[np.float64]
     T_tool_object: Pose
+    fall: tuple[Pose, ...] = ()
 
     def __str__(self) -> str:
         return f"slide of {self.object}"

@@ -64,7 +64,7 @@ class _Assembly:
                 handling = args[-1]
                 name = name if handling.fall else PUT.get(name, name)
                 return Action(name, (handling.object, *handling.placement.on), tuple(self._place(handling)))
-            case "slide" | "nudge":
+            case "slide" | "topple" | "nudge":
                 slide: Slide = args[-1]
                 return Action(name, (slide.object, *slide.end.on), tuple(self._slide(slide)))
         raise ValueError(f"the tabletop domain has no action {name!r}")
@@ -101,6 +101,8 @@ class _Assembly:
         yield self._move("approach", slide.approach, slide.opening, touching=slide.object)
         yield self._push(slide)
         self._poses[slide.object] = slide.end.pose.matrix
+        if slide.fall:
+            yield Fall(slide.object, slide.end.pose)
         yield self._move("retreat", slide.retreat, slide.opening, touching=slide.object)
 
     def _push(self, slide: Slide) -> Move:

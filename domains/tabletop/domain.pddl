@@ -2,8 +2,8 @@
 ;
 ; ?o object   ?p placement of an object (a pose in the world and what it rests on)   ?s region or supporting object
 ; ?g grasp    ?h handling: approach, grasp and lift of an object at a placement, read backwards to put it down
-; ?w slide: the hand pushes an object along the table until it hangs over the edge, where it can be gripped, or nudges it
-;   within what it lies in
+; ?w slide: the hand pushes an object along the table until it hangs over the edge, where it can be gripped, or over one
+;   of its own edges until it falls onto another face, or nudges it within what it lies in
 ; Laying is letting something go before it is all the way down: tilted, on one edge, to fall flat, or above what it shall
 ; lie in, to fall straight down.
 ; ?q arm configuration: a handling begins empty-handed at ?a and ends holding at ?l       ?t path between two of them
@@ -29,7 +29,9 @@
     (Laying ?o ?p ?g ?a ?l ?h)
     (Slidable ?o ?p)               ; no hand can grasp ?o at ?p, but it may be slid from there
     (Slide ?o ?p ?p2 ?a ?l ?w) (SlideOf ?o ?w)
-    (Overhanging ?o ?p)
+    (Topplable ?o ?p)              ; no hand can grasp ?o at ?p, but it may be toppled there
+    (Topple ?o ?p ?p2 ?a ?l ?w)
+    (Exposed ?o ?p)                ; ?o was slid or toppled to ?p, where a hand can take it
     (Nudgeable ?o ?p ?p2)          ; from ?p to ?p2 it is a few centimetres, within what ?o lies in
     (Nudge ?o ?p ?p2 ?a ?l ?w)
     (FreeMotion ?q1 ?q2 ?t)
@@ -55,7 +57,8 @@
 
   (:action pick
     :parameters (?o ?p ?g ?a ?l ?h)
-    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p) (not (Slidable ?o ?p))
+    :precondition (and (Handling ?o ?p ?g ?a ?l ?h) (OnTable ?o ?p)
+                       (not (Slidable ?o ?p)) (not (Topplable ?o ?p))
                        (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
                        (not (Covered ?o)) (not (UnsafeHandling ?o ?h)))
     :effect (and (AtGrasp ?o ?g) (AtConf ?l)
@@ -104,6 +107,14 @@
   (:action slide
     :parameters (?o ?p ?p2 ?a ?l ?w)
     :precondition (and (Slide ?o ?p ?p2 ?a ?l ?w) (OnTable ?o ?p)
+                       (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
+                       (not (Covered ?o)) (not (UnsafeSlide ?o ?w)))
+    :effect (and (AtPose ?o ?p2) (AtConf ?l)
+                 (not (AtPose ?o ?p)) (not (AtConf ?a))))
+
+  (:action topple
+    :parameters (?o ?p ?p2 ?a ?l ?w)
+    :precondition (and (Topple ?o ?p ?p2 ?a ?l ?w) (OnTable ?o ?p)
                        (AtPose ?o ?p) (HandEmpty) (AtConf ?a)
                        (not (Covered ?o)) (not (UnsafeSlide ?o ?w)))
     :effect (and (AtPose ?o ?p2) (AtConf ?l)

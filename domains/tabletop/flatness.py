@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from tamp.streams.laid_aside import flat_faces
 from tamp.streams.slides import slidable
+from tamp.streams.topples import topplable
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 
@@ -28,6 +29,10 @@ class Flatness:
     def slidable(self, name: str, placement: Placement) -> bool:
         """Whether no hand can take the object from a placement or put it down there, unless it is slid away."""
         return self._looks and slidable(self.workspace, name, placement)
+
+    def topplable(self, name: str, placement: Placement) -> bool:
+        """The same where it has to be toppled."""
+        return self._looks and topplable(self.workspace, name, placement)
 
     def lies_flat(self, name: str) -> bool:
         """Whether no hand can do so on the table on some face of the object."""

@@ -37,7 +37,8 @@ DEFAULT_SAMPLERS = {
     "sample-put-aside": "tamp.streams.laid_aside:sample_put_aside",
     "sample-laid-aside": "tamp.streams.laid_aside:sample_laid_aside",
     "plan-sliding": "tamp.streams.sliding:plan_sliding",
-    "sample-edge-grasp": "tamp.streams.sliding:sample_edge_grasp",
+    "plan-toppling": "tamp.streams.toppling:plan_toppling",
+    "sample-exposed-grasp": "tamp.streams.exposed:sample_exposed_grasp",
     "plan-nudging": "tamp.streams.nudging:plan_nudging",
     "plan-free-motion": "tamp.streams.motions:plan_free_motion",
     "plan-holding-motion": "tamp.streams.motions:plan_holding_motion",
@@ -124,14 +125,13 @@ def _object_facts(
 ) -> Iterator[Fact]:
     """Where objects are, and how they may be put aside."""
     for name, placement in workspace.start.items():
-        slidable = (movable is None or name in movable) and flatness.slidable(name, placement)
-        if slidable:
-            yield ("Slidable", name, placement)
+        pushed = list(_push_facts(name, placement, flatness)) if movable is None or name in movable else []
+        yield from pushed
         if name in regrasped:
             yield ("Regrasped", name, placement, workspace.goals[name])
         elif movable is None or name in movable:
             yield ("Movable", name)
-            if slidable or not flatness.lies_flat(name):
+            if pushed or not flatness.lies_flat(name):
                 yield ("Placeable", name, TABLE)
             elif movable is None or any(other in movable for other in workspace.start if other != name):
                 yield ("LiesFlat", name, placement)  # for itself alone it need not step aside
@@ -145,12 +145,20 @@ def _object_facts(
         yield ("Region", region.name)
 
 
+def _push_facts(name: str, placement: Placement, flatness: Flatness) -> Iterator[Fact]:
+    """How an object can be pushed to where a hand can take it, if none can at a placement."""
+    if flatness.slidable(name, placement):
+        yield ("Slidable", name, placement)
+    if flatness.topplable(name, placement):
+        yield ("Topplable", name, placement)
+
+
 def _goal_facts(workspace: Workspace, regrasped: Container[str], flatness: Flatness) -> Iterator[Fact]:
     regions = {region.name for region in workspace.task.regions}
     for name, placement in workspace.goals.items():
         if placement != workspace.start[name]:
             facts = _placement_facts({**workspace.start, **workspace.goals}, name, placement)
-            if flatness.slidable(name, placement):  # no hand can put it down there
+            if any(_push_facts(name, placement, flatness)):  # no hand can put it down there
                 facts = (fact for fact in facts if fact[0] not in ("OnTable", "PutOnTable"))
             yield from facts
             if placement.on == (TABLE,):

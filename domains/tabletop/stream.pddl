@@ -74,12 +74,19 @@
     :inputs (?o ?p)
     :domain (Slidable ?o ?p)
     :outputs (?p2 ?a ?l ?w)
-    :certified (and (Placement ?o ?p2) (OnTable ?o ?p2) (Overhanging ?o ?p2)
+    :certified (and (Placement ?o ?p2) (OnTable ?o ?p2) (Exposed ?o ?p2)
                     (Conf ?a) (Conf ?l) (SlideOf ?o ?w) (Slide ?o ?p ?p2 ?a ?l ?w)))
 
-  (:stream sample-edge-grasp
+  (:stream plan-toppling
     :inputs (?o ?p)
-    :domain (Overhanging ?o ?p)
+    :domain (Topplable ?o ?p)
+    :outputs (?p2 ?a ?l ?w)
+    :certified (and (Placement ?o ?p2) (OnTable ?o ?p2) (Exposed ?o ?p2)
+                    (Conf ?a) (Conf ?l) (SlideOf ?o ?w) (Topple ?o ?p ?p2 ?a ?l ?w)))
+
+  (:stream sample-exposed-grasp
+    :inputs (?o ?p)
+    :domain (Exposed ?o ?p)
     :outputs (?g)
     :certified (Grasp ?o ?g))
 

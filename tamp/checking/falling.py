@@ -28,15 +28,18 @@ if TYPE_CHECKING:
 STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
 
 
-def check_fall(scene: Scene, state: State, fall: Fall, allow: Tolerances, report: Report) -> None:
-    """Judge a fall; afterwards the object lies where the step says."""
+def check_fall(
+    scene: Scene, state: State, fall: Fall, allow: Tolerances, report: Report, *, toppled: bool = False
+) -> None:
+    """Judge the fall of what was let go or toppled; afterwards the object lies where the step says."""
     name, before, after = fall.object, state.poses[fall.object], fall.pose.matrix
     if state.held is not None and state.held.object == name:
         report("precondition", f"{name} cannot fall while the gripper holds it", bodies=(name,))
         return
     straight = _turn(before, after)[1] < STRAIGHT
-    wrong = _not_dropping(name, before, after, allow) if straight else _not_turning(scene, state, name, after, allow)
-    for sentence in wrong:
+    farthest = allow.topple if toppled else allow.tilt
+    turning = _not_turning(scene, state, name, after, farthest, allow)
+    for sentence in _not_dropping(name, before, after, allow) if straight else turning:
         report("fall", sentence, bodies=(name,))
     path = _turned(before, after)
     while travelled(scene.solids[name], path).max(initial=0.0) > allow.step:
@@ -66,11 +69,13 @@ def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> 
         yield f"{name} falls {1000 * -way[2]:.0f} mm: nobody knows where it comes to rest"
 
 
-def _not_turning(scene: Scene, state: State, name: str, after: Array, allow: Tolerances) -> Iterator[str]:
+def _not_turning(
+    scene: Scene, state: State, name: str, after: Array, farthest: float, allow: Tolerances
+) -> Iterator[str]:
     """Why an object would not get from where it was let go to where it is said to come to rest by falling alone."""
     before = state.poses[name]
     axis, angle = _turn(before, after)
-    if angle > allow.tilt:
+    if angle > farthest:
         yield f"{name} cannot fall flat by a turn of {np.degrees(angle):.0f} degrees"
         return
     if abs(axis[2]) > np.sin(allow.level):

@@ -54,7 +54,7 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
     ahead, length = direction(path), float(np.linalg.norm(path[-1, :3, 3] - path[0, :3, 3]))
     if length > allow.nudged:
         yield f"{name} is nudged by {1000 * length:.0f} mm: nobody knows where it comes to rest"
-    lever = scene.center_of_mass(name, path[0]) - touched_behind(scene, move, name, path, allow.nudge, allow)
+    lever = scene.center_of_mass(name, path[0]) - touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
     if not len(lever):
         yield f"no finger touches {name} on the side away from where it is nudged"
         return

@@ -91,7 +91,7 @@ def _astray(name: str, path: Array, allow: Tolerances) -> Iterator[str]:
 def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why the fingers would not keep an object before them, as they touch it at the start."""
     ahead = direction(path)
-    touching = touched_behind(scene, move, name, path, allow.push, allow)
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
     if not len(touching):
         yield f"no finger touches {name} on the side away from where it is pushed"
         return
@@ -101,12 +101,16 @@ def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow
         yield f"{name} would turn away: its centre of mass is not between the contacts that push it"
 
 
-def touched_behind(scene: Scene, move: Move, name: str, path: Array, within: float, allow: Tolerances) -> Array:
-    """Where, shape (n, 3), fingers touch an object at the start and press within an angle [rad] of where it goes."""
-    ahead = direction(path)
+def touched_behind(
+    scene: Scene, move: Move, name: str, T: Array, ahead: Array, within: float, allow: Tolerances
+) -> Array:
+    """Where, shape (n, 3), fingers touch an object at T when a motion starts, and press within an angle [rad] of ahead.
+
+    `ahead` is a unit vector, shape (3,).
+    """
     placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
     hand = {s.name: (s, placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
-    patches = contacts(scene.solids[name], path[0], hand, allow.standing).patches
+    patches = contacts(scene.solids[name], T, hand, allow.standing).patches
     cosine = {link: patch.normals @ ahead for link, patch in patches.items()}
     points = [patches[link].points[cosine[link] > np.cos(within)] for link in sorted(patches)]
     return np.concatenate([np.empty((0, 3)), *points])

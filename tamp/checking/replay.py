@@ -15,6 +15,7 @@ from tamp.checking.nudging import check_nudge
 from tamp.checking.pushing import check_push
 from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.standing import carriers, without_part
+from tamp.checking.toppling import check_topple
 from tamp.checking.transforms import inverse
 from tamp.checking.verdict import Problem
 from tamp.task.plan import Fall, Grip, Move, Release
@@ -30,7 +31,9 @@ PICKS = ("pick", "unstack")
 PLACES = ("place", "stack")
 LAYS = ("lay", "lay-on")
 NUDGE = "nudge"
-SLIDES = ("slide", NUDGE)
+TOPPLE = "topple"
+SLIDES = ("slide", TOPPLE, NUDGE)
+PUSHED = {TOPPLE: check_topple, NUDGE: check_nudge}
 
 
 class Replay:
@@ -66,14 +69,15 @@ class Replay:
         falling = {step.object for step in action.steps if isinstance(step, Fall)}
         for step in action.steps:
             if isinstance(step, Move) and step.pushed is not None:
-                judge = check_nudge if action.name == NUDGE else check_push
+                judge = PUSHED.get(action.name, check_push)
                 judge(self.scene, self.state, step, step.pushed, self.allow, self.report)
             elif isinstance(step, Move):
                 check_move(self.scene, self.state, step, self.allow, self.report)
             elif isinstance(step, Grip):
                 check_grip(self.scene, self.state, step, self.allow, self.report)
             elif isinstance(step, Fall):
-                check_fall(self.scene, self.state, step, self.allow, self.report)
+                toppled = action.name == TOPPLE
+                check_fall(self.scene, self.state, step, self.allow, self.report, toppled=toppled)
             else:
                 falls = step.object in falling
                 check_release(self.scene, self.state, step, self.allow, self.report, falls=falls)
@@ -91,6 +95,7 @@ class Replay:
             **dict.fromkeys(PLACES, ([], [about], [], [])),
             **dict.fromkeys(LAYS, ([], [about], [about], [])),
             **dict.fromkeys(SLIDES, ([], [], [], [about])),
+            TOPPLE: ([], [], [about], [about]),
             "move": ([], [], [], []),
         }
         known = {*self.state.poses, TABLE, *(region.name for region in self.scene.task.regions)}

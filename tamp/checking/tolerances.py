@@ -19,11 +19,13 @@ class Tolerances:
         drop: how far a released object may fall or shift until it stands (displacement of the score's cube).
         fall: how far an object may fall straight down after it was let go.
         tilt: largest turn of an object that falls flat after it was let go.
+        topple: the same after it was pushed over.
         level: how far the axis of that turn may be from level.
         push: angle between a push and the way in which fingers press; the cone of their friction is wider.
         nudge: angle between a nudge and the way in which a fingertip presses on a flank that may be round.
         nudged: longest nudge: what one finger pushes leaves its line the farther it goes.
         lever: how far the contacts of a push reach on both sides of the centre of mass.
+        beyond: how far beyond the edge that it turns about the hand pushes a toppled object's centre of mass.
         edge: how far inside what carries it the centre of mass of a pushed object stays.
         standing: largest gap between a body and what it stands on.
         balance: how far inside its support polygon a centre of mass must lie.
@@ -46,11 +48,13 @@ class Tolerances:
     drop: float = 0.015
     fall: float = 0.17
     tilt: float = 1.2
+    topple: float = 1.7
     level: float = 0.05
     push: float = 0.4
     nudge: float = 1.1
     nudged: float = 0.05
     lever: float = 0.005
+    beyond: float = 0.02
     edge: float = 0.01
     standing: float = 0.003
     balance: float = 0.001

@@ -10,7 +10,7 @@ from tamp.pipeline.goals import away, goal_names, nearly_there, supports_first
 from tamp.pipeline.situation import left_at
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.enclosed import enclosed
-from tamp.streams.slides import slidable
+from tamp.streams.topples import to_be_pushed
 
 
 @dataclass
@@ -56,4 +56,4 @@ class Ledger:
         workspace = self.asker.workspace
         if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
             places = [(workspace, name, workspace.start[name]) for name in self.left]
-            self.reach_near([place[1] for place in places if enclosed(*place) or slidable(*place)])
+            self.reach_near([place[1] for place in places if enclosed(*place) or to_be_pushed(*place)])

@@ -12,8 +12,8 @@ from tamp.pipeline.gripping import Grips
 from tamp.pipeline.substitutes import substitutes
 from tamp.planning import Context
 from tamp.streams.collisions import CONTACT_DEPTH
-from tamp.streams.slides import slidable
 from tamp.streams.tilting import layable
+from tamp.streams.topples import to_be_pushed
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 
@@ -52,7 +52,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
     workspace, samplers = asker.workspace, asker.progress.now.samplers
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:
-        return slidable(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept, free)
+        return to_be_pushed(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept, free)
     looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
 
     def hopeful(place: Placement) -> bool:

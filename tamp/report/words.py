@@ -9,7 +9,15 @@ from collections.abc import Iterable, Sequence
 from tamp.results import Result
 from tamp.task import Action, Move, Plan, Release
 
-LINKS = {"pick": "from", "unstack": "from", "place": "on", "stack": "on", "slide": "over", "nudge": "in"}
+LINKS = {
+    "pick": "from",
+    "unstack": "from",
+    "place": "on",
+    "stack": "on",
+    "slide": "over",
+    "topple": "on",
+    "nudge": "in",
+}
 
 
 def sentences(plan: Plan) -> list[str]:

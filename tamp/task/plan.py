@@ -59,7 +59,7 @@ class Move:
         held: what the gripper holds, or None.
         contacts: pairs of bodies that may touch during this motion, such as the held object and its support;
             every other contact is a collision. The table is "table", the robot "robot".
-        pushed: what the empty hand pushes along the table, at rest in the tool frame while it does, or None.
+        pushed: what the empty hand pushes along the table or over, at rest in the tool frame while it does, or None.
     """
 
     phase: str
@@ -113,8 +113,8 @@ class Action:
     """One symbolic action and the steps that carry it out.
 
     Attributes:
-        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "slide", "nudge",
-            "move".
+        name: the action's name in the domain: "pick", "unstack", "place", "stack", "lay", "lay-on", "slide",
+            "topple", "nudge", "move".
         arguments: names of the objects and regions it is about, the moved object first.
         steps: what the robot does, in order.
     """

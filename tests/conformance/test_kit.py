@@ -40,7 +40,8 @@ SCENARIOS_OF = {
     "sample-regrasp": "regrasp_into_box",
     "regrasp-kinematics": "regrasp_into_box",
     "plan-sliding": "slide_box",
-    "sample-edge-grasp": "slide_box",
+    "plan-toppling": "topple_pail",
+    "sample-exposed-grasp": "slide_box",
     "test-cfree-slide": "slide_box",
     "plan-nudging": "nudge_in_crate",
 }

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from tamp.streams.collisions import approach_contact
+from tamp.streams.exposed import sample_exposed_grasp
 from tamp.streams.pushing import push_hits
 from tamp.streams.reachability import inverse_kinematics
-from tamp.streams.sliding import plan_sliding, sample_edge_grasp, test_cfree_slide
+from tamp.streams.sliding import plan_sliding, test_cfree_slide
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
 from tests.streams.tables import ToldContext, workspace_of
@@ -49,7 +50,7 @@ def test_the_hand_comes_down_clear_of_the_object_and_then_touches_it(workspace, 
 
 def test_where_it_hangs_over_the_edge_it_can_be_gripped(workspace, offer):
     context = ToldContext(workspace)
-    grasps = islice(sample_edge_grasp(context, "box", offer[0]), 10)
+    grasps = islice(sample_exposed_grasp(context, "box", offer[0]), 10)
     assert any(next(inverse_kinematics(context, "box", offer[0], grasp), None) is not None for grasp in grasps)
 
 

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.tilting import LEAST, MOST, ROLL, layable, never_too_wide, tilts
+from tamp.streams.rolling import ROLL
+from tamp.streams.tilting import LEAST, MOST, layable, never_too_wide, tilts
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tests.streams.tables import RED, corners, workspace_of

@@ -2,8 +2,8 @@
 
 A mutation takes a task, a valid plan and a random generator and returns the corrupted pair, or None where the plan
 gives it nothing to corrupt. `MUTATIONS` names them all with the kinds of problem that are the right reason for
-rejecting them: the checker must name at least one of those. `PUSHES` and `FALLS` are more of them, for plans that push
-something along the table, or let something fall.
+rejecting them: the checker must name at least one of those. `PUSHES`, `FALLS` and `TOPPLES` are more of them, for plans
+that push something along the table, let something fall, or push something over.
 """
 
 from __future__ import annotations
@@ -65,8 +65,9 @@ from tests.checking.mutations.pushes import (
     push_over_the_edge,
     push_through,
 )
+from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
-__all__ = ["FALLS", "MUTATIONS", "PUSHES", "Mutation"]
+__all__ = ["FALLS", "MUTATIONS", "PUSHES", "TOPPLES", "Mutation"]
 
 MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     swap_actions: ("continuity", "precondition"),
@@ -122,4 +123,13 @@ FALLS: dict[Mutation, tuple[str, ...]] = {
     fall_upside_down: ("fall",),
     never_fall: ("precondition",),
     another_falls: ("fall", "precondition"),
+}
+
+TOPPLES: dict[Mutation, tuple[str, ...]] = {
+    push_beside: ("grasp",),
+    push_nothing: ("precondition",),
+    push_from_afar: ("push",),
+    push_loaded: ("precondition",),
+    topple_halfway: ("push",),
+    topple_on_ice: ("push",),
 }

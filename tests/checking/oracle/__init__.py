@@ -15,8 +15,9 @@ import numpy as np
 from tamp.task import Box, Fall, Grip, Move, Plan, Pose, Release, Step, Task
 from tests.checking.oracle.bodies import body_of, tool_at
 from tests.checking.oracle.bookkeeping import bookkeeping
-from tests.checking.oracle.falls import fall
+from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.pushes import push
+from tests.checking.oracle.topples import topple
 from tests.checking.oracle.world import World, arrive, between, goals, grip, let_go, rests, start, sweep
 
 
@@ -46,7 +47,7 @@ class Oracle:
         for action in plan.actions:
             for step in action.steps:
                 text = self._swept(world, step) if sweep and isinstance(step, Move) else None
-                text = text or _carried_out(world, step)
+                text = text or _carried_out(world, step, toppling=action.name == "topple")
                 if text is not None:
                     return f"{action}: {text}"
             if action.name in ("place", "stack"):
@@ -66,15 +67,15 @@ class Oracle:
         return self.swept[key]
 
 
-def _carried_out(world: World, step: Step) -> str | None:
+def _carried_out(world: World, step: Step, toppling: bool) -> str | None:
     """Carry a step out; what is clearly wrong with it, or None."""
     if isinstance(step, Grip):
         return grip(world, step)
     if isinstance(step, Release):
         return let_go(world, step)
     if isinstance(step, Fall):
-        return fall(world, step)
-    text = push(world, step)
+        return fall(world, step, TOPPLED if toppling else FALLEN)
+    text = (topple if toppling else push)(world, step)
     arrive(world, step)
     return text
 

@@ -14,6 +14,7 @@ STEPS = {
     "lay": [Release, Fall],
     "lay-on": [Release, Fall],
     "slide": [],
+    "topple": [Fall],
     "nudge": [],
     "move": [],
 }
@@ -55,7 +56,7 @@ def _kinds(action: Action) -> str | None:
     if kinds != STEPS.get(action.name):
         return f"{action.name} has the wrong steps"
     pushed = [s.pushed.object for s in action.steps if isinstance(s, Move) and s.pushed is not None]
-    if pushed != (list(action.arguments[:1]) if action.name in ("slide", "nudge") else []):
+    if pushed != (list(action.arguments[:1]) if action.name in ("slide", "topple", "nudge") else []):
         return f"{action.name} pushes the wrong things"
     return None
 

@@ -22,7 +22,7 @@ def push(world: World, move: Move) -> str | None:
     if np.linalg.norm(claimed[:3, 3] - before[:3, 3]) > 0.006:
         return f"{name} is not where the push begins"
     riders = [other for other in world.others(name, "table") if rests(world, other) is None]
-    fingers, ahead = _fingers(world, move, name), tool_at(q[-1]) @ T_tool_object
+    fingers, ahead = fingers_at(world, move, name), tool_at(q[-1]) @ T_tool_object
     if not fingers:
         return f"no finger is at {name}"
     if abs(ahead[2, 3] - before[2, 3]) > LIFTED:
@@ -31,7 +31,7 @@ def push(world: World, move: Move) -> str | None:
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
 
 
-def _fingers(world: World, move: Move, name: str) -> list[str]:
+def fingers_at(world: World, move: Move, name: str) -> list[str]:
     """The fingers that are at an object as a push begins: moved a little ahead they would be in it."""
     tool = [tool_at(q) for q in move.trajectory.positions[[0, -1]]]
     way = tool[1][:3, 3] - tool[0][:3, 3]

@@ -1,0 +1,38 @@
+"""Corruptions of what is pushed over."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import Move, Plan, Task, Trajectory
+from tests.checking.mutations.editing import Pair, put, step_at, steps_of
+
+
+def topple_halfway(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The hand stops before the object falls over by itself."""
+    where = _topple(plan)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    t = move.trajectory
+    kept = max(2, int(len(t.times) * rng.uniform(0.2, 0.6)))
+    velocities = np.vstack([t.velocities[: kept - 1], np.zeros((1, t.velocities.shape[1]))])
+    return task, put(plan, where, replace(move, trajectory=Trajectory(t.times[:kept], t.positions[:kept], velocities)))
+
+
+def topple_on_ice(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """It stands on too little friction, and would slide away before it tips."""
+    where = _topple(plan)
+    if where is None:
+        return None
+    name, friction = step_at(plan, where).pushed.object, rng.uniform(0.02, 0.15)
+    slippery = (replace(o, friction=friction) if o.name == name else o for o in task.objects)
+    return replace(task, objects=tuple(slippery)), plan
+
+
+def _topple(plan: Plan) -> tuple[int, int] | None:
+    """Where the first topple is, or None."""
+    found = (w for w in steps_of(plan, Move) if plan.actions[w[0]].name == "topple" and step_at(plan, w).pushed)
+    return next(found, None)
