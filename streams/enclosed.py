@@ -31,12 +31,12 @@ from tamp.streams.pinches import (
     WIDTH_RESERVE,
     Pinches,
     beyond_table,
-    pinches_at,
+    pinches_from_above,
     sample_pinches,
-    sides,
 )
 from tamp.streams.serving import in_reach
 from tamp.streams.surfaces import SurfacePoints, surface_points
+from tamp.streams.tilting import too_wide
 from tamp.streams.values import CLEARANCE, Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.world.scene import Scene
@@ -45,10 +45,10 @@ POINTS = 1000  # on the surface, that rays start from
 LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
 FEW = 10  # hands with room, below which such are added
 PLENTY = 60  # after which no more are sought
+LOW = 0.035  # height of an object that is flat [m]
 OVERHANG = 0.02  # of an object over the table's edge, from which on a finger gets below it [m]
 AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
-TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # of the hand about its closing axis [rad]
 
 
 def roomy_pinches(
@@ -69,7 +69,8 @@ def roomy_pinches(
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
     hanging = place.pose if place is not None and _hangs_over(workspace, obj, place) else None
-    pinches = sample_pinches(workspace, obj, rng, points, hanging)
+    low = [place.pose for place in places if _lies_low(workspace, obj, place)]
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, low)
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
@@ -95,6 +96,12 @@ def _hangs_over(workspace: Workspace, obj: str, place: Placement) -> bool:
     lower, upper = workspace.bounds(obj, place.pose)
     corners = np.array([lower, upper])
     return place.on == (TABLE,) and bool(beyond_table(workspace, corners + np.array([[OVERHANG], [-OVERHANG]])).any())
+
+
+def _lies_low(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether an object lies so flat that few hands get hold of it above the table, though it is narrow enough."""
+    lower, upper = workspace.bounds(obj, place.pose)
+    return bool(upper[2] - lower[2] < LOW) and not too_wide(workspace, obj, place)
 
 
 def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
@@ -161,6 +168,4 @@ def upright_pinches(
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     contacts = contacts.at(np.abs(contacts.axes @ down) < level)
-    u, v = sides(contacts.axes)
-    angles = np.arctan2(v @ down, u @ down)[:, None] + np.array(TILTS)
-    return pinches_at(contacts, gripper, angles)
+    return pinches_from_above(contacts, gripper, place.pose)

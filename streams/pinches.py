@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 SURFACE = 400  # points that rays start from
 DIRECTIONS = 16  # approach directions about the closing axis
 HANGING = 5  # points on the whole surface for each on what hangs over the table's edge
+TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # about its closing axis, of a hand that comes down [rad]
+NEARLY_LEVEL = 0.5  # how far a closing axis may point up that is made level
 DEPTHS = (0.018, 0.012, 0.006, 0.003)  # how far the contact lies behind the fingertips [m]
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
@@ -66,11 +68,17 @@ class Pinches:
 
 
 def sample_pinches(
-    workspace: Workspace, obj: str, rng: np.random.Generator, points: int = SURFACE, hanging: Pose | None = None
+    workspace: Workspace,
+    obj: str,
+    rng: np.random.Generator,
+    points: int = SURFACE,
+    hanging: Pose | None = None,
+    low: Sequence[Pose] = (),
 ) -> Pinches:
     """Every antipodal contact pair that rays from so many points find, from directions all around at every depth.
 
     Where the object hangs over the table's edge at a pose, rays start from about as many points of what hangs over.
+    Where it lies low at some, pinches are added of hands that come straight down and close exactly level.
     """
     gripper = workspace.world.robot.spec.gripper
     pieces = workspace.world.geometries[obj].parts
@@ -80,7 +88,28 @@ def sample_pinches(
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
-    return pinches_at(contacts, gripper, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
+    around = pinches_at(contacts, gripper, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
+    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), gripper, pose) for pose in low)
+    return Pinches.joined([around, *level])
+
+
+def levelled(contacts: Contacts, up: NDArray[np.float64]) -> Contacts:
+    """The nearly level of some contact pairs, turned about their middles until they are quite level.
+
+    Of a thin thing that lies low a tilted hand has no room between it and the table. `up` is the upward direction in
+    the object's frame, shape (3,). What the pads meet then, `closed` finds out.
+    """
+    rise = contacts.axes @ up
+    contacts, rise = contacts.at(np.abs(rise) < NEARLY_LEVEL), rise[np.abs(rise) < NEARLY_LEVEL]
+    flat = np.sqrt(1.0 - rise**2)
+    return replace(contacts, axes=(contacts.axes - np.outer(rise, up)) / flat[:, None], widths=contacts.widths * flat)
+
+
+def pinches_from_above(contacts: Contacts, gripper: Gripper, pose: Pose) -> Pinches:
+    """Pinches of contact pairs by hands that come down on an object at a pose, straight or a little tilted."""
+    down = -pose.matrix[2, :3]
+    u, v = sides(contacts.axes)
+    return pinches_at(contacts, gripper, np.arctan2(v @ down, u @ down)[:, None] + np.array(TILTS))
 
 
 def beyond_table(workspace: Workspace, points: NDArray[np.float64]) -> NDArray[np.bool_]:

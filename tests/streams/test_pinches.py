@@ -3,6 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp.streams.antipodal import Contacts
+from tamp.streams.clearance import above_table
 from tamp.streams.pinches import (
     DEPTHS,
     DIRECTIONS,
@@ -10,6 +12,7 @@ from tamp.streams.pinches import (
     Pinches,
     in_tool_frames,
     intrinsic_cost,
+    levelled,
     sample_pinches,
 )
 from tamp.task import Box, Object, Pose
@@ -53,6 +56,28 @@ def test_of_what_hangs_over_the_edge_only_that_is_pinched():
     assert len(found) > 100
     # Between its two faces a ray runs so far aside at most as friction lets it.
     assert (middle[:, 1] + hanging.xyz[1]).min() > edge - 0.02
+
+
+@settings(max_examples=20, deadline=None)
+@given(rise=st.floats(-0.49, 0.49), heading=st.floats(-np.pi, np.pi), width=st.floats(0.005, 0.07))
+def test_a_nearly_level_pair_of_contacts_is_made_quite_level_about_its_middle(rise, heading, width):
+    level = np.array([np.cos(heading), np.sin(heading), 0.0])
+    axis = np.sqrt(1 - rise**2) * level + [0.0, 0.0, rise]
+    pair = Contacts(np.array([[0.1, 0.2, 0.3]]), axis[None], np.array([width]), np.array([0.1]))
+    found = levelled(pair, np.array([0.0, 0.0, 1.0]))
+    assert np.allclose(found.axes, level) and np.array_equal(found.centers, pair.centers)
+    assert np.allclose(found.widths, width * np.sqrt(1 - rise**2))
+    assert not len(levelled(pair, level * np.sign(axis @ level)).widths)
+
+
+def test_of_what_lies_low_hands_that_come_straight_down_get_hold():
+    blade = Object("blade", Box((0.14, 0.014, 0.008)), Pose((0.05, 0.0, 0.004)))
+    workspace = workspace_of(blade)
+    place = workspace.start["blade"]
+    plain, more = (sample_pinches(workspace, "blade", np.random.default_rng(0), low=low) for low in ([], [place.pose]))
+    assert np.array_equal(more.widths[: len(plain)], plain.widths)
+    over = [above_table(workspace, pinches, place).sum() for pinches in (plain, more)]
+    assert over[1] > 2 * over[0] > 0
 
 
 def test_every_contact_is_offered_from_all_directions_at_all_depths(pinches):
