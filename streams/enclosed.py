@@ -28,6 +28,7 @@ from tamp.streams.dropping import lies_in
 from tamp.streams.pinches import (
     FRICTION_ANGLE,
     SURFACE,
+    TILTS,
     WIDTH_RESERVE,
     Pinches,
     beyond_table,
@@ -69,8 +70,8 @@ def roomy_pinches(
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
     hanging = place.pose if place is not None and _hangs_over(workspace, obj, place) else None
-    low = [place.pose for place in places if _lies_low(workspace, obj, place)]
-    pinches = sample_pinches(workspace, obj, rng, points, hanging, low)
+    low = all(_lies_low(workspace, obj, place) for place in places) and len(places) > 1
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, [place.pose for place in places if low])
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
@@ -168,4 +169,4 @@ def upright_pinches(
     widest = gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     contacts = contacts.at(np.abs(contacts.axes @ down) < level)
-    return pinches_from_above(contacts, gripper, place.pose)
+    return pinches_from_above(contacts, gripper, place.pose, TILTS)

@@ -89,7 +89,7 @@ def sample_pinches(
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
     around = pinches_at(contacts, gripper, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
-    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), gripper, pose) for pose in low)
+    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), gripper, pose, TILTS[:3]) for pose in low)
     return Pinches.joined([around, *level])
 
 
@@ -105,11 +105,11 @@ def levelled(contacts: Contacts, up: NDArray[np.float64]) -> Contacts:
     return replace(contacts, axes=(contacts.axes - np.outer(rise, up)) / flat[:, None], widths=contacts.widths * flat)
 
 
-def pinches_from_above(contacts: Contacts, gripper: Gripper, pose: Pose) -> Pinches:
+def pinches_from_above(contacts: Contacts, gripper: Gripper, pose: Pose, tilts: Sequence[float]) -> Pinches:
     """Pinches of contact pairs by hands that come down on an object at a pose, straight or a little tilted."""
     down = -pose.matrix[2, :3]
     u, v = sides(contacts.axes)
-    return pinches_at(contacts, gripper, np.arctan2(v @ down, u @ down)[:, None] + np.array(TILTS))
+    return pinches_at(contacts, gripper, np.arctan2(v @ down, u @ down)[:, None] + np.array(tilts))
 
 
 def beyond_table(workspace: Workspace, points: NDArray[np.float64]) -> NDArray[np.bool_]:
