@@ -16,15 +16,14 @@ import numpy as np
 
 from tamp.streams.clearance import hand_above_table
 from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.flat_faces import flat_faces, lies_flat
 from tamp.streams.footing import amid, resting, turned
 from tamp.streams.grasps import grasps_at
 from tamp.streams.laying import lays
 from tamp.streams.placements import put_aside
 from tamp.streams.reachability import inverse_kinematics, reaches
 from tamp.streams.recall import Detached, recalled
-from tamp.streams.slides import slidable
 from tamp.streams.sliding import plan_sliding
-from tamp.streams.tilting import never_too_wide, too_wide
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Context, Workspace, standing
 
@@ -39,25 +38,6 @@ ROUNDS = 4  # through the grasps that serve
 FAMILIAR = 0.985  # cosine of the angle between two faces that count as one
 
 Serve = Callable[[Context, str, Grasp], Placement | None]
-
-
-def lies_flat(workspace: Workspace, obj: str) -> bool:
-    """Whether no hand can put an object down or pick it up on the table, whatever face it rests on."""
-    start = workspace.start[obj]
-    if start.on == (TABLE,) and not too_wide(workspace, obj, start):  # one face is enough
-        return False
-    flat = flat_faces(workspace, obj)
-    return bool(flat) and len(flat) == len(resting(workspace, obj))
-
-
-def flat_faces(workspace: Workspace, obj: str) -> list[NDArray[np.float64]]:
-    """Steady orientations (3, 3) in which an object lies so flat that no hand can put it down or pick it up."""
-    key = ("flat faces", obj)
-    if key not in workspace.memory:
-        rotations = [] if never_too_wide(workspace, obj) else resting(workspace, obj)
-        workspace.memory[key] = [R for R in rotations if slidable(workspace, obj, amid(workspace, obj, R))]
-    faces: list[NDArray[np.float64]] = workspace.memory[key]
-    return faces
 
 
 def sample_put_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:

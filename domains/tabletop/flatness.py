@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from tamp.streams.laid_aside import flat_faces
+from tamp.streams.flat_faces import flat_faces
 from tamp.streams.slides import slidable
 from tamp.streams.topples import topplable
 from tamp.streams.values import Placement

@@ -1,4 +1,4 @@
-"""A run in the making: its plans, its executions, its clock, and the record that is made of them."""
+"""A run in the making: its plans, its executions and its clock."""
 
 from __future__ import annotations
 
@@ -6,22 +6,17 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.record import Execution
 from tamp.pipeline.amends import Resuming
 from tamp.pipeline.attempt import Samplers
 from tamp.pipeline.planning import Planning
-from tamp.pipeline.run import Run
 from tamp.pipeline.setup import Setup
 from tamp.pipeline.situation import SAME_PLACE
-from tamp.results import Result, Status
-from tamp.scoring import Score, score
+from tamp.scoring import score
 from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Plan, Pose, Task
-from tamp.task.plan_file import plan_sha256
-from tamp.versions import versions
 
 FIRST_SHARE = 0.7  # of the time for planning goes to the first plan at most
 NEXT_SHARE = 0.5  # of the time that is left goes to each further one
@@ -124,13 +119,13 @@ class Job:
     @property
     def unfinished(self) -> bool:
         """Whether the last search ran out of time for anything, so that more may bring what its plan leaves."""
-        return self.hurried and bool(self._left)
+        return self.hurried and bool(self.left)
 
     @property
     def missed(self) -> set[str]:
         """Objects that the last plan was to bring to their goals and that are not there."""
         goals_met = score(self.task, self.final_poses).goals_met
-        return {name for name, met in goals_met.items() if not met} - self._left.keys()
+        return {name for name, met in goals_met.items() if not met} - self.left.keys()
 
     def astray(self, setup: Setup) -> set[str]:
         """Those, and the objects that are there only nearly, as far as the last plan could bring them."""
@@ -140,75 +135,10 @@ class Job:
             for name, goal in (goals | dict(self.plans[-1].goals if self.plans else {})).items()
             if ede(mean_edge(self.task.object(name).shape), self.final_poses[name], goal) > ASTRAY
         }
-        return (self.missed | nearly) - self._left.keys()
-
-    def run(self, execute: bool) -> Run:
-        """Close the books."""
-        reached = score(self.task, self.final_poses)
-        status = self._status(execute, reached)
-        result = Result(
-            task=self.task.name,
-            seed=self.seed,
-            status=status,
-            planning_s=self.planning_s,
-            execution_sim_s=sum(e.sim_s for e in self.executions),
-            wall_s=time.monotonic() - self.began,
-            n_actions=sum(len(e.log) for e in self.executions) or sum(len(p.actions) for p in self.plans[:1]),
-            n_replans=max(0, len(self.plans) - 1),
-            grasps_attempted=sum(e.grasps_attempted for e in self.executions),
-            grasps_succeeded=sum(e.grasps_succeeded for e in self.executions),
-            # Planning hands out nothing that the checker has not accepted, but for goals that are left.
-            plan_checked=bool(self.plans) and not any(plan.report.get("left") for plan in self.plans),
-            plans_rejected=len(self.rejections),
-            do_nothing_ede_m=reached.do_nothing_ede_m,
-            mean_ueb_m=reached.mean_ueb_m,
-            **(_outcome(reached) if execute else {}),  # what was not executed has no score
-            plan_sha256=plan_sha256(self.plans[0]) if self.plans else "",
-            message="" if status in ("solved", "planned") else self._message(reached),
-            versions=versions(),
-            task_path="" if self.task.path is None else str(self.task.path),
-            level=self.task.level,
-        )
-        executions, rejections = tuple(self.executions), tuple(self.rejections)
-        return Run(result, tuple(self.plans), executions, self.final_poses, self.failure, rejections)
-
-    def _status(self, execute: bool, reached: Score) -> Status:
-        if self.plans and not execute:
-            return "failed" if self._left else "planned"
-        if self.executions and reached.solved:
-            return "solved"
-        if self.executions or self.failure is None:
-            return "failed"
-        return "timeout" if self.failure.status == "timeout" else _verdict(self.failure)
+        return (self.missed | nearly) - self.left.keys()
 
     @property
-    def _left(self) -> Mapping[str, str]:
+    def left(self) -> Mapping[str, str]:
         """Objects whose goals the last plan leaves, and why."""
         left: Mapping[str, str] = self.plans[-1].report.get("left", {}) if self.plans else {}
         return left
-
-    def _message(self, reached: Score) -> str:
-        missed = [name for name, met in reached.goals_met.items() if not met]
-        parts = [f"goals not reached: {', '.join(missed)}"] if missed and self.executions else []
-        if self.executions and self.executions[-1].deviation is not None:
-            parts.append(f"last deviation: {self.executions[-1].deviation}")
-        if self.executions and self.executions[-1].status == "timeout":
-            parts.append(f"execution passed its limit of {self.task.limits.execution_sim_s:g} simulated seconds")
-        parts += [f"{name} left: {why}" for name, why in self._left.items()]
-        if self.failure is not None and not self._left:
-            parts += [f"no plan ({self.failure.status})", *self.obstacles]
-        return "; ".join(parts)
-
-
-def _outcome(reached: Score) -> dict[str, Any]:
-    return {
-        "ede_m": reached.ede_m,
-        "improvement": reached.improvement,
-        "improvement_ueb": reached.improvement_ueb,
-        "objects": tuple(vars(o) for o in reached.objects),
-        "goals_met": reached.goals_met,
-    }
-
-
-def _verdict(failure: PlanningFailure) -> Status:
-    return "infeasible" if failure.status == "infeasible" else "failed"

@@ -9,7 +9,7 @@ from tamp.pipeline.asking import Asker
 from tamp.pipeline.efforts import ALONE
 from tamp.pipeline.goals import alone, goal_supports, supports_first, supports_in_the_way
 from tamp.pipeline.reasons import reason
-from tamp.streams.laid_aside import lies_flat
+from tamp.streams.flat_faces import lies_flat
 from tamp.streams.values import Placement
 
 

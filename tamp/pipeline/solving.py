@@ -5,6 +5,7 @@ from __future__ import annotations
 from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.pipeline.attempt import Samplers
+from tamp.pipeline.books import closed
 from tamp.pipeline.job import Job
 from tamp.pipeline.run import Run
 from tamp.pipeline.setup import Setup, prepare
@@ -59,13 +60,13 @@ def carry_out(
             setup = prepare(task, job.began + limit)
     except PlanningFailure as failure:
         job.failure, job.final_poses = failure, {thing.name: thing.pose for thing in task.objects}
-        return job.run(execute)
+        return closed(job, execute)
     home = load_robot(task.robot).home
     job.final_poses = dict(setup.start)
     if job.plan(setup, setup.start, home) and execute:
         with open_execution(task, setup.start, home, seed=seed) as executor:
             _execute(job, setup, executor)
-    return job.run(execute)
+    return closed(job, execute)
 
 
 def _execute(job: Job, setup: Setup, executor: Executor) -> None:

@@ -7,8 +7,9 @@ import pytest
 
 from tamp.streams import laid_aside
 from tamp.streams.collisions import handling_hits
+from tamp.streams.flat_faces import flat_faces, lies_flat
 from tamp.streams.footing import resting, stands
-from tamp.streams.laid_aside import FUTILE, flat_faces, lies_flat, sample_laid_aside, sample_put_aside
+from tamp.streams.laid_aside import FUTILE, sample_laid_aside, sample_put_aside
 from tamp.streams.laying import plan_laying
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.values import Placement
