@@ -44,13 +44,17 @@ def free_first(context: Context, obj: str, found: Iterator[Slide]) -> Iterator[O
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     blocked = []
     for slide in found:
-        before = Configuration(tuple(slide.approach[0].tolist()), slide.opening)
-        after = Configuration(tuple(slide.retreat[-1].tolist()), slide.opening)
         if push_hits(context.scene, slide, around) is None:
-            yield slide.end, before, after, slide
+            yield offer(slide)
         else:
-            blocked.append((slide.end, before, after, slide))
+            blocked.append(offer(slide))
     yield from blocked
+
+
+def offer(slide: Slide) -> Offer:
+    """A slide with where it ends and the configurations that it begins and ends at."""
+    before = Configuration(tuple(slide.approach[0].tolist()), slide.opening)
+    return slide.end, before, Configuration(tuple(slide.retreat[-1].tolist()), slide.opening), slide
 
 
 def _grasps(context: Context, obj: str, placement: Placement) -> tuple[Hashable, Draw]:

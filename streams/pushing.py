@@ -39,11 +39,32 @@ def pushes(context: Context, obj: str, placement: Placement, way: Way, behind: f
 
     The hand comes down and goes up again as far behind the object as `behind` says [m].
     """
-    workspace: Workspace = context.scene
+    for T, opening in hands_at(context.scene, obj, placement, way):
+        yield from pushed(context, obj, placement, way.end, T, opening, np.append(behind * way.behind, 0.0))
+
+
+def hands_at(workspace: Workspace, obj: str, placement: Placement, way: Way) -> Iterator[tuple[Array, float]]:
+    """Yield the two tools, (4, 4), whose open fingers nearly touch the side that a way pushes, and their openings [m].
+
+    The hand is turned one way or the other.
+    """
     opening = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, workspace.world.robot.spec.gripper.stroke))
     for side in (1.0, -1.0):
-        T = _touching(workspace, obj, placement, way, opening, side)
-        yield from pushed(context, obj, placement, way.end, T, opening, np.append(behind * way.behind, 0.0))
+        yield _touching(workspace, obj, placement, way, opening, side), opening
+
+
+def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:
+    """Whether some others are in the way of an object, or of every hand that pushes it along; the arm is left out."""
+    poses = {name: place.pose.matrix for name, place in others.items()}
+    shift = np.append(way.shift, 0.0)
+    shifts = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))[:, None] * shift
+    for name, T in poses.items():
+        along = (_moved(placement.pose.matrix, each) for each in shifts)
+        if any(workspace.world.overlap(obj, at, name, T, tolerance=-ARM_MARGIN) for at in along):
+            return True
+    among = workspace.world.free_hand(Scene(poses), ARM_MARGIN)
+    hands = hands_at(workspace, obj, placement, way)
+    return all(any(among.hit(_moved(T, each), opening) for each in shifts) for T, opening in hands)
 
 
 def pushed(

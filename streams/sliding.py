@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
-from tamp.streams.exposed import Offer, free_first, grippable
-from tamp.streams.pushing import CLOSE, push_hits, pushes
+from tamp.streams.exposed import Offer, free_first, grippable, offer
+from tamp.streams.pushing import CLOSE, barred, push_hits, pushes
 from tamp.streams.recall import recalled
-from tamp.streams.slides import ways
+from tamp.streams.slides import Way, ways
 from tamp.streams.values import Placement, Slide
-from tamp.streams.workspace import Context
+from tamp.streams.workspace import Context, standing
 
 TRIED = 16  # ways
 
@@ -18,10 +19,20 @@ def plan_sliding(context: Context, obj: str, placement: Placement) -> Iterator[O
     """Yield (placement over the edge, first configuration, last configuration, slide) for an object at a placement.
 
     The arm can grip the object where it is slid to, as far as the table alone matters. Slides that are also free of
-    what the plan has standing there come first; the others may serve when that has moved.
+    what the plan has standing there come first; the others may serve when that has moved. As it takes long to find out
+    where the arm can grip it, ways that are barred for the hand alone are only looked at after all others.
     """
-    found = recalled(context, ("slides", obj, placement), lambda first: _alone(first, obj, placement))
-    yield from free_first(context, obj, found)
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    all_ways = ways(context.scene, obj, placement)[:TRIED]
+    blocked = [way for way in all_ways if barred(context.scene, obj, placement, way, around)]
+
+    def slides(chosen: list[Way]) -> Iterator[Slide]:
+        for way in chosen:
+            key = ("slides", obj, placement, tuple(way.shift), way.hanging)
+            yield from recalled(context, key, partial(_alone, obj=obj, placement=placement, way=way))
+
+    yield from free_first(context, obj, slides([way for way in all_ways if way not in blocked]))
+    yield from map(offer, slides(blocked))
 
 
 def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:
@@ -32,14 +43,13 @@ def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, stand
     return reason is None
 
 
-def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide | None]:
-    """Two slides for each way to where the arm can grip the object, as if nothing else stood on the table.
+def _alone(context: Context, obj: str, placement: Placement, way: Way) -> Iterator[Slide | None]:
+    """Two slides along a way to where the arm can grip the object, as if nothing else stood on the table.
 
     In the second the hand keeps close to the object, which may be the only room that neighbours leave.
     """
-    for way in ways(context.scene, obj, placement)[:TRIED]:
-        slide = next(pushes(context, obj, placement, way), None)
-        yield None
-        if slide is not None and (yield from grippable(context, obj, way.end)):
-            yield slide
-            yield next(pushes(context, obj, placement, way, CLOSE), None)
+    slide = next(pushes(context, obj, placement, way), None)
+    yield None
+    if slide is not None and (yield from grippable(context, obj, way.end)):
+        yield slide
+        yield next(pushes(context, obj, placement, way, CLOSE), None)
