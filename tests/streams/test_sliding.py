@@ -5,8 +5,9 @@ import pytest
 
 from tamp.streams.collisions import approach_contact
 from tamp.streams.exposed import sample_exposed_grasp
-from tamp.streams.pushing import push_hits
+from tamp.streams.pushing import barred, push_hits
 from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.slides import ways
 from tamp.streams.sliding import plan_sliding, test_cfree_slide
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
@@ -74,6 +75,31 @@ def test_slides_that_are_free_of_what_stands_there_come_first(workspace, offer):
     offers = list(plan_sliding(context, "box", workspace.start["box"]))
     free = [push_hits(workspace, slide, {"peg": around[0][2]}) is None for *_, slide in offers]
     assert free == sorted(free, reverse=True) and any(free) and not all(free)
+
+
+def test_a_way_is_barred_by_what_stands_in_it_or_where_the_hand_would_be(workspace, offer):
+    end, _, _, slide = offer
+    start = workspace.start["box"]
+    way = next(way for way in ways(workspace, "box", start) if way.end == end)
+    x, y = (np.array(start.pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    hand = workspace.world.robot.forward(slide.push[-1])[:3, 3]
+    elsewhere = workspace.start["peg"]
+    assert not barred(workspace, "box", start, way, {"peg": elsewhere})
+    for at, height in (((x, y), 0.01), (hand[:2], hand[2])):  # in the air, only the hand comes there
+        peg = Placement(Pose((float(at[0]), float(at[1]), float(height))), ("table",))
+        assert barred(workspace, "box", start, way, {"peg": peg})
+        assert push_hits(workspace, slide, {"peg": peg}) is not None
+
+
+def test_barred_ways_come_after_all_others_though_they_are_looked_at_last(workspace, offer):
+    end, start = offer[0], workspace.start["box"]
+    x, y = (np.array(start.pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    peg = Placement(Pose((float(x), float(y), 0.01)), ("table",))
+    context = ToldContext(workspace, bound=(("AtPose", "peg", peg),))
+    ended = [end for end, *_ in plan_sliding(context, "box", start)]
+    bars = {way.end: barred(workspace, "box", start, way, {"peg": peg}) for way in ways(workspace, "box", start)}
+    told = [bars[end] for end in ended]
+    assert told == sorted(told) and any(told) and not all(told)
 
 
 def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(workspace, offer):
