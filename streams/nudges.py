@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.behind import TOUCHING, moved, upright
 from tamp.streams.clearance import HAND_MARGIN, above_table, clear_of_object
 from tamp.streams.closing import felt
 from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.enclosed import enclosed, upright_pinches
 from tamp.streams.hand import hand_boxes
 from tamp.streams.pinches import Pinches
-from tamp.streams.pushing import GRAZED, TOUCHING, upright
+from tamp.streams.pushing import GRAZED
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -67,7 +68,7 @@ def free_shifts(workspace: Workspace, obj: str, placement: Placement, poses: Map
         for length in STEP * np.arange(1, STEPS + 1):
             shift = length * np.array([np.cos(angle), np.sin(angle), 0.0])
             if any(
-                world.overlap(obj, _moved(T, shift), name, other, CONTACT_DEPTH if name in placement.on else GRAZED)
+                world.overlap(obj, moved(T, shift), name, other, CONTACT_DEPTH if name in placement.on else GRAZED)
                 for name, other in poses.items()
             ):
                 break
@@ -117,7 +118,7 @@ def pushing_hands(
     heights = (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2
     ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
     for T, opening in hands_behind(workspace, obj, placement, ahead, heights):
-        if not among.hits(_moved(T, ways), np.full(len(ways), opening)).any():
+        if not among.hits(moved(T, ways), np.full(len(ways), opening)).any():
             yield T, opening
 
 
@@ -147,20 +148,20 @@ def hands_behind(
             for opening in openings:
                 tool = upright(workspace, beside[:2])
                 tool[:3, 3] = (*center[:2], height + tip)
-                T = _touching(own, _moved(tool, opening / 2 * ahead), opening, -ahead)
+                T = _touching(own, moved(tool, opening / 2 * ahead), opening, -ahead)
                 if T is not None:
                     yield T, opening
 
 
 def _touching(own: FreeHand, tool: Array, opening: float, back: Array) -> Array | None:
     """The tool drawn back until the hand just touches the object that it is in; None where it is not or stays."""
-    if not own.hit(tool, opening) or own.hit(_moved(tool, FARTHEST * back), opening):
+    if not own.hit(tool, opening) or own.hit(moved(tool, FARTHEST * back), opening):
         return None
     near, clear = 0.0, FARTHEST
     for _ in range(HALVINGS):
         middle = (near + clear) / 2
-        near, clear = (middle, clear) if own.hit(_moved(tool, middle * back), opening) else (near, middle)
-    return _moved(tool, clear * back)
+        near, clear = (middle, clear) if own.hit(moved(tool, middle * back), opening) else (near, middle)
+    return moved(tool, clear * back)
 
 
 def _presses_straight(
@@ -175,10 +176,3 @@ def _presses_straight(
         return False
     first = touched[((points - center) @ ahead)[touched].argmin()]
     return bool(abs(aside[first]) < np.tan(ASTRAY) * -((points[first] - center) @ ahead))
-
-
-def _moved(T: Array, shift: Array) -> Array:
-    """A pose (4, 4) moved by a shift (3,), or by several, (n, 3), to shape (n, 4, 4)."""
-    moved = np.tile(T, (*shift.shape[:-1], 1, 1))
-    moved[..., :3, 3] += shift
-    return moved

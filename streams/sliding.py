@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from tamp.streams.behind import barred
 from tamp.streams.exposed import Offer, free_first, grippable, offer
-from tamp.streams.pushing import CLOSE, barred, push_hits, pushes
+from tamp.streams.pushing import CLOSE, push_hits, pushes
 from tamp.streams.recall import recalled
 from tamp.streams.slides import Way, ways
 from tamp.streams.values import Placement, Slide
@@ -44,12 +45,14 @@ def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, stand
 
 
 def _alone(context: Context, obj: str, placement: Placement, way: Way) -> Iterator[Slide | None]:
-    """Two slides along a way to where the arm can grip the object, as if nothing else stood on the table.
+    """A few slides along a way to where the arm can grip the object, as if nothing else stood on the table.
 
-    In the second the hand keeps close to the object, which may be the only room that neighbours leave.
+    In the second the hand keeps close to the object, in the third it is slim as well, which may be the only room that
+    neighbours leave.
     """
     slide = next(pushes(context, obj, placement, way), None)
     yield None
     if slide is not None and (yield from grippable(context, obj, way.end)):
         yield slide
         yield next(pushes(context, obj, placement, way, CLOSE), None)
+        yield next(pushes(context, obj, placement, way, CLOSE, slim=True), None)

@@ -3,9 +3,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from tamp.streams.behind import barred, hands_at
 from tamp.streams.collisions import approach_contact
 from tamp.streams.exposed import sample_exposed_grasp
-from tamp.streams.pushing import barred, push_hits
+from tamp.streams.pushing import push_hits, pushes
 from tamp.streams.reachability import inverse_kinematics
 from tamp.streams.slides import ways
 from tamp.streams.sliding import plan_sliding, test_cfree_slide
@@ -100,6 +101,18 @@ def test_barred_ways_come_after_all_others_though_they_are_looked_at_last(worksp
     bars = {way.end: barred(workspace, "box", start, way, {"peg": peg}) for way in ways(workspace, "box", start)}
     told = [bars[end] for end in ended]
     assert told == sorted(told) and any(told) and not all(told)
+
+
+def test_a_slim_hand_pushes_with_the_back_of_one_finger_and_is_narrower(workspace, offer):
+    start = workspace.start["box"]
+    way = next(way for way in ways(workspace, "box", start) if way.end == offer[0])
+    across = np.array([-way.behind[1], way.behind[0]])
+    closing = np.array(workspace.world.robot.spec.gripper.axis)
+    for slim, along in ((False, across), (True, way.behind)):
+        for T, opening in hands_at(workspace, "box", start, way, slim):
+            assert abs((T[:3, :3] @ closing)[:2] @ along) == pytest.approx(1.0)
+            assert (opening == 0.0) == slim
+    assert next(pushes(ToldContext(workspace), "box", start, way, slim=True)).end == way.end
 
 
 def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(workspace, offer):
