@@ -10,6 +10,7 @@ import numpy as np
 
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.hand import hand_boxes
+from tamp.streams.poses import moved
 from tamp.streams.slides import Way
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -88,10 +89,3 @@ def upright(workspace: Workspace, beside: Array) -> Array:
     T = np.eye(4)
     T[:3, :3] = np.stack([level, np.cross(down, level), down], axis=1) @ basis.T
     return T
-
-
-def moved(T: Array, shift: Array) -> Array:
-    """A pose (4, 4) moved by a shift (3,), or by several, (n, 3), to shape (n, 4, 4)."""
-    poses = np.tile(T, (*shift.shape[:-1], 1, 1))
-    poses[..., :3, 3] += shift
-    return poses

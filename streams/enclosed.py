@@ -70,8 +70,9 @@ def roomy_pinches(
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
     hanging = place.pose if place is not None and _hangs_over(workspace, obj, place) else None
-    low = all(_lies_low(workspace, obj, place) for place in places) and len(places) > 1
-    pinches = sample_pinches(workspace, obj, rng, points, hanging, [place.pose for place in places if low])
+    # With a single placement a regrasp is meant, whose hands have to lean to lay the object down.
+    low = places if len(places) > 1 and all(_lies_low(workspace, obj, place) for place in places) else []
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, [place.pose for place in low])
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):

@@ -42,7 +42,7 @@ def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
     They are ranked among the neighbours as they stood when they were first asked for.
     """
     if to_be_pushed(context.scene, obj, context.scene.start[obj]):
-        context.fail(f"every hand that could grasp {obj} as it lies would reach into the table")
+        context.fail(f"no hand can grasp {obj} as it stands before it is pushed to where one can")
         return
     places = list(dict.fromkeys(context.scene.placements_of(obj)))
     key = ("grasps", obj, *places, *company(context.scene, obj), str(context.rng.bit_generator.state))

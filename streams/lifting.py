@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import pairwise, product
 from operator import itemgetter
 from typing import TYPE_CHECKING
@@ -11,16 +11,15 @@ import numpy as np
 
 from tamp.streams.clearance import standing_around
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, lift_contact, told
+from tamp.streams.poses import moved
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Context, Workspace
 from tamp.task import Pose
-from tamp.world.kinematics import straight_line
+from tamp.world.kinematics import straight_lines
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from tamp.world.robot_model import RobotModel
 
     Array = NDArray[np.float64]
 
@@ -64,7 +63,7 @@ def lifted(context: Context, obj: str, placement: Placement, pose: Pose, grasp: 
         if found and meeting > reached:
             break
         reached = meeting
-        path = _through(workspace.world.robot, q, [shifted(T, np.array(offset)) for offset in way])
+        path = straight_lines(workspace.world.robot, q, [moved(T, np.array(offset)) for offset in way])
         if path is not None:
             contact = lift_contact(workspace, obj, grasp, path, {})
             if contact is None:
@@ -83,13 +82,6 @@ def standing_under(workspace: Workspace, obj: str, placement: Placement) -> dict
     """What an object stands on or in, T_world_support each, shape (4, 4)."""
     around = standing_around(workspace, obj, placement)
     return {name: place.pose.matrix for name, place in around.items() if name in placement.on}
-
-
-def shifted(T: Array, offset: Array) -> Array:
-    """A pose (4, 4), moved by an offset (3,) [m]."""
-    moved = T.copy()
-    moved[:3, 3] += offset
-    return moved
 
 
 def _clear_first(workspace: Workspace, obj: str, placement: Placement, pose: Pose) -> Iterator[tuple[Way, int]]:
@@ -120,21 +112,10 @@ def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping
     boxes = {name: workspace.bounds(name, place.pose) for name, place in around.items()}
     near = [name for name, (least, most) in boxes.items() if (least < high).all() and (low < most).all()]
     counts = [(start, end, int(np.linalg.norm(end - start) / STEP) + 2) for start, end in pairwise(corners)]
-    passed = [shifted(pose.matrix, at) for start, end, count in counts for at in np.linspace(start, end, count)]
+    passed = [moved(pose.matrix, at) for start, end, count in counts for at in np.linspace(start, end, count)]
 
     def overlaps(depth: float) -> bool:
         others = [(name, around[name].pose.matrix) for name in near]
         return any(workspace.world.overlap(obj, T, *other, tolerance=depth) for T in passed for other in others)
 
     return 0 if not overlaps(GRAZED) else 1 if not overlaps(CONTACT_DEPTH) else 2
-
-
-def _through(robot: RobotModel, q: Array, tools: Sequence[Array]) -> Array | None:
-    """The path from `q` straight through some tool poses (4, 4), shape (n, joints); None where one is not reached."""
-    path = q[None]
-    for T in tools:
-        line = straight_line(robot, path[-1], T)
-        if line is None:
-            return None
-        path = np.concatenate([path, line[1:]])
-    return path

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.behind import STEP, hands_at, moved
+from tamp.streams.behind import STEP, hands_at
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, told
+from tamp.streams.poses import moved
 from tamp.streams.slides import Way
 from tamp.streams.values import Placement, Slide
 from tamp.streams.workspace import TABLE, Context, Workspace

@@ -11,7 +11,8 @@ import numpy as np
 from tamp.streams.clearance import beneath, opening_for, standing_around
 from tamp.streams.closing import between_pads
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, told
-from tamp.streams.lifting import lifted, shifted, standing_under
+from tamp.streams.lifting import lifted, standing_under
+from tamp.streams.poses import moved
 from tamp.streams.recall import recalled
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import Context, Workspace, standing
@@ -143,7 +144,7 @@ def _approach(
     for back in WITHDRAWALS if drops else APPROACHES:
         if back > farthest:  # it begins with the way that could not be gone
             continue
-        T_away = shifted(T, -back * T[:3, 2])
+        T_away = moved(T, -back * T[:3, 2])
         if drops and len(between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, stroke)):
             reason = f"{obj} would not fall out of the hand"
             continue

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.poses import rotation, turned_about
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -38,19 +40,3 @@ def rolls(vertices: Array, T: Array, outward: Array) -> Iterator[tuple[Array, Ar
         world = vertices @ T[:3, :3].T + T[:3, 3]
         T[2, 3] += ground - world[:, 2].min()
         yield T, world[world[:, 2] < world[:, 2].min() + TOUCHING, :2] @ outward
-
-
-def turned_about(pivot: Array, turn: Array, T: Array) -> Array:
-    """A pose, shape (4, 4), turned by a rotation (3, 3) about a point (3,) of the world."""
-    T = T.copy()
-    T[:3, :3] = turn @ T[:3, :3]
-    T[:3, 3] = pivot + turn @ (T[:3, 3] - pivot)
-    return T
-
-
-def rotation(axis: Array, angle: float) -> Array:
-    """The rotation about a unit axis (Rodrigues), shape (3, 3)."""
-    x, y, z = axis
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    R: Array = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
-    return R

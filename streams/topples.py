@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.footing import base, resting, stays
-from tamp.streams.rolling import ROLL, rolls, rotation, turned_about
+from tamp.streams.poses import rotation, turned_about
+from tamp.streams.rolling import ROLL, rolls
 from tamp.streams.slides import STEADY, graspable, slidable, squat
 from tamp.streams.tilting import base_normals, too_wide
 from tamp.streams.values import Placement

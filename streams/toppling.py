@@ -9,19 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.exposed import Offer, free_first, grippable
-from tamp.streams.nudges import hands_behind
+from tamp.streams.fingertips import hands_behind
 from tamp.streams.pushing import BEHIND, drawn_back, push_hits
 from tamp.streams.recall import recalled
 from tamp.streams.topples import Topple, topples
 from tamp.streams.values import Placement, Slide
 from tamp.streams.workspace import Context, Workspace
 from tamp.task import Pose
-from tamp.world.kinematics import inverse, straight_line
+from tamp.world.kinematics import inverse, straight_lines
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from tamp.world.robot_model import RobotModel
 
     Array = NDArray[np.float64]
 
@@ -57,7 +55,7 @@ def _toppled(context: Context, obj: str, start: Placement, topple: Topple) -> It
     for T, opening in islice(hands_behind(workspace, obj, start, topple.ahead, topple.heights), HANDS):
         T_tool_object = Pose.from_matrix(T).inverse() @ start.pose
         for q in inverse(robot, T, context.rng, count=SOLUTIONS):
-            push = _followed(robot, q, [pose.matrix @ T_tool_object.inverse().matrix for pose in topple.pushed[1:]])
+            push = straight_lines(robot, q, [(pose @ T_tool_object.inverse()).matrix for pose in topple.pushed[1:]])
             begin = None if push is None else drawn_back(workspace, push[0], behind)
             after = None if push is None else drawn_back(workspace, push[-1], STRAIGHT_UP)
             if push is None or begin is None or after is None:
@@ -69,14 +67,3 @@ def _toppled(context: Context, obj: str, start: Placement, topple: Topple) -> It
                 yield slide
             else:
                 context.fail(hit)
-
-
-def _followed(robot: RobotModel, q: Array, tools: list[Array]) -> Array | None:
-    """The arm's path, shape (n, joints) [rad], from q on through some tool poses (4, 4); None where it cannot."""
-    path = q[None]
-    for T in tools:
-        line = straight_line(robot, path[-1], T)
-        if line is None:
-            return None
-        path = np.vstack([path, line[1:]])
-    return path

@@ -33,7 +33,7 @@ LAYS = ("lay", "lay-on")
 NUDGE = "nudge"
 TOPPLE = "topple"
 SLIDES = ("slide", TOPPLE, NUDGE)
-PUSHED = {TOPPLE: check_topple, NUDGE: check_nudge}
+JUDGES = {TOPPLE: check_topple, NUDGE: check_nudge}
 
 
 class Replay:
@@ -69,7 +69,7 @@ class Replay:
         falling = {step.object for step in action.steps if isinstance(step, Fall)}
         for step in action.steps:
             if isinstance(step, Move) and step.pushed is not None:
-                judge = PUSHED.get(action.name, check_push)
+                judge = JUDGES.get(action.name, check_push)
                 judge(self.scene, self.state, step, step.pushed, self.allow, self.report)
             elif isinstance(step, Move):
                 check_move(self.scene, self.state, step, self.allow, self.report)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -115,6 +115,17 @@ def straight_line(robot: RobotModel, q: Array, T_goal: Array, step: float = 0.01
     if np.abs(np.diff(line, axis=0)).max(initial=0.0) > MAX_JOINT_STEP:
         return None
     return line
+
+
+def straight_lines(robot: RobotModel, q: Array, T_goals: Sequence[Array]) -> Array | None:
+    """The path, shape (n, dof), along such lines from one of some tool poses (4, 4) to the next; None as for one."""
+    path = q[None]
+    for T in T_goals:
+        line = straight_line(robot, path[-1], T)
+        if line is None:
+            return None
+        path = np.concatenate([path, line[1:]])
+    return path
 
 
 def _interpolated(T_start: Array, T_goal: Array, step: float) -> Array:

@@ -9,6 +9,7 @@ from tamp.checking import check
 from tamp.task import Box, Fall, Move, Object, Pose
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS, TOPPLES
+from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "topple_pail.yaml"
 CORRUPTIONS = {**TOPPLES, **FALLS}
@@ -57,7 +58,7 @@ def test_the_finger_has_to_be_at_the_object(task, plan):
 
 
 def test_what_is_left_before_its_balance_falls_back(task, plan):
-    short = TOPPLES_BY_NAME["topple_halfway"](task, plan, np.random.default_rng(0))
+    short = topple_halfway(task, plan, np.random.default_rng(0))
     assert "beyond the edge that it shall fall over" in said(*short)
 
 
@@ -70,7 +71,7 @@ def test_it_does_not_fall_through_what_stands_there(task, plan):
 
 
 def test_what_stands_on_ice_slides_before_it_tips(task, plan):
-    assert "would slide before it tips" in said(*TOPPLES_BY_NAME["topple_on_ice"](task, plan, np.random.default_rng(0)))
+    assert "would slide before it tips" in said(*topple_on_ice(task, plan, np.random.default_rng(0)))
 
 
 def test_a_hand_that_lifts_or_drags_it_does_not_turn_it_over_its_edge(task, plan):
@@ -94,9 +95,6 @@ def test_it_falls_no_farther_than_onto_the_next_face(task, plan):
         return replace(fall, pose=Pose(fall.pose.xyz, (fall.pose @ half @ half).quat))
 
     assert "cannot fall flat by a turn" in said(task, edited(plan, over, Fall))
-
-
-TOPPLES_BY_NAME = {mutation.__name__: mutation for mutation in TOPPLES}
 
 
 @pytest.mark.parametrize("mutation", CORRUPTIONS, ids=lambda mutation: mutation.__name__)

@@ -4,7 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.rolling import ROLL, rolls, rotation, turned_about
+from tamp.streams.poses import rotation, turned_about
+from tamp.streams.rolling import ROLL, rolls
 
 CUBE = np.array([[x, y, z] for x in (0.0, 0.1) for y in (0.0, 0.1) for z in (0.0, 0.1)])
 
