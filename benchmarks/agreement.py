@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from benchmarks.agreement_bodies import Body, Library, bodies_of_scenarios, links, random_convex
 from benchmarks.agreement_scenes import MARGIN, Scenes, pushed
 from benchmarks.harness import Row, main
-from tamp.checking.distances import penetration
-from tamp.task.mesh import Part
+from tamp.checking.geometry.solids import penetration
+from tamp.task.mesh.parts import Part
 
 Array = NDArray[np.float64]
 

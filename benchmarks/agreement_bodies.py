@@ -11,15 +11,15 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from tamp.checking.distances import clearance
-from tamp.checking.links import read_links
-from tamp.checking.solids import Solid as FclSolid
-from tamp.execution.bodies import hulls_as_obj
-from tamp.execution.bullet import pybullet
+from tamp.checking.geometry.solids import Solid as FclSolid
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.robot.links import read_links
+from tamp.execution.pybullet.bodies import hulls_as_obj
+from tamp.execution.pybullet.client import pybullet
 from tamp.task import Box, Capsule, Cylinder, Mesh, Pose, Shape, Sphere, load_robot
-from tamp.task.load import load_task
-from tamp.task.mesh import Part, parts
-from tamp.world.solid import Solid, separation, solid
+from tamp.task.files.load import load_task
+from tamp.task.mesh.parts import Part, parts
+from tamp.world.geometry.convex_union import Solid, separation, solid
 
 Array = NDArray[np.float64]
 

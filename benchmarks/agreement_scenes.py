@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.agreement_bodies import FAR, Body, Library
-from tamp.checking.links import read_links
-from tamp.checking.transforms import inverse
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.robot.links import read_links
 from tamp.task import load_robot
-from tamp.world.geometry import load_geometry
-from tamp.world.robot_model import robot_model
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.robot.model import robot_model
 from tamp.world.scene import Scene
 from tamp.world.world import World
 

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import Row, main, percentile
 from tamp.task import Box, Table, load_robot
-from tamp.task.mesh import Part, parts
-from tamp.world.collision import CollisionChecker
-from tamp.world.geometry import load_geometry
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.task.mesh.parts import Part, parts
+from tamp.world.collision.checker import CollisionChecker
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.scene import Scene
 from tamp.world.world import World
 

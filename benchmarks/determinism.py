@@ -16,8 +16,8 @@ from benchmarks.harness import Row, main
 from benchmarks.small_tasks import small_tasks
 from tamp.batch import Batch
 from tamp.task import Task
-from tamp.task.load import load_task
-from tamp.task.save import save_task
+from tamp.task.files.load import load_task
+from tamp.task.files.save import save_task
 
 ARRANGEMENTS = (("in order", 1), ("in order", 2), ("shuffled", 1), ("shuffled", 2))
 

@@ -29,11 +29,11 @@ from tamp.checking import check
 from tamp.errors import TampError
 from tamp.language import parse_domain, parse_streams
 from tamp.task import Mesh
-from tamp.task.decompose import LIMIT_S
-from tamp.task.load import load_task
-from tamp.task.mesh import parts
-from tamp.task.meshfile import read_mesh
-from tamp.task.plan_file import load_plan, save_plan
+from tamp.task.files.load import load_task
+from tamp.task.files.plan_file import load_plan, save_plan
+from tamp.task.mesh.decompose import LIMIT_S
+from tamp.task.mesh.mesh_file import read_mesh
+from tamp.task.mesh.parts import parts
 from tests.checking.handmade import two_boxes
 
 MEMORY = 2**30

@@ -21,12 +21,12 @@ from benchmarks.jobs import solve_all
 from tamp.cli import main as tamp
 from tamp.execution.settling import settle
 from tamp.generate.levels import LEVELS
+from tamp.generate.placement.object_model import Thing, thing
 from tamp.generate.reach import reachable
 from tamp.generate.run import OBJECTS
-from tamp.generate.thing import Thing, thing
 from tamp.scenarios.library.model import read_library
 from tamp.task import At, Object, Pose, Task
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 SOLVED_EACH = 10
 ASKED = "1,400 tasks in under 3600 s on 2 cores; each loads, drifts under 5 mm, in reach; the share solved is told"

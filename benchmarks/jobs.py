@@ -7,18 +7,19 @@ from itertools import groupby
 from pathlib import Path
 
 from benchmarks.harness import Row
-from tamp.pipeline.solving import solve
+from tamp.clock import Clock
+from tamp.pipeline.solve import solve
 from tamp.results import Result
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 
-def solve_all(files: Iterable[Path], seeds: Iterable[int]) -> Iterator[Result]:
+def solve_all(files: Iterable[Path], seeds: Iterable[int], clock: Clock = "wall") -> Iterator[Result]:
     """Solve every task with every seed, one after the other in this process."""
     seeds = tuple(seeds)
     for file in files:
         task = load_task(file)
         for seed in seeds:
-            yield solve(task, seed=seed)
+            yield solve(task, seed=seed, clock=clock)
 
 
 def by_task(results: Iterable[Result]) -> Iterator[Row]:

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import Row, main, percentile
 from tamp.task import Box, Table, load_robot
-from tamp.world.geometry import load_geometry
-from tamp.world.kinematics import inverse, straight_line
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.kinematics.inverse import inverse, straight_line
+from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.scene import Scene
 from tamp.world.world import World
 

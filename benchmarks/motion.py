@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from benchmarks.harness import Row, main, percentile
 from benchmarks.recheck import Judge, traced
 from tamp.task import Box, Object, Pose, Task, load_robot
-from tamp.world.collision import CollisionChecker
-from tamp.world.geometry import load_geometry
-from tamp.world.kinematics import inverse
-from tamp.world.motion import PORTFOLIO, MotionResult, plan_motion, planner_names
-from tamp.world.paths import length
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.world.collision.checker import CollisionChecker
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.kinematics.inverse import inverse
+from tamp.world.motion.paths import length
+from tamp.world.motion.planner import PORTFOLIO, MotionResult, plan_motion, planner_names
+from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.scene import Scene
 from tamp.world.world import World
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from benchmarks.harness import Row, main, percentile
 from benchmarks.recheck import Judge, traced
 from tamp.task import Box, Cylinder, Object, Pose, RobotSpec, Shape, Sphere, Table, Task, load_robot
-from tamp.world.geometry import load_geometry
-from tamp.world.motion import MotionResult, plan_motion
-from tamp.world.robot_model import robot_model
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.motion.planner import MotionResult, plan_motion
+from tamp.world.robot.model import robot_model
 from tamp.world.scene import Scene
 from tamp.world.world import World
 

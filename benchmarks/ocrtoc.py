@@ -17,7 +17,7 @@ from tamp.batch.run import Batch
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.results import Result
 from tamp.task import Task
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 DATA = Path(__file__).parents[2] / "shared" / "ocrtoc"
 QUICK = {2020: ("1-24", "1-26", "1-241"), 2021: ("0-0", "1-1-1", "6-1-1")}
@@ -30,6 +30,8 @@ def rows(
     tasks: Sequence[str],
     seeds: Sequence[int],
     timeout: float,
+    clock: str,
+    workers: int,
     output: Path | None,
     pictures: bool,
 ) -> Iterator[Row]:
@@ -43,7 +45,8 @@ def rows(
         wanted = set(tasks or (QUICK[year] if quick else ()))
         files = [f for f in sorted((folder / "tasks").glob("*.yaml")) if not wanted or f.stem in wanted]
         loaded = {task.name: task for task in map(load_task, files) if not levels or task.level in levels}
-        batch = Batch(list(loaded.values()), seeds, {"timeout": timeout}, output=folder, resume=True)
+        options = {"timeout": timeout, "clock": clock}
+        batch = Batch(list(loaded.values()), seeds, options, workers=workers, output=folder, resume=True)
         results = []
         for result in batch.run():
             results.append(result)
@@ -94,9 +97,9 @@ def _picture(task: Task, result: Result, folder: Path) -> None:
     """Start, goal and end side by side, in the folder of pictures."""
     import numpy as np
 
-    from tamp.report.images import save_image
-    from tamp.report.render import Stage, goal_poses
-    from tamp.task.poses_file import load_poses
+    from tamp.report.rendering.images import save_image
+    from tamp.report.rendering.scene import Stage, goal_poses
+    from tamp.task.files.poses_file import load_poses
 
     path, poses = folder / "pictures" / f"{result.task}-{result.seed}.png", _run(folder, result) / "poses.json"
     if path.exists() or not poses.exists():
@@ -119,6 +122,8 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--tasks", nargs="*", default=(), metavar="NAME", help="only these, such as 1-1-1")
     parser.add_argument("--seed", dest="seeds", type=int, nargs="*", default=(0,), metavar="N")
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="planning a task")
+    parser.add_argument("--clock", choices=("wall", "processor"), default="wall", help="on which that is kept")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="tasks at the same time")
     parser.add_argument("--output", type=Path, metavar="DIR", help="keep results and runs there, and resume from them")
     parser.add_argument("--pictures", action="store_true", help="render start, goal and end of each run into DIR")
     return parser

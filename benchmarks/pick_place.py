@@ -8,9 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.harness import Row, main, percentile
-from tamp.domains.tabletop import assemble, tabletop_problem
-from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.setup import prepare
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.serialization.partial_plan import Attempt
 from tamp.planning import solve
 from tamp.scenarios.families import sort
 from tamp.task import At, Pose, Task, load_robot
@@ -45,11 +44,11 @@ def _one(seed: int) -> float | None:
     setup = prepare(Task(f"pick_place_{seed}", (moved, *kept)))
     attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
     begin = time.perf_counter()
-    problem = tabletop_problem(attempt.workspace, attempt.samplers, attempt.configuration)
+    problem = attempt.problem(attempt.workspace, {})
     solution = solve(problem, timeout=10.0, seed=seed)
     if solution.plan is None:
         return None
-    assemble(attempt.workspace, solution.plan)
+    setup.domain.timed(attempt.workspace, solution.plan)
     return time.perf_counter() - begin
 
 

@@ -22,13 +22,12 @@ import numpy as np
 from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA, QUICK
 from tamp.formats.ocrtoc import import_ocrtoc
-from tamp.pipeline.setup import prepare
-from tamp.pipeline.situation import observe
-from tamp.streams.grasps import sample_grasp
-from tamp.streams.laying import plan_laying
-from tamp.streams.reachability import inverse_kinematics
+from tamp.pipeline.prepare import observe, prepare
+from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.releasing.tilted_release import plan_laying
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 GRASPS = 100  # looked at for one object
 WAYS = ("same grasp", "laid", "regrasped", "not picked", "not placed", "neither")
@@ -39,13 +38,14 @@ class Alone:
     """The first argument of a sampler that is asked outside any plan."""
 
     scene: Workspace
+    seed: int = 0
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
     deadline: float = field(default_factory=lambda: time.monotonic() + 600.0)
     fluents: tuple[Any, ...] = ()
     bound: tuple[Any, ...] = ()
     reasons: list[str] = field(default_factory=list)
 
-    def fail(self, reason: str, because: Any = ()) -> None:
+    def fail(self, reason: str, because: Any = (), proven: bool = True) -> None:
         """Remember why nothing came."""
         self.reasons.append(reason)
 

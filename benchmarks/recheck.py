@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tamp.checking.links import read_links
-from tamp.checking.motion import collisions, sentence_of
+from tamp.checking.actions.arm_motion import collisions, look, sentence_of
+from tamp.checking.robot.links import read_links
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import Tolerances
 from tamp.task import Attachment, Move, Pose, RobotSpec, Task, Trajectory
@@ -34,7 +34,10 @@ class Judge:
         phase = "transit" if self._held is None else "transfer"
         move = Move(phase, trajectory, self._opening, self._held)
         still = {*self._scene.links.fixed, *self._poses, "table"}
-        for _, found in collisions(self._scene, state, move, TOLERANCES):
+        seen = look(self._scene, move, self._held, TOLERANCES.step)
+        if seen is None:
+            raise ValueError("the path is too long to be looked at")
+        for _, found in collisions(self._scene, state, move, seen, TOLERANCES):
             moving = self._held is not None and self._held.object in found.bodies
             if moving or not still.issuperset(found.bodies):
                 return sentence_of(found)

@@ -9,22 +9,24 @@ from pathlib import Path
 
 from benchmarks.harness import Row, main
 from benchmarks.jobs import by_task, solve_all
+from tamp.clock import Clock
 
 QUICK = ("one_object", "swap", "stand_up_can")
 
 
-def rows(quick: bool, seeds: int, only: Sequence[str]) -> Iterator[Row]:
+def rows(quick: bool, seeds: int, only: Sequence[str], clock: Clock) -> Iterator[Row]:
     """One row for each scenario."""
     tasks = sorted((Path(str(files("tamp"))) / "scenarios").glob("*.yaml"))
     wanted = set(only or (QUICK if quick else ()))
     chosen = [task for task in tasks if not wanted or task.stem in wanted]
-    yield from by_task(solve_all(chosen, range(1 if quick else seeds)))
+    yield from by_task(solve_all(chosen, range(1 if quick else seeds), clock))
 
 
 def _options() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--seeds", type=int, default=3, metavar="N", help="how many seeds each")
     parser.add_argument("--only", nargs="*", default=(), metavar="NAME", help="only these, such as swap")
+    parser.add_argument("--clock", choices=("wall", "processor"), default="wall", help="on which limits are kept")
     return parser
 
 

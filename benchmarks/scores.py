@@ -17,12 +17,12 @@ import numpy as np
 from benchmarks.harness import Row, main
 from tamp.execution.settling import settle
 from tamp.formats.ocrtoc import import_ocrtoc
-from tamp.report.camera import FRONT
-from tamp.report.render import Stage, goal_poses
+from tamp.report.rendering.camera import FRONT
+from tamp.report.rendering.scene import Stage, goal_poses
 from tamp.scoring import METRICS, Evaluation, Metric, evaluate
 from tamp.scoring.metrics import EDE
 from tamp.task import Mesh, Pose, Task
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 DATA = Path(__file__).parents[2] / "shared" / "ocrtoc"
 EXCHANGED = replace(EDE, name="ede, exchanged", interchange=True)

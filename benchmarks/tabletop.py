@@ -6,9 +6,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tamp.domains.tabletop import NotFree, tabletop_problem
-from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.setup import prepare
+from tamp.domains.timing import NotFree
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.serialization.partial_plan import Attempt
 from tamp.planning import solve
 from tamp.task import Task, load_robot
 
@@ -37,7 +37,7 @@ def run(task: Task, seed: int, timeout: float) -> PlanningRun:
     begin = time.perf_counter()
     setup = prepare(task)
     attempt = Attempt.of(setup, setup.start, load_robot(task.robot).home, None)
-    problem = tabletop_problem(attempt.workspace, attempt.samplers, attempt.configuration)
+    problem = attempt.problem(attempt.workspace, {})
     ready = time.perf_counter()
     solution = solve(problem, timeout=timeout, seed=seed)
     found = time.perf_counter()

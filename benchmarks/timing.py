@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness import Row, main, percentile
-from tamp.checking.limits import violations
+from tamp.checking.robot.trajectory_limits import violations
 from tamp.checking.tolerances import Tolerances
 from tamp.task import RobotSpec, load_robot
-from tamp.world.timing import time_path
-from tamp.world.trajectories import accelerations, largest_deviation, largest_jerk
+from tamp.world.timing.time_parametrization import time_path
+from tamp.world.timing.trajectory import accelerations, largest_deviation, largest_jerk
 
 Array = NDArray[np.float64]
 

@@ -53,7 +53,7 @@ def _subcommands(parser: argparse.ArgumentParser) -> Mapping[str, argparse.Argum
 
 def _task_fields() -> Iterator[str]:
     """A table for each part of the task schema."""
-    from tamp.task.schema import TaskModel
+    from tamp.task.files.schema import TaskModel
 
     schema = TaskModel.model_json_schema()
     for title, part in {"task": schema, **schema.get("$defs", {})}.items():

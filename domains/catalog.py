@@ -1,54 +1,26 @@
 """The installed domains, and what each of their streams takes and gives as Python types.
 
-A domain is a package in domains/ with `domain.pddl`, `stream.pddl`, `DEFAULT_SAMPLERS` (stream -> "module:function")
-and a function NAME_problem(workspace, samplers, configuration); VARIANTS may hold more such functions, for problems in
-which streams have something to do that are seldom used. Types are those that the default samplers are annotated with.
+A domain is a package in domains/ whose `DOMAIN` is a `tamp.domains.domain.Domain`; one from elsewhere is named by its
+package, or "package.module:NAME". Types are those that the default samplers are annotated with.
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
+from tamp.domains.domain import Domain
 from tamp.domains.samplers import Sampler, load_sampler
-from tamp.errors import DomainError, SamplerError
-from tamp.language import Domain, Stream, StreamFile, parse_domain, parse_streams
-from tamp.planning import Problem
-
-
-@dataclass(frozen=True)
-class DomainEntry:
-    """An installed domain.
-
-    Attributes:
-        name: its folder's name.
-        domain: actions, predicates and axioms.
-        streams: what its samplers take and promise.
-        samplers: stream name -> "package.module:function".
-        problems: (workspace, samplers, configuration) -> a planning problem; the first is the usual one.
-    """
-
-    name: str
-    domain: Domain
-    streams: StreamFile
-    samplers: Mapping[str, str]
-    problems: tuple[Callable[..., Problem], ...]
-
-    def stream(self, name: str) -> Stream:
-        """The stream called `name`.
-
-        Raises:
-            SamplerError: where there is none; lists those that there are.
-        """
-        for stream in self.streams.streams:
-            if stream.name == name.lower():
-                return stream
-        raise SamplerError(f"no stream {name!r}; {self.name} has {', '.join(s.name for s in self.streams.streams)}")
+from tamp.errors import DomainError
+from tamp.language import Stream
+from tamp.language.sexpr import suggest
 
 
 @dataclass(frozen=True)
@@ -68,24 +40,51 @@ def domain_names() -> tuple[str, ...]:
     return tuple(sorted(path.parent.name for path in _root().glob("*/domain.pddl")))
 
 
-def load_domain(name: str) -> DomainEntry:
-    """Read an installed domain.
+@lru_cache(maxsize=16)
+def load_domain(name: str) -> Domain:
+    """The domain of a name: an installed one, or "package.module" or "package.module:NAME" from anywhere.
 
     Raises:
         DomainError: where there is none of that name, or its files cannot be read.
     """
-    if name not in domain_names():
-        raise DomainError(f"unknown domain {name!r}; installed are {', '.join(domain_names())}")
-    folder, module = _root() / name, importlib.import_module(f"tamp.domains.{name}")
-    domain = parse_domain(folder / "domain.pddl")
-    streams = parse_streams(folder / "stream.pddl", domain)
-    problems = (getattr(module, f"{name}_problem"), *getattr(module, "VARIANTS", ()))
-    return DomainEntry(name, domain, streams, module.DEFAULT_SAMPLERS, problems)
+    module_name, _, attribute = name.partition(":")
+    if name in domain_names():
+        module_name = f"tamp.domains.{name}"
+    elif "." not in name and ":" not in name and importlib.util.find_spec(name) is None:
+        own = "one of your own is named by its package, or as package.module:NAME"
+        hint = suggest(name, domain_names(), "installed domains")
+        raise DomainError(f"unknown domain {name!r} ({own}){hint}")
+    domain = getattr(_module(module_name, name), attribute or "DOMAIN", None)
+    if not isinstance(domain, Domain):
+        found = "nothing" if domain is None else type(domain).__name__
+        raise DomainError(f"domain {name!r}: {module_name}.{attribute or 'DOMAIN'} must be a Domain, found {found}")
+    _ = domain.stream_file  # read now, so that mistakes show before anything runs
+    _check_samplers(domain)
+    return domain
 
 
-def contract(entry: DomainEntry, stream: Stream) -> Contract:
+def _module(module_name: str, name: str) -> Any:
+    try:
+        return importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not (module_name + ".").startswith(error.name + "."):
+            raise
+        raise DomainError(f"domain {name!r}: there is no module {error.name!r}") from None
+
+
+def _check_samplers(domain: Domain) -> None:
+    streams = {stream.name for stream in domain.stream_file.streams}
+    if missing := sorted(streams - domain.samplers.keys()):
+        raise DomainError(f"domain {domain.name}: no skill says what serves the stream {', '.join(missing)}")
+    if strange := sorted(domain.samplers.keys() - streams):
+        raise DomainError(
+            f"domain {domain.name}: a sampler is given for {', '.join(strange)}, which is no stream of it"
+        )
+
+
+def contract(domain: Domain, stream: Stream) -> Contract:
     """The types of a stream's variables, from the annotations of its default sampler."""
-    sampler = load_sampler(entry.samplers[stream.name], stream.name)
+    sampler = load_sampler(domain.samplers[stream.name], stream.name)
     hints = get_type_hints(sampler)
     taken = _parameters(sampler)[1:]
     inputs = {str(v): hints.get(name, Any) for v, name in zip(stream.inputs, taken, strict=True)}

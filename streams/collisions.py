@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.context import Context
 from tamp.streams.values import Grasp, Handling, Placement
-from tamp.streams.workspace import Context, Workspace
+from tamp.streams.workspace import Workspace
 from tamp.task import Pose
+from tamp.world.collision.swept_boxes import swept_boxes
 from tamp.world.scene import Scene
-from tamp.world.sweep import swept_boxes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.world.collision import Contact
+    from tamp.world.collision.checker import Contact
 
 CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
@@ -53,15 +54,17 @@ def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str,
 
     Answers are remembered. All others are asked about at once: whoever is hit is taken away, until nobody is.
     """
-    keys = {name: ("hit", handling, name, others[name]) for name in sorted(others)}
-    asked = [name for name, key in keys.items() if key not in workspace.memory]
+    known: dict[tuple[str, Placement], str | None] = workspace.cache.value(("hits", handling), dict)
+    asked = [name for name in sorted(others) if (name, others[name]) not in known]
     poses = {name: others[name].pose.matrix for name in asked if _may_meet(workspace, handling, name, others[name])}
     while poses and (contact := _handling_contact(workspace, handling, poses)) is not None:
         name = contact.a if contact.a in poses else contact.b
-        workspace.memory[keys[name]] = told(contact)
+        known[name, others[name]] = told(contact)
         del poses[name]
-    workspace.memory.update({keys[name]: None for name in asked if keys[name] not in workspace.memory})
-    return {name: workspace.memory[key] for name, key in keys.items() if workspace.memory[key] is not None}
+    for name in asked:
+        known.setdefault((name, others[name]), None)
+    found = {name: known[name, others[name]] for name in sorted(others)}
+    return {name: reason for name, reason in found.items() if reason is not None}
 
 
 def _may_meet(workspace: Workspace, handling: Handling, name: str, standing: Placement) -> bool:
@@ -76,17 +79,17 @@ def _may_meet(workspace: Workspace, handling: Handling, name: str, standing: Pla
 
 def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of boxes that all that moves in a handling stays within, (n, 3) each [m], last one round all of them."""
-    key = ("room", handling)
-    if key not in workspace.memory:
+
+    def found() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         robot, T_tool_object = workspace.world.robot, handling.grasp.T_object_tool.inverse().matrix
         held = workspace.points(handling.object) @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]
         empty = swept_boxes(robot, handling.approach, handling.opening)
         holding = swept_boxes(robot, handling.lift, handling.grasp.width, held)
         falling = (workspace.bounds(handling.object, pose) for pose in handling.fall)
         lower, upper = map(np.vstack, zip(empty, holding, *falling, strict=True))
-        workspace.memory[key] = np.vstack([lower, lower.min(axis=0)]), np.vstack([upper, upper.max(axis=0)])
-    room: tuple[NDArray[np.float64], NDArray[np.float64]] = workspace.memory[key]
-    return room
+        return np.vstack([lower, lower.min(axis=0)]), np.vstack([upper, upper.max(axis=0)])
+
+    return workspace.cache.value(("room", handling), found)
 
 
 def _handling_contact(
@@ -101,7 +104,7 @@ def _handling_contact(
 
 
 def _fall_contact(workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]) -> Contact | None:
-    from tamp.world.collision import Contact
+    from tamp.world.collision.checker import Contact
 
     for name, T in poses.items():
         for pose in handling.fall:

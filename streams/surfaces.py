@@ -1,4 +1,4 @@
-"""The surface of a union of convex parts: points on it, and the planes that bound its parts."""
+"""Points on the surface of a union of convex parts, and its parts as half-spaces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.task.mesh import Part
+    from tamp.task.mesh.parts import Part
 
 TYPICAL = 160  # points that stand for a surface
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tamp.streams.cache import SampleCache
+from tamp.streams.surfaces import typical_points
 from tamp.streams.values import Grasp, Placement
 from tamp.task import Pose, Region, Task
 
@@ -20,54 +22,47 @@ if TYPE_CHECKING:
 TABLE = "table"
 
 
-class Context(Protocol):
-    """What a sampler receives first. The planner's own context fits; a test may pass any object that does.
-
-    Attributes:
-        rng: a generator derived from (seed, stream, inputs), so that samples do not depend on the order of calls.
-        deadline: when to stop, on the clock of time.monotonic [s].
-        fluents: facts that hold where the output will be used, for streams with `:fluents`.
-        bound: facts that the plan under construction has already settled.
-    """
-
-    @property
-    def scene(self) -> Any: ...  # noqa: D102
-    @property
-    def rng(self) -> np.random.Generator: ...  # noqa: D102
-    @property
-    def deadline(self) -> float: ...  # noqa: D102
-    @property
-    def fluents(self) -> Any: ...  # noqa: D102
-    @property
-    def bound(self) -> Any: ...  # noqa: D102
-
-    def fail(self, reason: str, because: Any = ()) -> None:
-        """Say why nothing comes: a reason for the report and, where known, the facts that suffice for it."""
-
-
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """A task in its world.
+    """A task in its world. Nothing about it changes: another state is another workspace.
 
     Attributes:
         task: the task.
         world: collision geometry and robot.
         start: object -> where it stands now.
         goals: object -> the placement that its goal pose means; only objects whose goal is a pose.
-        memory: values that samplers derive once from an object and reuse, by (sampler, key).
+        cache: what samplers keep, for all workspaces of the same run; it belongs to this world.
     """
 
     task: Task
     world: World
     start: Mapping[str, Placement]
     goals: Mapping[str, Placement]
-    memory: dict[Any, Any] = field(default_factory=dict, repr=False)
+    cache: SampleCache = field(default_factory=SampleCache, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("start", "goals"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def part(self, names: Collection[str]) -> Workspace:
+        """The same table with no objects but some, in order of their names."""
+        start, goals = ({name: of[name] for name in sorted(names) if name in of} for of in (self.start, self.goals))
+        return replace(self, start=start, goals=goals)
+
+    @property
+    def placements(self) -> tuple[tuple[tuple[str, Placement], ...], ...]:
+        """Every object with where it stands, and with where it shall stand: what two workspaces of a run differ in."""
+        return tuple(self.start.items()), tuple(self.goals.items())
 
     def placements_of(self, name: str) -> Iterator[Placement]:
         """Where the object is known to stand: its start, then its goal pose if it has one."""
         yield self.start[name]
         if name in self.goals:
             yield self.goals[name]
+
+    def is_goal(self, name: str, placement: Placement) -> bool:
+        """Whether a placement is where an object shall stand by its goal pose, and does not stand now."""
+        return placement == self.goals.get(name) != self.start.get(name)
 
     def region(self, name: str) -> Region:
         """A named region; "table" is the whole table top."""
@@ -77,28 +72,25 @@ class Workspace:
 
     def points(self, name: str) -> NDArray[np.float64]:
         """The corners of an object's parts in its own frame, shape (n, 3) [m]."""
-        return self._points[name]
+        parts = self.world.geometries[name].parts
+        return self.cache.value(("points", name), lambda: np.concatenate([part.vertices for part in parts]))
 
     def bounds(self, name: str, pose: Pose) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper corner of the box along the world's axes around an object at a pose, (3,) each [m]."""
-        key = ("bounds", name, pose)
-        if key not in self.memory:
-            points = self._points[name] @ pose.matrix[:3, :3].T + pose.xyz
-            self.memory[key] = (points.min(axis=0), points.max(axis=0))
-        corners: tuple[NDArray[np.float64], NDArray[np.float64]] = self.memory[key]
-        return corners
 
-    @cached_property
-    def _points(self) -> Mapping[str, NDArray[np.float64]]:
-        parts = {name: geometry.parts for name, geometry in self.world.geometries.items()}
-        return {name: np.concatenate([part.vertices for part in pieces]) for name, pieces in parts.items()}
+        def corners() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            points = self.points(name) @ pose.matrix[:3, :3].T + pose.xyz
+            return points.min(axis=0), points.max(axis=0)
 
-    @cached_property
+        return self.cache.value(("bounds", name, pose), corners)
+
+    @property
     def surface(self) -> Mapping[str, NDArray[np.float64]]:
-        """Object -> points on its surface in its own frame, shape (n, 3); the same for every seed."""
-        from tamp.streams.surfaces import typical_points
-
-        return {name: typical_points(geometry.parts) for name, geometry in self.world.geometries.items()}
+        """Object -> points on its surface in its own frame, shape (n, 3) [m]; the same for every seed."""
+        geometries = self.world.geometries
+        return self.cache.value(
+            "surface", lambda: {name: typical_points(geometries[name].parts) for name in geometries}
+        )
 
 
 def at_pose(facts: Any) -> Iterator[Any]:

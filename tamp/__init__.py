@@ -15,20 +15,23 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tamp.checking import Verdict, check
+    from tamp.checking import Verdict
     from tamp.errors import (
         DomainError,
         PlanError,
         PlanningFailure,
+        PlanRefusedError,
         RobotError,
         SamplerError,
         TampError,
         TaskError,
     )
-    from tamp.execution.executor import execute
-    from tamp.execution.record import Execution
-    from tamp.pipeline.planning import plan
-    from tamp.pipeline.solving import solve
+    from tamp.execution.log import Execution
+    from tamp.pipeline.check import check
+    from tamp.pipeline.execute import execute
+    from tamp.pipeline.notebook import prepare, sampler_context
+    from tamp.pipeline.plan import plan
+    from tamp.pipeline.solve import solve
     from tamp.results import Result
     from tamp.scoring import Score, score
     from tamp.streams.values import Grasp
@@ -49,19 +52,22 @@ if TYPE_CHECKING:
         Table,
         Task,
     )
-    from tamp.task.load import load_task
-    from tamp.task.plan_file import load_plan, save_plan
-    from tamp.task.save import save_task
+    from tamp.task.files.load import load_task
+    from tamp.task.files.plan_file import load_plan, save_plan
+    from tamp.task.files.save import save_task
 
 _HOMES = {
-    "tamp.checking": ("Verdict", "check"),
+    "tamp.checking": ("Verdict",),
     "tamp.errors": (
-        "DomainError", "PlanError", "PlanningFailure", "RobotError", "SamplerError", "TampError", "TaskError",
+        "DomainError", "PlanError", "PlanRefusedError", "PlanningFailure", "RobotError", "SamplerError", "TampError",
+        "TaskError",
     ),
-    "tamp.execution.executor": ("execute",),
-    "tamp.execution.record": ("Execution",),
-    "tamp.pipeline.planning": ("plan",),
-    "tamp.pipeline.solving": ("solve",),
+    "tamp.execution.log": ("Execution",),
+    "tamp.pipeline.check": ("check",),
+    "tamp.pipeline.execute": ("execute",),
+    "tamp.pipeline.notebook": ("prepare", "sampler_context"),
+    "tamp.pipeline.plan": ("plan",),
+    "tamp.pipeline.solve": ("solve",),
     "tamp.results": ("Result",),
     "tamp.scoring": ("Score", "score"),
     "tamp.streams.values": ("Grasp",),
@@ -69,17 +75,17 @@ _HOMES = {
         "At", "Box", "Capsule", "Cylinder", "In", "Limits", "Mesh", "Object", "On", "Plan", "Pose", "Region", "Sphere",
         "Table", "Task",
     ),
-    "tamp.task.load": ("load_task",),
-    "tamp.task.plan_file": ("load_plan", "save_plan"),
-    "tamp.task.save": ("save_task",),
+    "tamp.task.files.load": ("load_task",),
+    "tamp.task.files.plan_file": ("load_plan", "save_plan"),
+    "tamp.task.files.save": ("save_task",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "At", "Box", "Capsule", "Cylinder", "DomainError", "Execution", "Grasp", "In", "Limits", "Mesh", "Object", "On",
-    "Plan", "PlanError", "PlanningFailure", "Pose", "Region", "Result", "RobotError", "SamplerError", "Score", "Sphere",
-    "Table", "TampError", "Task", "TaskError", "Verdict", "check", "execute", "load_plan", "load_task", "plan",
-    "save_plan", "save_task", "score", "solve",
+    "Plan", "PlanError", "PlanRefusedError", "PlanningFailure", "Pose", "Region", "Result", "RobotError",
+    "SamplerError", "Score", "Sphere", "Table", "TampError", "Task", "TaskError", "Verdict", "check", "execute",
+    "load_plan", "load_task", "plan", "prepare", "sampler_context", "save_plan", "save_task", "score", "solve",
 ]  # fmt: skip
 
 

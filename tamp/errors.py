@@ -13,6 +13,10 @@ class DomainError(TampError):
     """A domain or stream file cannot be read: says file, line and column, and what was expected."""
 
 
+class DomainWarning(UserWarning):
+    """A likely slip in a domain or stream file that harms nothing: says file, line and column, and what comes of it."""
+
+
 class RobotError(TampError):
     """A robot is unknown or its data is incomplete."""
 
@@ -23,6 +27,10 @@ class SamplerError(TampError):
 
 class PlanError(TampError):
     """A plan file cannot be read: says file and field, and what would be valid."""
+
+
+class PlanRefusedError(TampError):
+    """The checker rejects a plan that was to be carried out: says everything that is wrong with it."""
 
 
 class PlanningFailure(Exception):  # noqa: N818  no error: an outcome

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -28,7 +28,7 @@ class Result:
             goal met. "planned": the same without execution, which was not asked for. "failed": some goal was not
             reached. "timeout": no plan in time. "infeasible": proven to have no plan. "invalid": the input is wrong.
             "error": a bug, a crash, or a limit enforced from outside.
-        planning_s: wall time of planning, checking and replanning [s].
+        planning_s: time of planning, checking and replanning [s].
         execution_sim_s: simulated time of execution [s].
         wall_s: wall time of everything [s].
         n_actions: actions of all plans that were executed, as far as they were begun; of the plan where none was.
@@ -46,6 +46,15 @@ class Result:
         versions: of the program, of Python and of the libraries that decide results.
         task_path: the file the task came from, as it was given.
         level: of difficulty, as the task's file has it.
+        clock: on which the limit for planning was kept: "wall", or "processor" time; planning_s is in it too.
+        domain: what it was planned with.
+        strategy: by which parts of the task were put to the planner.
+        simulator: in which the plans were carried out; empty in results of before it was recorded.
+        perceived: whether poses were estimated from cameras, and not given.
+        settings: every option that decided the result, defaults and the task's own included.
+        configuration: the options that a batch was given, by which it can be run again.
+        task_sha256: of the task's file and meshes, as the batch found them.
+        load: of the machine when the run began: processes that wanted to run over the minute before, for each core.
     """
 
     task: str
@@ -72,12 +81,21 @@ class Result:
     versions: Mapping[str, str] = field(default_factory=dict)
     task_path: str = ""
     level: int | None = None
+    clock: str = "wall"
+    domain: str = ""
+    strategy: str = ""
+    simulator: str = ""
+    perceived: bool = False
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    configuration: Mapping[str, Any] = field(default_factory=dict)
+    task_sha256: str = ""
+    load: float | None = None
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
             raise ValueError(f"unknown status {self.status!r}; valid are {', '.join(get_args(Status))}")
         object.__setattr__(self, "objects", tuple(MappingProxyType(dict(o)) for o in self.objects))
-        for name in ("goals_met", "versions"):
+        for name in ("goals_met", "versions", "settings", "configuration"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
@@ -132,40 +150,61 @@ def read_results(path: Path) -> tuple[Result, ...]:
     )
 
 
+COLUMNS: Mapping[str, Callable[[Result], str]] = MappingProxyType(
+    {
+        "task": lambda r: r.task,
+        "seed": lambda r: str(r.seed),
+        "status": lambda r: r.status,
+        "actions": lambda r: str(r.n_actions),
+        "replans": lambda r: str(r.n_replans),
+        "grasps": lambda r: f"{r.grasps_succeeded}/{r.grasps_attempted}",
+        "plan s": lambda r: f"{r.planning_s:.1f}",
+        "sim s": lambda r: f"{r.execution_sim_s:.0f}",
+        "EDE cm": lambda r: _number(r.ede_m, 100.0, ".2f"),
+        "idle cm": lambda r: _number(r.do_nothing_ede_m, 100.0, ".1f"),
+        "better": lambda r: _number(r.improvement, 1.0, ".0%"),
+    }
+)
+"""Heading of the table -> the cell of a result."""
+
+GIVEN_UP = ("idle cm", "replans", "better", "grasps", "sim s", "actions", "plan s", "EDE cm")
+"""Columns that go where a terminal is too narrow for all, the first one first; names of tasks are never cut."""
+
+
 def print_table(results: Sequence[Result], file: TextIO) -> None:
     """Print a table with a row a result and a line of totals; colour on a terminal only."""
     from rich.console import Console
-    from rich.table import Table
 
-    table = Table(box=None, pad_edge=False)
-    table.add_column("task")
-    for heading in ("seed", "status", "actions", "replans", "grasps", "plan s", "sim s", "EDE cm", "idle cm", "better"):
-        table.add_column(heading, justify="left" if heading == "status" else "right")
-    for result in results:
-        table.add_row(*_cells(result), style=None if result.solved else "red")
-    # Off a terminal the width is unknown: lines are as long as they are, so that other programs can read them.
-    console = Console(file=file, width=None if file.isatty() else 160, no_color=None if file.isatty() else True)
-    console.print(table)
+    terminal = file.isatty()
+    # Lines are as long as they are: names can be copied, and other programs can read them.
+    console = Console(file=file, no_color=None if terminal else True, soft_wrap=True, markup=False, highlight=False)
+    lines = table_lines(results, console.width if terminal else None)
+    console.print(lines[0], style="bold")
+    for line, result in zip(lines[1:], results, strict=True):
+        console.print(line, style=None if result.solved else "red")
     for result in results:
         if result.message and not result.solved:
-            console.print(f"{result.task} (seed {result.seed}): {result.message}", markup=False, highlight=False)
-    console.print(summary(results), highlight=False)
+            console.print(f"{result.task} (seed {result.seed}): {result.message}")
+    console.print(summary(results))
 
 
-def _cells(result: Result) -> tuple[str, ...]:
-    return (
-        result.task,
-        str(result.seed),
-        result.status,
-        str(result.n_actions),
-        str(result.n_replans),
-        f"{result.grasps_succeeded}/{result.grasps_attempted}",
-        f"{result.planning_s:.1f}",
-        f"{result.execution_sim_s:.0f}",
-        _number(result.ede_m, 100.0, ".2f"),
-        _number(result.do_nothing_ede_m, 100.0, ".1f"),
-        _number(result.improvement, 1.0, ".0%"),
-    )
+def table_lines(results: Sequence[Result], width: int | None = None) -> list[str]:
+    """The heading and a line a result; in a width, columns are given up where they do not all fit."""
+    columns = {name: [name, *map(cell, results)] for name, cell in COLUMNS.items()}
+    for name in GIVEN_UP if width is not None else ():
+        if sum(2 + max(map(len, cells)) for cells in columns.values()) - 2 <= (width or 0):
+            break
+        del columns[name]
+    widths = {name: max(map(len, cells)) for name, cells in columns.items()}
+    rows = zip(*columns.values(), strict=True)
+    left = ("task", "status")
+    return [
+        "  ".join(
+            cell.ljust(widths[name]) if name in left else cell.rjust(widths[name])
+            for name, cell in zip(columns, row, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
 
 
 def _number(value: float | None, scale: float, form: str) -> str:

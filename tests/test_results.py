@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.errors import TampError
-from tamp.results import Result, from_json, print_table, read_results, summary, to_json
+from tamp.results import Result, from_json, print_table, read_results, summary, table_lines, to_json
 
 CONTRACT = {
     "task", "seed", "status", "planning_s", "execution_sim_s", "wall_s", "n_actions", "n_replans", "grasps_attempted",
@@ -70,3 +70,19 @@ def test_the_table_has_a_row_a_result_and_no_colour_off_a_terminal() -> None:
     assert lines[1].split()[:3] == ["swap", "0", "solved"]
     assert "[red] is no markup" in lines[3]
     assert lines[-1] == summary(rows) == "1 of 2 solved; mean EDE 1.00 cm, doing nothing 40.00 cm"
+
+
+@given(st.lists(results, max_size=5), st.integers(1, 200))
+def test_a_narrow_terminal_costs_columns_but_no_letter_of_a_name(given: list[Result], width: int) -> None:
+    whole, narrow = table_lines(given), table_lines(given, width)
+    for result, line in zip(given, narrow[1:], strict=True):
+        assert line.startswith(result.task.rstrip())
+        assert result.status in line
+    assert max(map(len, whole)) <= width or len(narrow[0]) < len(whole[0])
+
+
+def test_eighty_columns_hold_a_table_of_long_names() -> None:
+    lines = table_lines([Result("a_task_whose_name_is_rather_long_for_a_table", 0, "solved", ede_m=0.01)], 80)
+    assert max(map(len, lines)) <= 80
+    assert lines[1].startswith("a_task_whose_name_is_rather_long_for_a_table")
+    assert "EDE cm" in lines[0]

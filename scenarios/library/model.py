@@ -20,7 +20,7 @@ from typing import Any
 from tamp.errors import TaskError
 from tamp.scenarios.library.kinds import CATEGORIES, Area
 from tamp.task import Mesh
-from tamp.task.document import Document, FieldPath, read_document
+from tamp.task.files.yaml_document import Document, FieldPath, read_document
 from tamp.task.model import ANY_TURN, Symmetry
 
 FILE = "objects.yaml"

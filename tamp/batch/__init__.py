@@ -1,5 +1,5 @@
 """Many tasks, many workers, and a results file that survives a crash."""
 
-from tamp.batch.run import RESULTS, Batch
+from tamp.batch.run import RESULTS, Batch, run_together
 
-__all__ = ["RESULTS", "Batch"]
+__all__ = ["RESULTS", "Batch", "run_together"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
@@ -24,15 +25,25 @@ class Journal:
         self._path = path
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         except OSError as error:
             raise TampError(f"{path}: cannot be written: {error.strerror}") from error
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            self._lock(self._file)
+        except TampError:
             os.close(self._file)
-            raise TampError(f"{path}: another batch is writing to it; wait for it or choose another --output") from None
+            raise
         self._cut_torn_line()
+
+    def _lock(self, file: int) -> None:
+        """Be the one who writes; the file that was opened may have been replaced while we came."""
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            mine = os.path.samestat(os.fstat(file), self._path.stat())
+        except OSError:
+            mine = False
+        if not mine:
+            raise TampError(f"{self._path}: another batch is writing to it; wait for it or choose another --output")
 
     def __enter__(self) -> Journal:
         return self
@@ -46,9 +57,24 @@ class Journal:
         """What the file holds."""
         return read_results(self._path)
 
-    def clear(self) -> None:
-        """Forget everything."""
-        os.ftruncate(self._file, 0)
+    def keep(self, results: Iterable[Result]) -> None:
+        """Leave only these in the file, whole or not at all.
+
+        Raises:
+            TampError: where they cannot be written; the file is then as it was.
+        """
+        new = self._path.with_suffix(".new")
+        try:
+            file = os.open(new, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o666)
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with os.fdopen(os.dup(file), "wb") as lines:
+                lines.writelines(to_json(result).encode() + b"\n" for result in results)
+            os.fsync(file)
+            new.replace(self._path)
+        except OSError as error:
+            raise TampError(f"{self._path}: cannot be written: {error.strerror}; it is as it was") from error
+        os.close(self._file)
+        self._file = file
 
     def append(self, result: Result) -> None:
         """Write one line through to the disk; what a full disk cuts off is taken back.

@@ -7,12 +7,14 @@ fresh process is cheap and no job sees what another left behind.
 from __future__ import annotations
 
 import json
+import logging
+import math
 import multiprocessing
 import os
 import signal
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import forkserver, resource_tracker
@@ -26,6 +28,14 @@ from tamp.errors import TampError
 # Workers share the cores among themselves: threads inside a worker would only get in each other's way.
 SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
+LATE_S = 0.9
+"""How long after its own deadline what a job is at may go on before the job is killed [s]."""
+NO_SERVER = 255
+"""The exit code of a worker whose fork server died, and the worker with it: no fault of the job's."""
+DYING_S = 0.1
+"""How long to wait for a fork server that is dying to be dead, some times over [s]."""
+TRIES = 3
+"""How often a job is begun whose worker dies with its fork server."""
 MEMORY_WATCH_S = 0.25
 """How often the memory of workers is looked at where it is limited [s]."""
 
@@ -93,20 +103,24 @@ def run_jobs(
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["tamp.batch.worker", *preload])
     _start_server()
-    waiting = deque(jobs)
+    waiting = deque((job, 1) for job in jobs)
     running: list[_Worker] = []
     try:
         while waiting or running:
             while waiting and len(running) < workers:
-                running.append(_Worker(context, waiting.popleft(), work, memory_limit, time_limit_s))
+                running.append(_Worker(context, *waiting.popleft(), work, memory_limit, time_limit_s))
             wait(
                 [w.process.sentinel for w in running] + [w.connection for w in running],
                 _patience(running, memory_limit),
             )
             for worker in list(running):
                 outcome = worker.outcome()
-                if outcome is not None:
-                    running.remove(worker)
+                if outcome is None:
+                    continue
+                running.remove(worker)
+                if outcome.ended == "crashed" and worker.orphaned and worker.tries < TRIES:
+                    waiting.appendleft((worker.job, worker.tries + 1))
+                else:
                     yield outcome
     finally:
         for worker in running:
@@ -125,7 +139,7 @@ def _start_server() -> None:
 
 def _patience(running: Sequence[_Worker], memory_limit: int | None) -> float | None:
     """Until when nothing needs to be done [s]."""
-    deadlines = [w.deadline for w in running if w.deadline is not None]
+    deadlines = [w.deadline for w in running if w.deadline < math.inf]
     until = max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
     return until if memory_limit is None else min(MEMORY_WATCH_S, MEMORY_WATCH_S if until is None else until)
 
@@ -133,18 +147,30 @@ def _patience(running: Sequence[_Worker], memory_limit: int | None) -> float | N
 class _Worker:
     """A process at its one job."""
 
-    def __init__(self, context: Any, job: Job, work: str, memory_limit: int | None, time_limit_s: float | None) -> None:
-        self._job = job
+    def __init__(
+        self, context: Any, job: Job, tries: int, work: str, memory_limit: int | None, time_limit_s: float | None
+    ) -> None:
+        self.job, self.tries = job, tries
         self._began = time.monotonic()
         self._limit = time_limit_s
         self._memory_limit = memory_limit
-        self.deadline = None if time_limit_s is None else self._began + time_limit_s
+        self._end = math.inf if time_limit_s is None else self._began + time_limit_s
+        self._until = math.inf
         self.connection: Connection
         self.connection, theirs = context.Pipe(duplex=False)
-        arguments = (theirs, work, dict(job.arguments))
-        self.process = context.Process(target=run_job, args=arguments, name=f"tamp {job.key}")
-        self.process.start()
+        arguments = (theirs, work, dict(job.arguments), logging.getLogger("tamp").getEffectiveLevel())
+        self.process = _started(context, run_job, arguments, f"tamp {job.key}")
         theirs.close()
+
+    @property
+    def deadline(self) -> float:
+        """When the job is killed if it has not ended, in time.monotonic() [s]."""
+        return min(self._end, self._until)
+
+    @property
+    def orphaned(self) -> bool:
+        """Whether the worker died with its fork server."""
+        return bool(self.process.exitcode == NO_SERVER)
 
     def outcome(self) -> Outcome | None:
         """How the job ended; None while it runs."""
@@ -153,9 +179,11 @@ class _Worker:
         if message is not None:
             self.process.join(1.0)  # it has nothing left to do but to end
         elif alive:
-            if self.deadline is not None and time.monotonic() >= self.deadline:
+            if time.monotonic() >= self.deadline:
+                late = self._until < self._end
                 self.kill()
-                return self._ended("timeout", f"ended from outside after {self._limit:g} s")
+                said = "planning did not end with its limit" if late else f"ended from outside after {self._limit:g} s"
+                return self._ended("timeout", f"{said}, and was ended from outside" if late else said)
             if self._memory_limit is not None and sum(tree(self.process.pid).values()) > self._memory_limit:
                 self.kill()
                 return self._ended("memory", f"ended from outside at {self._memory_limit / 2**30:.3g} GiB of memory")
@@ -176,16 +204,35 @@ class _Worker:
         self.connection.close()
 
     def _message(self) -> dict[str, Any] | None:
+        """What the worker says of its end; on the way, by when what it is at must have ended."""
         try:
-            if not self.connection.poll():
-                return None
-            message = json.loads(self.connection.recv_bytes())
-        except (EOFError, OSError, ValueError):  # the other end is gone, perhaps in the middle of a message
+            while self.connection.poll():
+                message = json.loads(self.connection.recv_bytes())
+                if not isinstance(message, dict) or "until" not in message:
+                    return message if isinstance(message, dict) else None
+                self._until = math.inf if message["until"] is None else message["until"] + LATE_S
+        except (EOFError, OSError, ValueError, TypeError):  # the other end is gone, perhaps in the middle of a message
             return None
-        return message if isinstance(message, dict) else None
+        return None
 
     def _ended(self, ended: Any, message: str, value: Mapping[str, Any] | None = None) -> Outcome:
-        return Outcome(self._job, ended, value, message, time.monotonic() - self._began)
+        return Outcome(self.job, ended, value, message, time.monotonic() - self._began)
+
+
+def _started(context: Any, target: Callable[..., None], arguments: tuple[Any, ...], name: str) -> Any:
+    """A process on its way; the fork server may die at any moment, and is then started again."""
+    for last in (*[False] * 20, True):
+        process = context.Process(target=target, args=arguments, name=name)
+        try:
+            process.start()
+        except (OSError, EOFError):
+            if last:
+                raise
+            time.sleep(DYING_S)
+            _start_server()
+        else:
+            return process
+    raise AssertionError("unreachable")
 
 
 def _cause(exit_code: int | None) -> str:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+import logging
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from tamp.batch.identity import Making
 from tamp.batch.journal import Journal
 from tamp.batch.pool import Job, Outcome, run_jobs
 from tamp.batch.work import PRELOAD, WORK
 from tamp.errors import TampError
 from tamp.results import Result, Status, from_json
 from tamp.task import Task
+from tamp.task.files.digest import task_sha256
 from tamp.versions import versions
 
 RESULTS = "results.jsonl"
+
+log = logging.getLogger("tamp")
 
 
 @dataclass(frozen=True)
@@ -31,10 +38,15 @@ class Batch:
         time_limit_s: per task and seed, enforced from outside [s].
         memory_limit: per process, bytes.
         output: folder of results.jsonl and the runs; None keeps nothing.
-        resume: run only what results.jsonl does not have yet; without it the file starts anew.
+        resume: run what results.jsonl does not have yet, or has from other options, another version of the task or
+            other libraries.
+        overwrite: forget the results that the folder has. With neither, a folder that has some is refused.
         work: the work function, "package.module:function".
         preload: modules imported once for all workers.
         executor: runs the jobs; takes and gives what `run_jobs` does.
+
+    Raises:
+        TampError: where two tasks have the same name.
     """
 
     tasks: Sequence[Task]
@@ -45,49 +57,87 @@ class Batch:
     memory_limit: int | None = None
     output: Path | None = None
     resume: bool = False
+    overwrite: bool = False
     work: str = WORK
     preload: Sequence[str] = PRELOAD
     executor: Callable[..., Iterator[Outcome]] = run_jobs
 
     def __post_init__(self) -> None:
-        names = [task.name for task in self.tasks]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise TampError(f"several files call their task {', '.join(twice)}; in one batch names must differ")
+        files: dict[str, list[str]] = {}
+        for task in self.tasks:
+            files.setdefault(task.name, []).append(str(task.path or "a task without a file"))
+        if clashes := [f"{' and '.join(paths)} both are {name!r}" for name, paths in files.items() if len(paths) > 1]:
+            raise TampError(f"in one batch tasks' names must differ: {'; '.join(clashes)}")
 
     def run(self) -> Generator[Result, None, None]:
         """Yield results: first those that the output folder already has, where resuming, then each as it comes.
 
         Raises:
-            TampError: where the results file cannot be used or written.
+            TampError: where the results file cannot be used or written, or holds results that nobody gave up.
         """
-        if self.output is None:
-            yield from map(_result, self._outcomes(self._jobs(done=())))
-            return
-        with Journal(self.output / RESULTS) as journal:
-            if not self.resume:
-                journal.clear()
-            wanted = {_key(task.name, seed) for task in self.tasks for seed in self.seeds}
-            done = [r for r in journal.results() if _key(r.task, r.seed) in wanted]
-            yield from done
-            for outcome in self._outcomes(self._jobs(done=[_key(r.task, r.seed) for r in done])):
-                if outcome.ended == "full":  # no fault of the task's, which is to run once there is room
-                    raise TampError(f"{outcome.message}; the results before this one are kept")
-                result = _result(outcome)
-                journal.append(result)
-                yield result
+        for _, result in run_together([self]):
+            yield result
 
-    def _jobs(self, done: Sequence[str]) -> Iterator[Job]:
+    def begin(self, place: int, stack: ExitStack) -> _Running:
+        """Open the results file, if there is one, and see what is left to do."""
+        known: dict[Path, str] = {}
+        makings = {task.name: Making(self.options, task_sha256(task, known), versions()) for task in self.tasks}
+        if self.output is None:
+            return _Running(makings, None, (), tuple(self._jobs(place, done=())))
+        journal = stack.enter_context(Journal(self.output / RESULTS))
+        done = self._kept(journal, makings)
+        return _Running(makings, journal, done, tuple(self._jobs(place, done=[_key(r.task, r.seed) for r in done])))
+
+    def refuse_to_overwrite(self) -> None:
+        """Refuse a folder with results that nobody said what to do with.
+
+        Raises:
+            TampError: names the folder and the ways on.
+        """
+        if self.resume or self.overwrite or self.output is None:
+            return
+        results = self.output / RESULTS
+        folders = [self._folder(self.output, task, seed) for task in self.tasks for seed in self.seeds]
+        held = [results] if results.is_file() and results.stat().st_size else [f for f in folders if f.exists()]
+        if held:
+            raise TampError(
+                f"{held[0]} has results already: --resume runs what is missing, --overwrite starts anew; "
+                "nothing was touched"
+            )
+
+    def _kept(self, journal: Journal, makings: Mapping[str, Making]) -> Sequence[Result]:
+        """The results that need not be made again; those made otherwise, or given up, leave the file."""
+        if not self.resume:
+            journal.keep(())
+            return ()
+        wanted = {_key(task.name, seed) for task in self.tasks for seed in self.seeds}
+        results = journal.results()
+        done = [r for r in results if _key(r.task, r.seed) in wanted]
+        otherwise = {_key(r.task, r.seed): makings[r.task].differences(r) for r in done}
+        stale = {key for key, differences in otherwise.items() if differences}
+        if stale:
+            counts = Counter(name for differences in otherwise.values() for name in differences)
+            told = ", ".join(f"{name} ({number})" for name, number in counts.most_common())
+            log.warning("%d results were made otherwise and are run again; what differs: %s", len(stale), told)
+            journal.keep([r for r in results if _key(r.task, r.seed) not in stale])
+        return [r for r in done if _key(r.task, r.seed) not in stale]
+
+    @staticmethod
+    def _folder(output: Path, task: Task, seed: int) -> Path:
+        return output / f"{task.name}-{seed}"
+
+    def _jobs(self, place: int, done: Sequence[str]) -> Iterator[Job]:
         for task in self.tasks:
             for seed in self.seeds:
                 key = _key(task.name, seed)
                 if key in done:
                     continue
-                folder = None if self.output is None else str(self.output / f"{task.name}-{seed}")
+                folder = None if self.output is None else str(self._folder(self.output, task, seed))
                 file = {"name": task.name, "path": str(task.path), "seed": seed, "folder": folder}
-                yield Job(key, {**file, **self.options})
+                yield Job(f"{place}:{key}", {**file, **self.options})
 
-    def _outcomes(self, jobs: Iterator[Job]) -> Iterator[Outcome]:
+    def outcomes(self, jobs: Iterable[Job]) -> Iterator[Outcome]:
+        """Run jobs as this batch would."""
         return self.executor(
             jobs,
             self.work,
@@ -98,15 +148,71 @@ class Batch:
         )
 
 
+@dataclass(frozen=True)
+class _Running:
+    """A batch that has begun: what its results are made of, where they go, those it has, and what is to be run."""
+
+    makings: Mapping[str, Making]
+    journal: Journal | None
+    done: Sequence[Result]
+    jobs: Sequence[Job]
+
+
+def run_together(batches: Sequence[Batch]) -> Generator[tuple[int, Result], None, None]:
+    """Run several batches by turns: what comes and goes on the machine meets all of them alike.
+
+    Args:
+        batches: of the same tasks and seeds; the first one says how many workers there are and what they may take.
+
+    Yields:
+        Which batch, and its result; first those that output folders already have, then each as it comes.
+
+    Raises:
+        TampError: as `Batch.run` does, before anything runs.
+    """
+    for batch in batches:
+        batch.refuse_to_overwrite()
+    with ExitStack() as stack:
+        running = [batch.begin(place, stack) for place, batch in enumerate(batches)]
+        for place, one in enumerate(running):
+            yield from ((place, result) for result in one.done)
+        for outcome in batches[0].outcomes(_by_turns([one.jobs for one in running])):
+            if outcome.ended == "full":  # no fault of the task's, which is to run once there is room
+                raise TampError(f"{outcome.message}; the results before this one are kept")
+            place = int(outcome.job.key.partition(":")[0])
+            result = _result(outcome, running[place].makings)
+            if (journal := running[place].journal) is not None:
+                journal.append(result)
+            yield place, result
+
+
+def _by_turns(jobs: Sequence[Sequence[Job]]) -> Iterator[Job]:
+    """The jobs of all, those of the same task and seed together, each batch being first as often as the others."""
+    groups: dict[str, list[Job]] = {}
+    for theirs in jobs:
+        for job in theirs:
+            groups.setdefault(job.key.partition(":")[2], []).append(job)
+    for turn, group in enumerate(groups.values()):
+        first = turn % len(group)
+        yield from (*group[first:], *group[:first])
+
+
 def _key(task: str, seed: int) -> str:
     return f"{task}:{seed}"
 
 
-def _result(outcome: Outcome) -> Result:
-    """The worker's own result, or one that says how the worker ended."""
-    if outcome.value is not None:
-        return from_json(json.dumps(outcome.value), outcome.job.key)
+def _result(outcome: Outcome, makings: Mapping[str, Making]) -> Result:
+    """The worker's own result, or one that says how the worker ended; with what it was made of."""
     arguments = outcome.job.arguments
+    making = makings[arguments["name"]]
+    if outcome.value is not None:
+        made = from_json(json.dumps(outcome.value), outcome.job.key)
+        return replace(
+            made,
+            configuration=making.configuration,
+            task_sha256=making.task_sha256,
+            versions=made.versions or making.versions,
+        )
     status: Status = "timeout" if outcome.ended == "timeout" else "error"
     return Result(
         task=arguments["name"],
@@ -114,6 +220,9 @@ def _result(outcome: Outcome) -> Result:
         status=status,
         wall_s=outcome.wall_s,
         message=outcome.message,
-        versions=versions(),
+        versions=making.versions,
         task_path=arguments["path"],
+        clock=making.configuration.get("clock", "wall"),
+        configuration=making.configuration,
+        task_sha256=making.task_sha256,
     )

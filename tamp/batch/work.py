@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import logging
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tamp.errors import TampError
-from tamp.results import Result
+from tamp.errors import SamplerError, TampError
+from tamp.results import Result, Status
 from tamp.versions import versions
 
 WORK = "tamp.batch.work:solve_file"
-PRELOAD = ("tamp.pipeline.records", "ompl.base", "ompl.geometric", "pinocchio", "toppra", "trimesh", "fcl")
+log = logging.getLogger("tamp")
+
+PRELOAD = ("tamp.pipeline.run", "ompl.base", "ompl.geometric", "pinocchio", "toppra", "trimesh", "fcl")
 
 
 def solve_file(
@@ -31,18 +35,25 @@ def solve_file(
         seed: decides every random choice.
         folder: where the run's files go; None keeps none.
         allow_outside: accept meshes outside the task's folder.
-        options: timeout, samplers, algorithm, execute, as `tamp.solve` takes them.
+        options: timeout, execute, and the fields of `tamp.pipeline.options.settings.Settings`.
     """
-    from tamp.pipeline.records import save_run
-    from tamp.pipeline.solving import carry_out
-    from tamp.task.load import load_task
+    from tamp.pipeline.options.settings import Settings
+    from tamp.pipeline.run import save_run
+    from tamp.pipeline.solve import carry_out
+    from tamp.task.files.load import load_task
 
+    load = round(os.getloadavg()[0] / (os.cpu_count() or 1), 2)
     try:
         task = load_task(path, allow_outside=allow_outside)
-        run = carry_out(task, seed=seed, **options)
+        limits = {name: options[name] for name in ("timeout", "execute") if name in options}
+        settings = Settings(**{name: value for name, value in options.items() if name not in limits})
+        run = carry_out(task, seed=seed, settings=settings, **limits)
     except TampError as error:
-        return Result(name, seed, "invalid", message=str(error), versions=versions(), task_path=path).as_dict()
-    run = replace(run, result=replace(run.result, task_path=path))
+        # Whose samplers go wrong while they run has a bug in them, not a mistake in the task.
+        status: Status = "error" if isinstance(error, SamplerError) else "invalid"
+        log.info("%s, seed %d: %s", name, seed, status, exc_info=error)
+        return Result(name, seed, status, message=str(error), versions=versions(), task_path=path).as_dict()
+    run = replace(run, result=replace(run.result, task_path=path, load=load))
     if folder is not None:
         save_run(run, task, {"seed": seed, "allow_outside": allow_outside, **options}, Path(folder))
     return run.result.as_dict()

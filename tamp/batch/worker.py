@@ -6,6 +6,7 @@ import ctypes
 import errno
 import importlib
 import json
+import logging
 import os
 import select
 import signal
@@ -15,25 +16,32 @@ from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
+from tamp.clock import watched
+
 PR_SET_PDEATHSIG = 1  # from linux/prctl.h
 FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
-def run_job(connection: Connection, work: str, arguments: Mapping[str, Any]) -> None:
+def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], level: int) -> None:
     """Call `work` ("package.module:function") with `arguments` and send back what it returns, or how it failed.
 
     Args:
-        connection: where one message goes: {"value": ...}, {"error": one line}, or {"full": one line} for a full disk.
+        connection: where messages go: any number of {"until": time.monotonic() [s] or null}, by when what the job is
+            at must have ended, and one {"value": ...}, {"error": one line}, or {"full": one line} for a full disk.
         work: a function of JSON-like keyword arguments that returns a JSON-like mapping.
         arguments: its keyword arguments.
+        level: from which on what is logged is said, on standard error.
     """
     _detach()
+    logging.basicConfig(stream=sys.stderr, format="tamp: %(message)s")
+    logging.getLogger("tamp").setLevel(level)
     if _unheard(connection):
         return
     try:
         module, _, function = work.partition(":")
         call: Callable[..., Any] = getattr(importlib.import_module(module), function)
-        message = {"value": call(**arguments)}
+        with watched(lambda until: connection.send_bytes(json.dumps({"until": until}).encode())):
+            message = {"value": call(**arguments)}
     except MemoryError:
         message = {"error": "out of memory"}
     except Exception as error:  # a job's bug costs that job alone; the traceback goes where the user can see it
@@ -56,8 +64,9 @@ def _unheard(connection: Connection) -> bool:
 
 
 def _detach() -> None:
-    """Be the head of a process group of one's own, and end with the parent however it ends."""
+    """Be the head of a process group of one's own, leave standard output alone, and end with the parent."""
     os.setsid()
+    os.dup2(2, 1)  # it belongs to whoever asked for results; samplers and native libraries print where they like
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tamp.checking.ends import check_goals, check_start
-from tamp.checking.replay import Replay, sorted_by_time
-from tamp.checking.scene import Scene
+import numpy as np
+
+from tamp.checking.actions.tabletop import TABLETOP
+from tamp.checking.replay import Replay
+from tamp.checking.scene import ROBOT, TABLE, Scene, State
+from tamp.checking.start_and_goals import check_goals, check_start
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
-from tamp.errors import PlanError
+from tamp.errors import PlanError, TaskError
 from tamp.task.robot import load_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
-    from tamp.task.model import Task
+    from tamp.checking.actions.rule import ActionRule
+    from tamp.task.model import SymbolicFact, Task
     from tamp.task.plan import Plan
     from tamp.task.pose import Pose
 
@@ -26,13 +30,15 @@ def check(
     *,
     start: Mapping[str, Pose] | None = None,
     goals: Mapping[str, Pose] | None = None,
+    facts: Iterable[SymbolicFact] | None = None,
+    rules: Mapping[str, ActionRule] = TABLETOP,
     allow: Tolerances = DEFAULT,
 ) -> Verdict:
     """Judge a plan from the task and the plan alone.
 
     It replays every step from the plan's start state and holds it against the robot's limits, geometry and statics; it
-    shares no collision code with the planner. Bodies are the unions of convex parts that tamp.task.mesh reads, links
-    the convex hulls of the URDF's collision meshes; distances are python-fcl's.
+    shares no collision code with the planner. Bodies are the unions of convex parts that tamp.task.mesh.parts reads,
+    links the convex hulls of the URDF's collision meshes; distances are python-fcl's.
 
     Args:
         task: what is to be done.
@@ -41,12 +47,33 @@ def check(
             task's by what settling explains.
         goals: the poses that goals given as poses are known to settle to. Without it the plan's may differ from the
             task's by what settling explains.
+        facts: the symbolic facts that are known to hold at the start. Without it those that the task names.
+        rules: action name -> what must hold of such actions; a plan's actions without a rule are refused.
         allow: tolerances.
 
     Raises:
         PlanError: where the plan is for another task or robot.
         TaskError, RobotError: where a mesh or the robot cannot be used.
     """
+    _refuse_misfit(task, plan, start)
+    poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
+    state = State(poses, np.array(plan.home, dtype=np.float64), facts=set(task.init if facts is None else facts))
+    replay = Replay(Scene.of(task), state, allow)
+    check_start(replay, start)
+    for index, action in enumerate(plan.actions):
+        replay.begin(index, action)
+        if action.name in rules:
+            rules[action.name].check(replay, action)
+        else:
+            known = ", ".join(sorted(rules))
+            replay.report("precondition", f"the checker has no rule for action {action.name!r}; it has: {known}")
+    replay.begin(None, "goal")
+    check_goals(replay, plan, goals)
+    return Verdict(tuple(sorted(replay.problems, key=lambda problem: problem.time)))
+
+
+def _refuse_misfit(task: Task, plan: Plan, start: Mapping[str, Pose] | None) -> None:
+    """Raise where names or sizes do not fit, so that nothing can be judged."""
     if plan.task != task.name or plan.robot != task.robot:
         raise PlanError(
             f"the plan is for task {plan.task!r} and robot {plan.robot!r}, not for {task.name!r} and {task.robot!r}"
@@ -54,13 +81,12 @@ def check(
     joints = len(load_robot(task.robot).joints)
     if len(plan.home) != joints:
         raise PlanError(f"the plan's home has {len(plan.home)} values for the {joints} joints of robot {task.robot!r}")
-    names = {thing.name for thing in task.objects}
+    named = [*(thing.name for thing in task.objects), *(region.name for region in task.regions)]
+    for name in named:
+        if name in (TABLE, ROBOT) or named.count(name) > 1:
+            raise TaskError(f"task {task.name!r}: {name!r} is reserved or taken; names of objects and regions differ")
+    objects = {thing.name for thing in task.objects}
     for mapping, title in ((plan.start, "the plan's start"), (start, "start")):
-        if mapping is not None and set(mapping) != names:
-            wrong = ", ".join(sorted(set(mapping) ^ names))
+        if mapping is not None and set(mapping) != objects:
+            wrong = ", ".join(sorted(set(mapping) ^ objects))
             raise PlanError(f"{title} does not give one pose for each object of task {task.name!r}: see {wrong}")
-    replay = Replay(Scene.of(task), plan, allow)
-    check_start(replay, start)
-    replay.run()
-    check_goals(replay, goals)
-    return Verdict(sorted_by_time(replay.problems))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.links import Links, read_links
-from tamp.checking.solids import Solid
-from tamp.task.mesh import parts
+from tamp.checking.geometry.solids import Solid
+from tamp.checking.robot.links import Links, read_links
+from tamp.task.mesh.parts import parts
 from tamp.task.model import TABLE_FRICTION, Box
 from tamp.task.robot import load_robot
 
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from tamp.task.mesh import Part
-    from tamp.task.model import Task
+    from tamp.checking.physics.contacts import Patch
+    from tamp.task.mesh.parts import Part
+    from tamp.task.model import Region, Task
     from tamp.task.plan import Attachment
 
     Array = NDArray[np.float64]
@@ -84,15 +85,46 @@ def _solid(name: str, pieces: tuple[Part, ...]) -> Solid:
 
 @dataclass
 class State:
-    """What steps change. `opening` is None until the first motion says how far the fingers are apart."""
+    """What steps change.
+
+    Attributes:
+        poses: object -> T_world_object, shape (4, 4).
+        q: arm configuration [rad].
+        opening: distance between the pads [m]; None until the first motion says it.
+        held: what the gripper holds, or None.
+        time: of all motions so far [s].
+        strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
+        touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
+        facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
+    """
 
     poses: dict[str, Array]
     q: Array
     opening: float | None = None
     held: Attachment | None = None
     time: float = 0.0
+    facts: set[tuple[str, ...]] = field(default_factory=set)
+    strayed: dict[str, float] = field(default_factory=dict)
+    touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
+
+    def without(self, name: str) -> State:
+        """The same with an object taken out of it."""
+        return replace(self, poses={other: T for other, T in self.poses.items() if other != name})
 
     def standing(self, scene: Scene) -> dict[str, Array]:
         """T_world_body of all bodies that stand: the table and every object that is not held."""
         held = None if self.held is None else self.held.object
         return {TABLE: scene.T_world_table, **{name: T for name, T in self.poses.items() if name != held}}
+
+
+def in_region(scene: Scene, state: State, name: str, region: Region) -> bool:
+    """Whether the centre of an object's footprint lies in a region of the table."""
+    x, y = footprint_center(scene, state.poses[name], name)
+    return abs(x - region.center[0]) <= region.size[0] / 2 and abs(y - region.center[1]) <= region.size[1] / 2
+
+
+def footprint_center(scene: Scene, T: Array, name: str) -> tuple[float, float]:
+    """Centre of the box round an object's vertices as seen from above."""
+    points = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
+    x, y, _ = (points.min(axis=0) + points.max(axis=0)) / 2
+    return float(x), float(y)

@@ -16,9 +16,13 @@ class Tolerances:
         grasp: distance between where an object lies and where a grip says it lies.
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
-        drop: how far a released object may fall or shift until it stands (displacement of the score's cube).
+        drop: how far down a released object may go until it stands.
+        slump: how far an object may tilt when something it leaned on leaves (displacement of the score's cube).
+        strayed: how far shifts within tolerance, at grips, releases and pushes, may take an object aside in a plan.
         fall: how far an object may fall straight down after it was let go.
+        skid: how much farther than friction or ice explain the edge may slide that something falls over.
         tilt: largest turn of an object that falls flat after it was let go.
+        leaving: how long the fingers may take to leave what falls as they do [s].
         topple: the same after it was pushed over.
         level: how far the axis of that turn may be from level.
         push: angle between a push and the way in which fingers press; the cone of their friction is wider.
@@ -28,13 +32,17 @@ class Tolerances:
         beyond: how far beyond the edge that it turns about the hand pushes a toppled object's centre of mass.
         edge: how far inside what carries it the centre of mass of a pushed object stays.
         standing: largest gap between a body and what it stands on.
+        slack: how far a stack may give until something more carries it.
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
-        settling: displacement between a task's pose and the settled pose that the plan takes for it.
-        falling: the same where the scene as it is written cannot stay as it is.
-        velocity: share by which joint velocities may exceed their limits at the samples.
-        between: the same between samples, where the cubic curve is only near the motion that was timed.
-        acceleration: share by which accelerations may exceed their limits.
+        settling: displacement between where an object comes down from its pose in the task, and where it is said to.
+        jostling: the same of what touches other objects that settle.
+        steady: how far inside what carries it the centre of mass is of what stays there, as a share of its radius.
+        bounce: share of a fall that may tip or roll on what has come down.
+        falling: the farthest that settling takes what falls, tips or rolls.
+        velocity: share by which joint velocities may exceed their limits.
+        acceleration: the same of accelerations; positions in a plan file are rounded.
+        jerk: the same of jerks.
         joint: error of joint positions, at limits and where two motions meet.
         rest: joint velocity that counts as standing still.
     """
@@ -46,8 +54,12 @@ class Tolerances:
     grasp_angle: float = 0.02
     pad: float = 0.004
     drop: float = 0.015
+    slump: float = 0.015
+    strayed: float = 0.005
     fall: float = 0.17
+    skid: float = 0.005
     tilt: float = 1.2
+    leaving: float = 3.0
     topple: float = 1.7
     level: float = 0.05
     push: float = 0.4
@@ -57,13 +69,17 @@ class Tolerances:
     beyond: float = 0.02
     edge: float = 0.01
     standing: float = 0.003
+    slack: float = 0.003
     balance: float = 0.001
     reached: float = 0.005
-    settling: float = 0.03
+    settling: float = 0.015
+    jostling: float = 0.03
+    steady: float = 0.2
+    bounce: float = 0.1
     falling: float = 0.25
     velocity: float = 0.001
-    between: float = 0.02
-    acceleration: float = 0.005
+    acceleration: float = 0.02
+    jerk: float = 0.02
     joint: float = 1e-4
     rest: float = 1e-3
 

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from tamp.conformance.pool import Pool
-from tamp.domains.catalog import DomainEntry
+from tamp.domains.domain import Domain
 from tamp.domains.samplers import resolve_samplers
+from tamp.domains.skill import Question
 from tamp.errors import SamplerError
 from tamp.language import Stream
-from tamp.pipeline.setup import prepare
-from tamp.pipeline.situation import observe
+from tamp.pipeline.prepare import observe, prepare
 from tamp.planning import Problem
 from tamp.streams.values import Configuration
 from tamp.streams.workspace import Workspace
 from tamp.task import Task
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 FIRST_TASKS = ("five_apart", "on_region", "in_box", "mug_onto_tray")
 """Built-in scenarios that together give inputs to most streams of the tabletop domain."""
@@ -49,11 +49,11 @@ class Bench:
         return Problem(problem.domain, problem.streams, problem.samplers, problem.init, problem.goal, fresh)
 
 
-def set_up(entry: DomainEntry, stream: Stream, tasks: Iterable[Task], seed: int, calls: int) -> Bench:
+def set_up(domain: Domain, stream: Stream, tasks: Iterable[Task], seed: int, calls: int) -> Bench:
     """The first of the tasks that gives the stream inputs.
 
     Args:
-        entry: the domain.
+        domain: the domain.
         stream: the stream to be called.
         tasks: in order of preference.
         seed: decides every random choice.
@@ -65,7 +65,7 @@ def set_up(entry: DomainEntry, stream: Stream, tasks: Iterable[Task], seed: int,
     names = []
     for task in tasks:
         names.append(task.name)
-        for problem in _problems(entry, task):
+        for problem in _problems(domain, task):
             pool = Pool(problem, seed)
             pool.provide(stream)
             if inputs := pool.inputs(stream, calls):
@@ -85,10 +85,10 @@ def default_tasks() -> Iterator[Task]:
         yield load_task(folder / f"{name}.yaml")
 
 
-def _problems(entry: DomainEntry, task: Task) -> Iterator[Problem]:
+def _problems(domain: Domain, task: Task) -> Iterator[Problem]:
     setup = prepare(task)
     situation = observe(task, setup.start, setup.goals)
     workspace = Workspace(task, setup.world, situation.start, situation.goals)
     spec = setup.world.robot.spec
-    samplers, home = resolve_samplers(entry.samplers), Configuration(spec.home, spec.gripper.stroke)
-    yield from (problem(workspace, samplers, home) for problem in entry.problems)
+    question = Question(Configuration(spec.home, spec.gripper.stroke), facts=task.init)
+    yield from domain.problems(workspace, resolve_samplers(domain.samplers), question)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import signal
+import copy
+import io
 import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tamp import clock
+from tamp.conformance.form import short
+from tamp.conformance.sameness import same
 from tamp.language import Stream
 from tamp.planning import Problem
 from tamp.planning.context import Context, generator_for
+from tamp.planning.sampling import faults
 
 PATIENCE_S = 60.0
 """A call that gives nothing back for so long is broken off [s]."""
@@ -32,6 +37,8 @@ class Call:
         ended: whether it came to its end.
         reasons: what it told `context.fail`.
         error: the exception that came out, in one line; empty where none did.
+        trace: its traceback.
+        left_behind: what it did besides giving outputs: inputs changed, threads left running, prints.
     """
 
     inputs: tuple[Any, ...]
@@ -41,6 +48,15 @@ class Call:
     ended: bool
     reasons: tuple[str, ...]
     error: str = ""
+    trace: str = ""
+    left_behind: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        end = "" if self.ended else ", and there is more"
+        reasons = f"; it said: {', '.join(dict.fromkeys(self.reasons))}" if self.reasons else ""
+        given = f"{len(self.raw)} outputs in {sum(self.seconds):.3g} s{end}{reasons}"
+        first = f"; the first: {short(self.raw[0])}" if self.raw else ""
+        return f"({', '.join(map(short, self.inputs))}): {given}{first}"
 
 
 def call(
@@ -67,22 +83,30 @@ def call(
     context = Context(
         problem.scene,
         lambda: generator_for(seed, stream.name, [key]),
-        time.monotonic() + PATIENCE_S,
+        clock.now() + PATIENCE_S,
         _fluents(problem, stream, values) if stream.fluents else None,
+        seed,
     )
     function = problem.samplers[stream.name] if sampler is None else sampler
     raw: list[Any] = []
     seconds: list[float] = []
-    ended, error = False, ""
+    ended, error, trace = False, "", ""
+    before, threads, printed = copy.deepcopy(values), threading.active_count(), io.StringIO()
     try:
-        with _broken_off_after(PATIENCE_S):
+        with clock.ended_at(clock.now() + PATIENCE_S), redirect_stdout(printed):
             for ended, value in _draws(stream, function, context, values, outputs, seconds):
                 if not ended:
                     raw.append(value)
-    except Exception as problem_of_theirs:  # whatever comes out is what the kit was asked to tell
-        error = _told(problem_of_theirs)
+    except clock.TimeUp:
+        error = f"nothing came for {PATIENCE_S:g} s"
+    except KeyboardInterrupt:
+        raise
+    except BaseException as problem_of_theirs:  # whatever comes out is what the kit was asked to tell
+        error, trace = _told(problem_of_theirs, function), traceback.format_exc()
     formed = tuple(f for value in raw if (f := _formed(stream, value)) is not None)
-    return Call(values, tuple(raw), formed, tuple(seconds), ended, tuple(r for r, _ in context.failures), error)
+    reasons = tuple(reason for reason, *_ in context.failures)
+    left = _left_behind(values, before, threads, printed.getvalue())
+    return Call(values, tuple(raw), formed, tuple(seconds), ended, reasons, error, trace, left)
 
 
 def _draws(
@@ -133,26 +157,22 @@ def _formed(stream: Stream, value: Any) -> tuple[Any, ...] | None:
     return tuple(value) if isinstance(value, tuple | list) and len(value) == len(stream.outputs) else None
 
 
-@contextmanager
-def _broken_off_after(limit: float) -> Iterator[None]:
-    """Raise TimeoutError inside after `limit` seconds; only a main thread can be told so."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def ring(*_: object) -> None:
-        raise TimeoutError(f"nothing came for {limit:g} s")
-
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, limit)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+def _left_behind(inputs: tuple[Any, ...], before: tuple[Any, ...], threads: int, said: str) -> tuple[str, ...]:
+    """What a call has done besides giving outputs."""
+    changed = [(was, now) for was, now in zip(before, inputs, strict=True) if not same(was, now)]
+    found = [f"changed its input {short(was)} to {short(now)}" for was, now in changed]
+    if threading.active_count() > threads:
+        found.append(f"left {threading.active_count() - threads} thread(s) running")
+    if said:
+        found.append(f"printed {short(said)}")
+    return tuple(found)
 
 
-def _told(error: Exception) -> str:
-    frame = traceback.extract_tb(error.__traceback__)[-1]
+def _told(error: BaseException, function: Callable[..., Any]) -> str:
+    """An exception in one line, with the line of the sampler's own file, and the innermost one if it is another's."""
     text = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"{text} ({Path(frame.filename).name}:{frame.lineno})"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = faults.line_of(function, error.__traceback__) or f"{frames[-1].filename}:{frames[-1].lineno}"
+    innermost = f"{frames[-1].filename}:{frames[-1].lineno}"
+    places = [own] if own == innermost else [own, innermost]
+    return f"{text} ({', in '.join('/'.join(Path(place).parts[-2:]) for place in places)})"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from tamp.conformance.bench import Bench
 from tamp.conformance.calls import Call, call
@@ -13,7 +15,15 @@ TRIED = 12
 """So many inputs are tried of each stream downstream."""
 
 
-def shares(bench: Bench, stream: Stream, calls: Sequence[Call], seed: int) -> dict[str, float]:
+@dataclass(frozen=True)
+class Passed:
+    """How many outputs a stream downstream can go on with, and what it said of the others, commonest first."""
+
+    share: float
+    reasons: tuple[str, ...]
+
+
+def shares(bench: Bench, stream: Stream, calls: Sequence[Call], seed: int) -> dict[str, Passed]:
     """Stream that takes an output -> share of inputs with such outputs for which the domain's sampler finds something.
 
     Args:
@@ -23,7 +33,7 @@ def shares(bench: Bench, stream: Stream, calls: Sequence[Call], seed: int) -> di
         seed: decides every random choice.
     """
     promised = {atom.predicate for atom in stream.certified}
-    passed: dict[str, float] = {}
+    passed: dict[str, Passed] = {}
     for later in bench.problem.parsed_streams.streams:
         if later.name == stream.name or stream.is_test or not promised & {atom.predicate for atom in later.domain}:
             continue
@@ -34,8 +44,11 @@ def shares(bench: Bench, stream: Stream, calls: Sequence[Call], seed: int) -> di
         fresh = {id(value) for made in calls for output in made.outputs for value in output}
         inputs = [v for v in others.inputs(later, 20 * TRIED) if any(id(value) in fresh for value in v)][:TRIED]
         if inputs:
-            found = [bool(_first(bench, later, values, n, seed).outputs) for n, values in enumerate(inputs)]
-            passed[later.name] = sum(found) / len(found)
+            made_of = [_first(bench, later, values, n, seed) for n, values in enumerate(inputs)]
+            failed = [made for made in made_of if not made.outputs]
+            said = Counter(reason for made in failed for reason in {*made.reasons, made.error} - {""})
+            ordered = sorted(said, key=lambda reason: (-said[reason], reason))
+            passed[later.name] = Passed(1 - len(failed) / len(made_of), tuple(ordered))
     return passed
 
 

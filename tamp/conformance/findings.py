@@ -25,12 +25,14 @@ class Judgement:
         stream: the stream it was held against.
         findings: in the order of the checks.
         numbers: what was measured: calls, outputs, milliseconds an output, shares that pass downstream.
+        details: what came of each call, line by line, and tracebacks.
     """
 
     sampler: str
     stream: str
     findings: tuple[Finding, ...]
     numbers: Mapping[str, Any] = field(default_factory=dict)
+    details: tuple[str, ...] = ()
 
     @property
     def fits(self) -> bool:
@@ -42,7 +44,7 @@ class Judgement:
         findings = [{"check": f.check, "outcome": f.outcome, "text": f.text} for f in self.findings]
         return {
             "sampler": self.sampler, "stream": self.stream, "fits": self.fits, "findings": findings,
-            "numbers": dict(self.numbers),
+            "numbers": dict(self.numbers), "details": list(self.details),
         }  # fmt: skip
 
     def __str__(self) -> str:

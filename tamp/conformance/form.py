@@ -31,7 +31,7 @@ def malformed(value: Any, stream: Stream, contract: Contract) -> Iterator[str]:
         return
     values = (value,) if len(kinds) == 1 else value
     for (name, kind), part in zip(kinds.items(), values, strict=True):
-        if isinstance(kind, type) and not isinstance(part, kind):
+        if kind is not Any and isinstance(kind, type) and not isinstance(part, kind):
             yield f"{name} must be a {type_name(kind)}, found {short(part)}"
 
 

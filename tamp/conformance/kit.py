@@ -19,11 +19,12 @@ from tamp.domains.samplers import load_sampler
 from tamp.errors import SamplerError
 from tamp.language import Stream
 from tamp.planning import Problem
-from tamp.planning.signature import check_sampler as check_signature
+from tamp.planning.problem import check_sampler as check_signature
 from tamp.task import Task
 
 CALLS = 6
 OUTPUTS = 12
+ROUNDS = 3  # of measuring times
 SLOW_S = 5.0  # a single draw that takes longer is worth a note [s]
 
 
@@ -63,7 +64,9 @@ def check_sampler(
         findings += check()
         if findings[-1].outcome == "wrong":
             break
-    return Judgement(name, declared.name, tuple(findings), {"task": bench.task, **trial.numbers})
+    details = [f"call {number}: {made}" for number, made in enumerate(trial.calls)]
+    details += [made.trace.rstrip() for made in trial.calls if made.trace][:1]
+    return Judgement(name, declared.name, tuple(findings), {"task": bench.task, **trial.numbers}, tuple(details))
 
 
 @dataclass
@@ -85,6 +88,8 @@ class _Trial:
             if made.error:
                 yield Finding("calls", "wrong", f"raised for {shown(made.inputs)}: {made.error}")
                 return
+        left = dict.fromkeys(text for made in self.calls for text in made.left_behind)
+        yield from (Finding("calls", "note" if text.startswith("printed") else "wrong", text) for text in left)
         self.numbers |= {"calls": len(self.calls), "outputs": sum(len(c.raw) for c in self.calls)}
         yield Finding("calls", "ok", f"{len(self.calls)} calls on {self.bench.task}")
 
@@ -145,8 +150,12 @@ class _Trial:
 
     def time(self) -> Iterator[Finding]:
         """How long it takes, beside the domain's own."""
-        own = self._run(self.bench.with_fresh_scene(), own=True)
-        mine, theirs = (1000 * _seconds_an_output(calls) for calls in (self.calls, own))
+        # By turns, each in a scene that remembers nothing: whoever came second would find what the first one has left.
+        rounds = [
+            [_seconds_an_output(self._run(self.bench.with_fresh_scene(), own=own)) for own in (False, True)]
+            for _ in range(ROUNDS)
+        ]
+        mine, theirs = (1000 * statistics.median(seconds) for seconds in zip(*rounds, strict=True))
         self.numbers |= {"ms_an_output": mine, "ms_an_output_default": theirs}
         longest = max(s for made in self.calls for s in made.seconds)
         text = f"{mine:.3g} ms an output, the domain's own {theirs:.3g} ms; longest draw {longest:.2g} s"
@@ -156,11 +165,16 @@ class _Trial:
         """How many of its outputs pass the streams that use them, beside the domain's own."""
         mine = shares(self.bench, self.stream, self.calls, self.seed)
         theirs = shares(self.bench, self.stream, self._run(self.bench.problem, own=True), self.seed)
-        self.numbers["downstream"] = {name: {"share": mine[name], "default": theirs.get(name)} for name in mine}
-        for name, share in mine.items():
-            useless = share == 0.0 and theirs.get(name, 0.0) > 0.0
-            beside = f", the domain's own {theirs[name]:.0%}" if name in theirs else ""
-            yield Finding("downstream", "wrong" if useless else "ok", f"{share:.0%} pass {name}{beside}")
+        default = {name: passed.share for name, passed in theirs.items()}
+        self.numbers["downstream"] = {
+            name: {"share": passed.share, "default": default.get(name), "reasons": list(passed.reasons)}
+            for name, passed in mine.items()
+        }
+        for name, passed in mine.items():
+            useless = passed.share == 0.0 and default.get(name, 0.0) > 0.0
+            beside = f", the domain's own {default[name]:.0%}" if name in default else ""
+            why = f"; it said: {', '.join(passed.reasons[:3])}" if passed.share < 0.5 and passed.reasons else ""
+            yield Finding("downstream", "wrong" if useless else "ok", f"{passed.share:.0%} pass {name}{beside}{why}")
 
     def _run(self, problem: Problem, *, backwards: bool = False, own: bool = False) -> list[Call]:
         numbered = list(enumerate(self.bench.inputs))

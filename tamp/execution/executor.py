@@ -13,17 +13,17 @@ from functools import cached_property
 import numpy as np
 
 from tamp.errors import PlanError
-from tamp.execution.carrying import can_carry
+from tamp.execution.action_execution import Performer
+from tamp.execution.controller import Operator
+from tamp.execution.log import ActionLog, Deviation, Execution, Frame, Status
 from tamp.execution.monitor import Monitor
-from tamp.execution.operator import Operator
-from tamp.execution.performer import Performer
-from tamp.execution.record import ActionLog, Deviation, Execution, Frame, Status
-from tamp.execution.recovery import way_out
+from tamp.execution.recovery import can_carry, way_out
 from tamp.execution.simulator import STEP, Simulator
+from tamp.execution.simulators import DEFAULT, make_simulator
 from tamp.task import Attachment, Move, Plan, Pose, Step, Task, load_robot
-from tamp.world.geometry import load_geometry
-from tamp.world.robot_model import robot_model
-from tamp.world.timing import time_path
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.robot.model import robot_model
+from tamp.world.timing.time_parametrization import time_path
 from tamp.world.world import World
 
 START_TOLERANCE = 0.05
@@ -122,7 +122,7 @@ class Executor:
         )
 
     def _refuse_misfit(self, plan: Plan) -> None:
-        known = self._simulator.bodies
+        known = self._simulator.objects
         for name in plan.start:
             if name not in known:
                 raise PlanError(f"the plan is about {name!r}; the scene has {', '.join(sorted(known))}")
@@ -159,6 +159,7 @@ def open_execution(
     jitter: float = 0.0,
     monitor: Monitor | None = WATCHFUL,
     frame_s: float | None = None,
+    simulator: str = DEFAULT,
 ) -> Iterator[Executor]:
     """A simulated world to carry out plans in.
 
@@ -170,10 +171,12 @@ def open_execution(
         jitter: standard deviation of a random shift of each object on the table [m], unknown to the plan.
         monitor: when to give up a plan; None never does.
         frame_s: simulated time between recorded frames [s]; None records none.
+        simulator: its name, or "package.module:Class".
 
     Raises:
         TaskError: where an object's mesh cannot be used.
         RobotError: where the robot's URDF cannot be used.
+        TampError: where the simulator is unknown or not installed.
     """
     rng = np.random.default_rng(seed)
     shifted = {name: Pose((*rng.normal(0.0, jitter, 2), 0.0)) for name in sorted(start)} if jitter > 0 else {}
@@ -181,8 +184,9 @@ def open_execution(
         name: Pose(tuple(np.add(pose.xyz, shifted[name].xyz)), pose.quat) if name in shifted else pose
         for name, pose in start.items()
     }
-    with Simulator(task.objects, poses, table=task.table, robot=load_robot(task.robot), q=q) as simulator:
-        yield Executor(task, simulator, monitor, frame_s)
+    spec = load_robot(task.robot)
+    with make_simulator(simulator, task.objects, poses, table=task.table, robot=spec, q=q) as world:
+        yield Executor(task, world, monitor, frame_s)
 
 
 def execute(
@@ -193,7 +197,17 @@ def execute(
     jitter: float = 0.0,
     monitor: Monitor | None = WATCHFUL,
     frame_s: float | None = None,
+    simulator: str = DEFAULT,
 ) -> Execution:
     """Carry out a plan from its own start in a world of its own; see `open_execution` and `Executor.carry_out`."""
-    with open_execution(task, plan.start, plan.home, seed=seed, jitter=jitter, monitor=monitor, frame_s=frame_s) as run:
+    with open_execution(
+        task,
+        plan.start,
+        plan.home,
+        seed=seed,
+        jitter=jitter,
+        monitor=monitor,
+        frame_s=frame_s,
+        simulator=simulator,
+    ) as run:
         return run.carry_out(plan)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from tamp.execution.record import Deviation, Kind
+from tamp.execution.log import Deviation, Kind
 from tamp.task import Pose
 
 

@@ -1,4 +1,4 @@
-"""Getting the arm out after a fault: taking back what was done, and drawing the hand out of what it touches."""
+"""After a fault: getting the arm out of what it touches, and whether an object that turned can be carried on."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.execution.tracking import backwards
-from tamp.task import Grip, Move, Pose, Release, Step
-from tamp.world.kinematics import straight_line
-from tamp.world.robot_model import RobotModel
+from tamp.execution.controller import backwards
+from tamp.task import Attachment, Grip, Move, Pose, Release, Step
+from tamp.world.kinematics.inverse import straight_line
+from tamp.world.robot.model import RobotModel
 from tamp.world.scene import Scene
 from tamp.world.world import World
 
@@ -92,3 +92,42 @@ def _lines(robot: RobotModel, q: Array) -> Iterator[Array]:
                 yield line
     home = np.array(robot.home)
     yield np.linspace(q, home, max(2, round(float(np.abs(home - q).max()) / 0.02)))
+
+
+STRIDE = 0.05  # between the configurations that are looked at, in the joint that moves farthest [rad]
+GRAZE = 0.002  # how deep the object may come into another on its way [m]
+
+
+def can_carry(world: World, poses: Mapping[str, Pose], held: Attachment, steps: Sequence[Step]) -> bool:
+    """Whether a held object meets no other object until it is let go.
+
+    The table does not count: an object that comes down on it askew turns back between the fingers.
+
+    Args:
+        world: robot and objects.
+        poses: object -> pose (world frame) of all objects, as they are.
+        held: the object, as it lies in the hand.
+        steps: what is still to be done; it ends where nothing is held any more.
+    """
+    others = {name: poses[name].matrix for name in sorted(poses) if name != held.object}
+    tools = (world.robot.forward(q) for q in _configurations(steps))
+    ways = (tool @ held.T_tool_object.matrix for tool in tools)
+    return not any(
+        world.overlap(held.object, T_held, other, T_other, tolerance=GRAZE)
+        for T_held in ways
+        for other, T_other in others.items()
+    )
+
+
+def _configurations(steps: Sequence[Step]) -> Iterator[NDArray[np.float64]]:
+    """Arm configurations on the way to where the object is let go, not far apart, each way's last among them [rad]."""
+    for step in steps:
+        if not isinstance(step, Move) or step.held is None:
+            return
+        last = step.trajectory.positions[0]
+        yield last
+        for q in step.trajectory.positions[1:]:
+            if np.abs(q - last).max() > STRIDE:
+                last = q
+                yield q
+        yield step.trajectory.positions[-1]

@@ -1,18 +1,76 @@
-"""Letting a scene come to rest: where things really stand, and what stands on what."""
+"""Letting a scene come to rest: where things really stand, what stands on what, and what leans on what."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from tamp import clock
 from tamp.errors import PlanningFailure
-from tamp.execution.leaning import leaning
 from tamp.execution.monitor import angle_between
-from tamp.execution.simulator import Simulator
-from tamp.task import Pose, Task
+from tamp.execution.simulator import ROBOT, Simulator, Touch, wait
+from tamp.execution.simulators import DEFAULT, make_simulator
+from tamp.task import Object, Pose, Task
+from tamp.world.geometry.object_geometry import load_geometry
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+BESIDE = 0.001
+"""What has its centre of mass farther than this beside what carries it would tip over by itself [m]."""
+
+LOW = 0.002
+"""Vertices so little above the lowest are over what carries a body too: the simulator names a few contacts only [m]."""
+
+AGAINST = 0.5
+"""Least cosine between the way in which a body would tip and the push that keeps it from that."""
+
+
+def leaning(
+    objects: Iterable[Object], poses: Mapping[str, Pose], touches: Iterable[Touch], upright: float
+) -> Iterator[tuple[str, str]]:
+    """Yield pairs (what leans, on what) of bodies, "table" among the latter.
+
+    Of two that push each other, that leans whose centre of mass is farther beside what carries it.
+
+    Args:
+        objects: the bodies.
+        poses: object -> where it is at rest (world frame).
+        touches: the contacts of all of them.
+        upright: vertical share of a contact's normal from which it carries.
+    """
+    seen = [*touches]
+    seen += [Touch(t.b, t.a, (-t.normal[0], -t.normal[1], -t.normal[2]), t.depth, t.force, t.point) for t in seen]
+    beside: dict[tuple[str, str], float] = {}
+    for item in objects:
+        mine = [touch for touch in seen if touch.a == item.name]
+        carrying = np.array([touch.point for touch in mine if touch.normal[2] > upright]).reshape(-1, 3)
+        far, way = _tipping(item, poses[item.name], carrying) if len(carrying) else (0.0, np.zeros(2))
+        for touch in mine if far > BESIDE else ():
+            if touch.force > 0.0 and touch.normal[2] <= upright and np.array(touch.normal[:2]) @ way < -AGAINST:
+                beside[item.name, touch.b] = far
+    yield from (pair for pair, far in beside.items() if far > beside.get(pair[::-1], 0.0))
+
+
+def _tipping(item: Object, pose: Pose, carrying: Array) -> tuple[float, Array]:
+    """How far a body's centre of mass is beside what carries it, (n, 3) [m], and in which level direction (2,)."""
+    geometry, T = load_geometry(item.shape), pose.matrix
+    points = np.vstack([part.vertices for part in geometry.parts]) @ T[:3, :3].T + T[:3, 3]
+    low = np.vstack([points[points[:, 2] < points[:, 2].min() + LOW], carrying])
+    angles = np.linspace(0.0, 2 * np.pi, 90, endpoint=False)
+    ways = np.column_stack([np.cos(angles), np.sin(angles)])
+    center = T[:3, :3] @ geometry.center_of_mass + T[:3, 3]
+    reach = ((low - center)[:, :2] @ ways.T).max(axis=0)
+    worst = int(reach.argmin())
+    return -float(reach[worst]), ways[worst]
+
 
 GENTLE_S = 0.5
 """How long speeds are limited at the start, so that bodies that overlap part without a bang [s]."""
@@ -56,7 +114,12 @@ class Settled:
 
 
 def settle(
-    task: Task, poses: Mapping[str, Pose] | None = None, *, limit_s: float = 6.0, deadline: float = math.inf
+    task: Task,
+    poses: Mapping[str, Pose] | None = None,
+    *,
+    limit_s: float = 6.0,
+    deadline: float = math.inf,
+    simulator: str = DEFAULT,
 ) -> Settled:
     """Drop a task's objects as they stand and wait until they rest; the robot is left out.
 
@@ -64,28 +127,30 @@ def settle(
         task: objects and table.
         poses: object -> pose (world frame); an object absent here stays out of the scene. None: the start poses.
         limit_s: simulated time after which the scene is taken as it is [s].
-        deadline: on the clock of time.monotonic [s].
+        deadline: on the clock of tamp.clock.now() [s].
+        simulator: its name, or "package.module:Class".
 
     Raises:
+        TampError: where the simulator is unknown or not installed.
         TaskError: where an object's mesh cannot be used.
         PlanningFailure: past the deadline, since a scene that still moves is nothing to plan from.
     """
     start = {item.name: item.pose for item in task.objects} if poses is None else dict(poses)
     objects = [item for item in task.objects if item.name in start]
     _in_time(deadline)
-    with Simulator(objects, start, table=task.table) as simulator:
-        resting = let_settle(simulator, limit_s, deadline)
-        settled = simulator.poses()
+    with make_simulator(simulator, objects, start, table=task.table) as world:
+        resting = let_settle(world, limit_s, deadline)
+        settled = world.poses()
         return Settled(
             poses=settled,
-            supports=tuple(sorted({*supports(simulator), *leaning(objects, settled, simulator.touches(), UPRIGHT)})),
+            supports=tuple(sorted({*supports(world), *leaning(objects, settled, world.touches(), UPRIGHT)})),
             moved={name: math.dist(pose.xyz, start[name].xyz) for name, pose in settled.items()},
             resting=resting,
         )
 
 
 def _in_time(deadline: float) -> None:
-    if time.monotonic() >= deadline:
+    if clock.now() >= deadline:
         raise PlanningFailure("timeout", "time was up before the scene had come to rest")
 
 
@@ -108,7 +173,7 @@ def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf)
             since = simulator.time
         return stays or at_rest(simulator)
 
-    return simulator.wait(limit_s - GENTLE_S, resting, patience=REST_STEPS)
+    return wait(simulator, limit_s - GENTLE_S, resting, patience=REST_STEPS)
 
 
 def at_rest(simulator: Simulator) -> bool:
@@ -129,7 +194,7 @@ def supports(simulator: Simulator) -> tuple[tuple[str, str], ...]:
     """Pairs (above, below) of bodies where the lower one carries the upper one, sorted."""
     found = set()
     for touch in simulator.touches():
-        if touch.force <= 0.0 or "robot" in (touch.a, touch.b):
+        if touch.force <= 0.0 or ROBOT in (touch.a, touch.b):
             continue
         if touch.normal[2] > UPRIGHT:
             found.add((touch.a, touch.b))

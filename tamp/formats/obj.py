@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from tamp.task.mesh import parts
-from tamp.task.meshfile import read_mesh
+from tamp.task.mesh.mesh_file import read_mesh
+from tamp.task.mesh.parts import parts
 from tamp.task.model import Mesh
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from tamp.errors import TaskError
 from tamp.formats.models import model_name
 from tamp.formats.pairs import read_pairs
 from tamp.formats.worlds import read_worlds
+from tamp.task.files.save import save_task
 from tamp.task.model import Mesh, Shape, Task
-from tamp.task.save import save_task
 
 
 @dataclass(frozen=True)

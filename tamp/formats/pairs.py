@@ -14,7 +14,7 @@ import yaml
 from tamp.errors import TaskError
 from tamp.formats.angles import roll_pitch_yaw
 from tamp.formats.models import COLLISION, check_name, model_name, read_symmetries
-from tamp.task.document import Document, FieldPath, read_document
+from tamp.task.files.yaml_document import Document, FieldPath, read_document
 from tamp.task.model import At, Mesh, Object, Symmetry, Task
 from tamp.task.pose import Pose
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from tamp.formats.angles import roll_pitch_yaw
 from tamp.formats.models import INNER, ROW, metric_name
-from tamp.task.mesh import bounds
+from tamp.task.mesh.parts import bounds
 from tamp.task.model import At, Mesh, Object, Symmetry, Task
 from tamp.task.pose import Pose
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.generate.features import TURNED_OVER
-from tamp.generate.fitting import fits
 from tamp.generate.graph import CARRIED, SAME, TABLE, Node, Pattern, SceneGraph
 from tamp.generate.levels import Level
-from tamp.generate.thing import Thing, thing
+from tamp.generate.placement.fitting import fits
+from tamp.generate.placement.object_model import Thing, thing
 from tamp.scenarios.library.model import Model
 
 if TYPE_CHECKING:

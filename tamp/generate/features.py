@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from tamp.generate.graph import TABLE
 from tamp.generate.levels import Level
+from tamp.generate.placement.contact import hits
+from tamp.generate.placement.object_model import Thing
 from tamp.generate.scene import Scene
-from tamp.generate.thing import Thing
-from tamp.generate.touching import hits
 from tamp.scoring.ede import ede, mean_edge, upper_error_bound
 from tamp.task import Pose
 

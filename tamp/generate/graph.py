@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tamp.errors import TaskError
 from tamp.scenarios.library.model import FOLDER, Model
-from tamp.task.document import Document, FieldPath, read_document
+from tamp.task.files.yaml_document import Document, FieldPath, read_document
 
 SCENES = FOLDER.parent / "scenes.yaml"
 """The scene graphs that come with us, by family."""

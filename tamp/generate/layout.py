@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.generate.graph import CARRIED, Node, SceneGraph
+from tamp.generate.placement.contact import hits, on_table
+from tamp.generate.placement.object_model import Thing, transform, yawed
+from tamp.generate.placement.relations import draw_place
+from tamp.generate.placement.request import Wish
 from tamp.generate.reach import FAR, base, reachable
-from tamp.generate.relations import draw_place
-from tamp.generate.thing import Thing, transform, yawed
-from tamp.generate.touching import hits, on_table
-from tamp.generate.wish import Wish
 from tamp.task import Table
 
 if TYPE_CHECKING:

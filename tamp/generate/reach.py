@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.generate.thing import Thing, transform
+from tamp.generate.placement.object_model import Thing, transform
 from tamp.task import load_robot
-from tamp.world.kinematics import inverse
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.world.kinematics.inverse import inverse
+from tamp.world.robot.model import RobotModel, robot_model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -13,7 +13,7 @@ from tamp.generate.graph import read_patterns
 from tamp.generate.levels import LEVELS
 from tamp.generate.task import Made, Recipe, make_task
 from tamp.scenarios.library.model import FILE, SETS, read_library
-from tamp.task.save import save_task
+from tamp.task.files.save import save_task
 
 TRIAL_SHARE = 1100 / 1400
 """Of all tasks, as the paper has it."""

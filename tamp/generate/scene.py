@@ -12,9 +12,9 @@ import numpy as np
 
 from tamp.execution.settling import Settled, settle
 from tamp.generate.graph import Node, SceneGraph
+from tamp.generate.placement.contact import hits
+from tamp.generate.placement.object_model import Thing
 from tamp.generate.reach import reachable
-from tamp.generate.thing import Thing
-from tamp.generate.touching import hits
 from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Pose, Task
 

@@ -14,8 +14,8 @@ from tamp.generate.features import Features, in_each_others_way, matrices, measu
 from tamp.generate.graph import SceneGraph, read_patterns
 from tamp.generate.layout import lay_out
 from tamp.generate.levels import Level, level
+from tamp.generate.placement.object_model import Thing
 from tamp.generate.scene import Scene, settled_scene
-from tamp.generate.thing import Thing
 from tamp.scenarios.library.model import SETS, Model
 from tamp.task import At, Task
 

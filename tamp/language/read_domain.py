@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 from tamp.errors import DomainError
@@ -13,22 +12,25 @@ from tamp.language.domain import Action, Axiom, Domain
 from tamp.language.formula import polarities
 from tamp.language.read_action import ActionReader
 from tamp.language.read_declarations import Declarations
-from tamp.language.sexpr import Group, Source, Symbol, Text, load, read, show, suggest
+from tamp.language.sexpr import PDDL, Group, Source, Symbol, Text, load, read, show, suggest
 
 # Declarations come first, wherever they stand in the file; axioms before actions, which may not change what is derived.
 SECTIONS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action")
 
 
-def parse_domain(text_or_path: str | Path, constants: Mapping[str, Any] | None = None) -> Domain:
+def parse_domain(text_or_path: PDDL | Domain, constants: Mapping[str, Any] | None = None) -> Domain:
     """Read a PDDL domain.
 
     Args:
-        text_or_path: PDDL text, or the file it lies in.
+        text_or_path: PDDL text, the file it lies in, or several of either: sections of the others join the first.
+            A domain is returned as it is.
         constants: the objects that constants of the domain stand for, where that is not their name.
 
     Raises:
         DomainError: with file, line and column of what cannot be read.
     """
+    if isinstance(text_or_path, Domain):
+        return text_or_path
     source = load(text_or_path, "domain")
     return _parsed(source, {key.lower(): value for key, value in constants.items()}) if constants else _known(source)
 

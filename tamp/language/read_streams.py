@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from pathlib import Path
 
+from tamp.errors import DomainWarning
 from tamp.language.domain import Domain, Signature
 from tamp.language.formula import OBJECT, Atom, Parameter, Variable
 from tamp.language.read_action import read_attributes
 from tamp.language.read_domain import read_define
 from tamp.language.read_formula import FormulaReader, Scope
-from tamp.language.sexpr import Group, Node, Symbol, Text, load, read, show, suggest
+from tamp.language.sexpr import PDDL, Group, Node, Symbol, Text, load, read, show, suggest
 from tamp.language.streams import FunctionStream, PredicateStream, Rule, Stream, StreamFile
 
 SECTIONS = (":stream", ":wild-stream", ":function", ":predicate", ":rule")
 
 
-def parse_streams(text_or_path: str | Path | None, domain: Domain | None = None) -> StreamFile:
+def parse_streams(text_or_path: PDDL | None, domain: Domain | None = None) -> StreamFile:
     """Read a stream file. Predicates that the domain does not declare are allowed, as streams may pass facts on.
 
     Args:
-        text_or_path: stream PDDL text, the file it lies in, or None for a problem without streams.
+        text_or_path: stream PDDL text, the file it lies in, several of either, or None for a problem without streams.
         domain: what predicates, types and constants are checked against; without it only against each other.
 
     Raises:
@@ -99,9 +101,24 @@ class _StreamReader:
         domain = input_facts + self._facts(given.get(":domain"), scope)
         certified = output_facts + self._facts(given.get(":certified"), {**scope, **output_scope})
         if not certified:
-            raise reader.source.error(symbol, f"{what} certifies nothing; expected :certified with at least one fact")
+            self._warn(symbol, f"{what} certifies nothing: only what its sampler certifies besides can be of use")
+        self._check_awaited(symbol.text, domain, certified, given)
         fluents = self._fluents(given[":fluents"]) if ":fluents" in given else ()
         return Stream(symbol.text, inputs, domain, outputs, certified, fluents)
+
+    def _check_awaited(
+        self, name: str, domain: tuple[Atom, ...], certified: tuple[Atom, ...], given: Mapping[str, Node]
+    ) -> None:
+        """Refuse a stream that waits for what actions change and certifies such facts itself."""
+        changing = self.domain.fluents
+        awaited = [atom.predicate for atom in domain if atom.predicate in changing]
+        clash = [atom.predicate for atom in certified if atom.predicate in changing]
+        if awaited and clash:
+            raise self.formulas.source.error(
+                given[":certified"],
+                f"stream {name!r} cannot certify {clash[0]!r}, which actions change, while its :domain waits for "
+                f"{awaited[0]!r}, which actions change as well",
+            )
 
     def _external(self, group: Group, what: str) -> tuple[str, tuple[Variable, ...], tuple[Atom, ...]]:
         """(:function (NAME ?x ...) DOMAIN) or the same of a predicate."""
@@ -129,6 +146,10 @@ class _StreamReader:
         if not certified:
             raise self.formulas.source.error(group, "the rule certifies nothing; expected :certified with a fact")
         return Rule(inputs, facts + self._facts(given.get(":domain"), scope), certified)
+
+    def _warn(self, node: Node, message: str) -> None:
+        """Say what is likely a slip, as PDDLStream lets it pass."""
+        warnings.warn(str(self.formulas.source.error(node, message)), DomainWarning, stacklevel=2)
 
     def _claim(self, symbol: Symbol, what: str) -> None:
         if symbol.text in self.names:
@@ -170,6 +191,6 @@ class _StreamReader:
             symbol = reader.symbol(item, "a predicate")
             if self.domain.predicates and symbol.text not in reader.predicates:
                 hint = suggest(symbol.text, self.domain.predicates.keys() - self.domain.types.keys(), "predicates")
-                raise reader.source.error(symbol, f"undeclared predicate {symbol.text!r}{hint}")
+                self._warn(symbol, f"undeclared predicate {symbol.text!r}: no fact of it will ever be passed{hint}")
             names.append(symbol.text)
         return tuple(names)

@@ -1,14 +1,19 @@
-"""Everything that a run left behind."""
+"""One run as other programs ask for it: a task and a seed in, a JSON-like result and its files out."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from tamp.errors import PlanningFailure
-from tamp.execution.record import Execution
-from tamp.results import Result
-from tamp.task import Plan, Pose
+from tamp.execution.log import Execution
+from tamp.results import Result, to_json
+from tamp.task import Mesh, Plan, Pose, Task
+from tamp.task.files.plan_file import save_plan
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,7 @@ class Run:
         final_poses: object -> pose (world frame) at the end.
         failure: why planning gave up the last time, or None.
         rejections: the verdict on each piece of a plan that the checker sent back.
+        words: action -> what it does, as the domain says, for reports.
     """
 
     result: Result
@@ -30,3 +36,67 @@ class Run:
     final_poses: Mapping[str, Pose]
     failure: PlanningFailure | None = None
     rejections: tuple[str, ...] = ()
+    words: Mapping[str, str] = field(default_factory=dict)
+
+
+def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Path) -> None:
+    """Write a run's files into `folder`: manifest.json, result.json, poses.json, plan-N.json, report.txt.
+
+    Args:
+        run: what came of it.
+        task: what was asked.
+        configuration: the arguments it was run with.
+        folder: made where absent; files of an earlier run in it are replaced.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "result.json").write_text(to_json(run.result) + "\n", encoding="utf-8")
+    save_poses(run.final_poses, folder / "poses.json")
+    for stale in folder.glob("plan-*.json"):
+        stale.unlink()
+    for number, plan in enumerate(run.plans):
+        save_plan(plan, folder / f"plan-{number}.json")
+    _write_json(folder / "manifest.json", manifest(task, configuration, run))
+    (folder / "report.txt").write_text(_report(run), encoding="utf-8")
+
+
+def save_poses(poses: Mapping[str, Pose], path: Path) -> None:
+    """Write final poses as {"name": {"xyz": [m], "quat": [x, y, z, w]}}, the form that `tamp score` reads."""
+    _write_json(path, {name: {"xyz": list(pose.xyz), "quat": list(pose.quat)} for name, pose in poses.items()})
+
+
+def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str, Any]:
+    """What a run depends on: versions, seed, configuration, and a hash of each input file."""
+    inputs = {o.shape.path for o in task.objects if isinstance(o.shape, Mesh)}
+    if task.path is not None:
+        inputs.add(task.path)
+    return {
+        "format": "tamp-manifest",
+        "version": 1,
+        "task": task.name,
+        "task_path": "" if task.path is None else str(task.path),
+        "seed": run.result.seed,
+        "configuration": dict(configuration),
+        "versions": dict(run.result.versions),
+        "plan_sha256": run.result.plan_sha256,
+        "words": dict(run.words),
+        "inputs": {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(inputs)},
+    }
+
+
+def _report(run: Run) -> str:
+    lines = [f"{run.result.task}, seed {run.result.seed}: {run.result.status}", run.result.message]
+    for number, plan in enumerate(run.plans):
+        lines += ["", f"plan {number}:", *(f"  {i}. {action}" for i, action in enumerate(plan.actions))]
+    for number, execution in enumerate(run.executions):
+        why = "" if execution.deviation is None else f"; {execution.deviation}"
+        lines += ["", f"execution {number}: {execution.status} after {execution.sim_s:.1f} s{why}"]
+        lines += [f"  {entry.name}: {entry.sim_s:.1f} s" for entry in execution.log]
+    for verdict in run.rejections:
+        lines += ["", "A plan that the checker sent back, which is a bug of the planner's:", verdict]
+    if run.failure is not None:
+        lines += ["", str(run.failure)]
+    return "\n".join(lines) + "\n"
+
+
+def _write_json(path: Path, data: Any) -> None:
+    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")

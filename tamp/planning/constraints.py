@@ -1,22 +1,23 @@
-"""Constraints on plans: a skeleton to follow, actions to avoid, and what to keep of an earlier plan."""
+"""Constraints on plans: a skeleton to follow, with wildcards and variables, and actions that must not occur."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tamp.errors import DomainError
 from tamp.language import Domain
-from tamp.planning.objects import Objects
-
-if TYPE_CHECKING:
-    from tamp.planning.problem import GroundAction, Solution
+from tamp.planning.model.objects import Objects
 
 ActionPattern = tuple[Any, ...]
-"""An action's name and its arguments; `...` stands for any argument, and ("pick",) alone for any arguments."""
+"""An action's name and its arguments; `...` stands for any argument, a string such as "?x" for the same one wherever it
+occurs in a skeleton or a forbidden pattern, and ("pick",) alone for any arguments."""
+
+Bindings = tuple[tuple[str, int], ...]
+"""Variables of patterns and the objects that they stand for, sorted."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,9 @@ class Constraints:
     """What a plan must look like.
 
     Attributes:
-        skeleton: the actions in order, each a pattern such as `("pick", "red", ...)`; `...` alone between them stands
-            for any number of actions. None leaves the plan free. Moves that the planner fills in by itself need not be
-            named.
+        skeleton: the actions in order, each a pattern such as `("pick", "red", ..., "?g")`; `...` alone between them
+            stands for any number of actions. None leaves the plan free. Moves that the planner fills in by itself need
+            not be named. An object that the problem does not name is one that a stream may yet give.
         forbidden: patterns of actions that must not occur.
     """
 
@@ -36,6 +37,11 @@ class Constraints:
     def patterns(self) -> tuple[ActionPattern, ...]:
         """All patterns of both kinds."""
         return (*(p for p in self.skeleton or () if not isinstance(p, EllipsisType)), *self.forbidden)
+
+    def objects(self) -> Iterator[Any]:
+        """The objects that patterns name, in order, with repetitions."""
+        for pattern in self.patterns():
+            yield from (a for a in pattern[1:] if a is not ... and not is_variable(a))
 
     def check(self, domain: Domain) -> None:
         """Check that the patterns are about actions of a domain.
@@ -60,68 +66,86 @@ class Constraints:
                 )
 
 
-@dataclass(frozen=True)
-class Reuse:
-    """What may be kept of an earlier plan: the actions that are still to be done, and what is known of their values.
+def is_variable(argument: Any) -> bool:
+    """Whether an argument of a pattern is a variable."""
+    return isinstance(argument, str) and argument.startswith("?")
 
-    Attributes:
-        actions: tried first, as they are; where they no longer work, a new plan may still use their values.
-        facts: facts without fluents that were certified of those values.
+
+def match(
+    pattern: ActionPattern, name: str, args: Sequence[int], bindings: Bindings, objects: Objects, hopeful: bool
+) -> Bindings | None:
+    """The bindings under which an action fits a pattern; None where it does not.
+
+    With `hopeful`, a placeholder may turn out to be any object.
     """
+    if name != str(pattern[0]).lower():
+        return None
+    found = dict(bindings)
+    for wanted, arg in zip(pattern[1:], args, strict=False):
+        if wanted is ...:
+            continue
+        known = found.setdefault(wanted, arg) if is_variable(wanted) else objects.find(wanted)
+        if known == arg:
+            continue
+        if not (hopeful and not (objects.is_real(arg) and (known is None or objects.is_real(known)))):
+            return None
+        if is_variable(wanted) and objects.is_real(arg):
+            found[wanted] = arg
+    return tuple(sorted(found.items()))
 
-    actions: tuple[GroundAction, ...]
-    facts: tuple[tuple[Any, ...], ...]
 
-    @staticmethod
-    def after(solution: Solution, executed: int) -> Reuse:
-        """What is left of a solution once its first `executed` actions are done.
-
-        Raises:
-            ValueError: where the solution has no plan.
-        """
-        if solution.plan is None:
-            raise ValueError("there is nothing to reuse of a solution without a plan")
-        return Reuse(solution.plan[executed:], solution.certified)
-
-
-class Matcher:
-    """Patterns over handles."""
+class Forbidden:
+    """Tells actions that must not occur."""
 
     def __init__(self, patterns: Sequence[ActionPattern], objects: Objects) -> None:
-        self._patterns = [
-            (str(p[0]).lower(), tuple(None if a is ... else objects.intern(a) for a in p[1:])) for p in patterns
-        ]
+        self._patterns = tuple(patterns)
+        self._objects = objects
 
     def __call__(self, name: str, args: Iterable[int]) -> bool:
         """Whether an action matches one of the patterns."""
         args = tuple(args)
-        return any(
-            name == wanted and (not terms or all(t is None or t == a for t, a in zip(terms, args, strict=True)))
-            for wanted, terms in self._patterns
-        )
+        return any(match(p, name, args, (), self._objects, hopeful=False) is not None for p in self._patterns)
 
 
 @dataclass(frozen=True)
-class Place:
-    """A place between two actions of a skeleton: which action comes next, and whether others may come before it."""
+class Progress:
+    """How much of a skeleton is done: which pattern comes next, and what its variables stand for."""
 
-    matches: Matcher | None
-    gap: bool
+    place: int = 0
+    bindings: Bindings = ()
 
 
-def places(constraints: Constraints, objects: Objects, filled_in: frozenset[str]) -> tuple[Place, ...]:
-    """A skeleton as places to pass in order; the last one has no action. Without a skeleton one place with a gap.
+class Course:
+    """A skeleton as a nondeterministic automaton over actions."""
 
-    `filled_in` names the actions that the planner puts in by itself.
-    """
-    if constraints.skeleton is None:
-        return (Place(None, gap=True),)
-    found: list[Place] = []
-    gap = False
-    for pattern in constraints.skeleton:
-        if isinstance(pattern, EllipsisType):
-            gap = True
-        elif pattern[0].lower() not in filled_in:
-            found.append(Place(Matcher((pattern,), objects), gap))
-            gap = False
-    return (*found, Place(None, gap))
+    def __init__(self, constraints: Constraints, objects: Objects, filled_in: frozenset[str]) -> None:
+        """`filled_in` names the actions that the planner puts in by itself."""
+        self._objects = objects
+        self._patterns: list[ActionPattern] = []
+        self._gaps = [constraints.skeleton is None]
+        for pattern in constraints.skeleton or ():
+            if isinstance(pattern, EllipsisType):
+                self._gaps[-1] = True
+            elif str(pattern[0]).lower() not in filled_in:
+                self._patterns.append(pattern)
+                self._gaps.append(False)
+
+    @property
+    def free(self) -> bool:
+        """Whether every plan follows it."""
+        return not self._patterns and self._gaps[0]
+
+    def done(self, progress: Progress) -> bool:
+        """Whether a plan may end here."""
+        return progress.place == len(self._patterns)
+
+    def after(self, progress: Progress, name: str, args: Sequence[int], hopeful: bool) -> Iterator[Progress]:
+        """Where an action may lead; nowhere where it does not follow the skeleton."""
+        place = progress.place
+        if self._gaps[place]:
+            yield progress
+        if place < len(self._patterns):
+            pattern = self._patterns[place]
+            found = match(pattern, name, args, progress.bindings, self._objects, hopeful)
+            if found is not None:
+                yield Progress(place + 1, found)

@@ -1,9 +1,13 @@
-"""What a sampler receives first: the scene, its own random generator, the deadline, and what the plan has settled."""
+"""What a sampler receives first: the scene, its own random generator, the deadline, and what the plan has settled.
+
+Beside it, what a sampler may give that is more than its outputs.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +19,8 @@ class Context:
 
     Attributes:
         scene: what the problem was given as its scene.
-        deadline: when planning must end, on the clock of time.monotonic [s].
+        seed: of the search, from which `rng` is derived; for samplers that keep what they draw for several searches.
+        deadline: when planning must end, on the clock of tamp.clock.now() [s].
         fluents: for a stream with `:fluents`, the facts of those predicates at the point of the plan where the output
             is used, in the order in which they became true.
         sees_fluents: whether the stream has `:fluents` at all; there may be times when none of them holds.
@@ -29,29 +34,50 @@ class Context:
         rng: Callable[[], np.random.Generator],
         deadline: float,
         fluents: tuple[Any, ...] | None = None,
+        seed: int = 0,
     ) -> None:
         """`fluents`: None for a stream that has none."""
         self.scene = scene
+        self.seed = seed
         self._make_rng = rng
         self.deadline = deadline
         self.fluents = fluents or ()
         self.sees_fluents = fluents is not None
         self.bound: tuple[Any, ...] = ()
         self.failures: list[tuple[str, tuple[Any, ...]]] = []
+        self.gave_up = False
 
     @cached_property
     def rng(self) -> np.random.Generator:
         """A random generator derived from (seed, stream, inputs), whatever the order of calls."""
         return self._make_rng()
 
-    def fail(self, reason: str, because: Iterable[Any] = ()) -> None:
+    def fail(self, reason: str, because: Iterable[Any] = (), proven: bool = True) -> None:
         """Say why nothing comes, or why a test says no.
 
         Args:
             reason: for the report, in a few words, the same for the same cause.
             because: the facts of `fluents` that suffice for the failure, so that the planner can change just those.
+            proven: False where this is no proof, as after a number of tries: no problem is called infeasible for it.
         """
         self.failures.append((reason, tuple(because)))
+        self.gave_up |= not proven
+
+
+@dataclass(frozen=True)
+class Certified:
+    """What a sampler yields to certify more than its stream promises.
+
+    A stream that may do so yields all its outputs like this, from the first on: without it, a problem may be taken for
+    infeasible that only further facts could save.
+
+    Attributes:
+        outputs: the outputs as it would otherwise yield them; None to certify facts alone.
+        facts: further facts about any values; their predicates must not be changed by actions.
+    """
+
+    outputs: Any
+    facts: tuple[tuple[Any, ...], ...] = ()
 
 
 def generator_for(seed: int, stream: str, inputs: Iterable[str]) -> np.random.Generator:

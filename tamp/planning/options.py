@@ -1,11 +1,43 @@
-"""What the caller of the planner wants, and how a run ends."""
+"""How a problem is solved: options, what is kept of an earlier plan, and limits on the work."""
 
 from __future__ import annotations
 
 import math
+import resource
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from tamp.planning.constraints import Constraints, Reuse
+from tamp import clock
+from tamp.planning.constraints import Constraints
+
+if TYPE_CHECKING:
+    from tamp.planning.problem import GroundAction, Solution
+    from tamp.planning.search.best_first import Search
+
+
+@dataclass(frozen=True)
+class Reuse:
+    """What may be kept of an earlier plan: the actions that are still to be done, and what is known of their values.
+
+    Attributes:
+        actions: tried first, as they are; where they no longer work, a new plan may still use their values.
+        facts: facts without fluents that were certified of those values.
+    """
+
+    actions: tuple[GroundAction, ...]
+    facts: tuple[tuple[Any, ...], ...]
+
+    @staticmethod
+    def after(solution: Solution, executed: int) -> Reuse:
+        """What is left of a solution once its first `executed` actions are done.
+
+        Raises:
+            ValueError: where the solution has no plan.
+        """
+        if solution.plan is None:
+            raise ValueError("there is nothing to reuse of a solution without a plan")
+        return Reuse(solution.plan[executed:], solution.certified)
 
 
 @dataclass(frozen=True)
@@ -19,6 +51,7 @@ class Options:
         max_memory: resident memory of the process at which to give up [MB].
         connectors: whether moves may be left out of the search.
         lazy_tests: whether tests are only asked when a plan rests on them.
+        every_stream: whether also streams are called whose promises no plan needs, as some certify more.
         constraints: what plans must look like.
         reuse: what to keep of an earlier plan.
     """
@@ -32,8 +65,18 @@ class Options:
     max_memory: float = math.inf
     connectors: bool = True
     lazy_tests: bool = True
+    every_stream: bool = False
     constraints: Constraints = field(default_factory=Constraints)
     reuse: Reuse | None = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How each question of a run is answered: the algorithm and the search by name, and the options."""
+
+    algorithm: str = "adaptive"
+    search: str | Search = "ff"
+    options: Options = field(default_factory=Options)
 
 
 class Ended(Exception):  # noqa: N818  control flow inside this package, never seen outside
@@ -51,3 +94,44 @@ class Restart(Exception):  # noqa: N818  control flow inside this package, never
     def __init__(self, options: Options) -> None:
         super().__init__()
         self.options = options
+
+
+class Limits:
+    """Counts searches, and ends the run where a limit is reached.
+
+    Attributes:
+        deadline: when the run must end, on the clock of tamp.clock.now() [s].
+    """
+
+    def __init__(self, options: Options, started: float) -> None:
+        self.deadline = started + options.timeout
+        self.iterations = 0
+        self._options = options
+
+    @property
+    def left(self) -> float:
+        """How much time is left [s]."""
+        return self.deadline - clock.now()
+
+    def check(self) -> None:
+        """End the run where a limit is reached.
+
+        Raises:
+            Ended: with the status to report.
+        """
+        options = self._options
+        if self.left <= 0.0:
+            raise Ended("timeout", f"The time limit of {options.timeout:g} s was reached.")
+        if self.iterations >= options.max_iterations:
+            raise Ended("failed", f"The limit of {options.max_iterations} iterations was reached.")
+        if options.max_memory < math.inf and resident_mb() >= options.max_memory:
+            raise Ended("failed", f"The memory limit of {options.max_memory:g} MB was reached.")
+
+
+def resident_mb() -> float:
+    """How much memory this process holds now [MB]; as far as the system does not say, the most that it ever held."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except FileNotFoundError:
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    return pages * resource.getpagesize() / 1e6

@@ -41,6 +41,7 @@ class Report:
         skeletons: in the order in which they were first tried.
         counts: "iterations", "searches", "operators" (of the last search), "instances".
         message: one sentence on how it ended.
+        strategy: which part of the problem was asked when, by name, with the options of the strategy.
     """
 
     algorithm: str
@@ -52,11 +53,13 @@ class Report:
     skeletons: tuple[SkeletonReport, ...]
     counts: Mapping[str, int] = field(default_factory=dict)
     message: str = ""
+    strategy: Mapping[str, Any] = field(default_factory=lambda: {"name": "all-at-once"})
 
     def as_dict(self) -> dict[str, Any]:
         """The report as JSON-like data; an infinite cost is None."""
         return {
             "algorithm": self.algorithm,
+            "strategy": dict(self.strategy),
             "status": self.status,
             "cost": None if self.cost == float("inf") else self.cost,
             "total_s": self.total_s,

@@ -1,26 +1,22 @@
-"""The entry point: `solve` runs an algorithm on a problem and says what came of it."""
+"""The entry point: `solve` has a strategy ask the stream planner, and says what came of it."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
+from dataclasses import replace
 
 from tamp.errors import DomainError
-from tamp.planning.algorithms import adaptive, focused, incremental
-from tamp.planning.constraints import Constraints, Reuse
-from tamp.planning.fast_downward import FastDownward
-from tamp.planning.options import Ended, Options, Restart
-from tamp.planning.picture import draw_plan
-from tamp.planning.problem import GroundAction, Problem, Solution
-from tamp.planning.report import Report
-from tamp.planning.search import BuiltinSearch, Search
-from tamp.planning.session import Session
+from tamp.planning.constraints import Constraints
+from tamp.planning.options import Options, Reuse, Settings
+from tamp.planning.problem import Problem, Solution
+from tamp.planning.search.best_first import Search
+from tamp.planning.strategies.all_at_once import AllAtOnce
+from tamp.planning.strategies.net_benefit import NetBenefit
+from tamp.planning.strategies.serialized import Serialized
+from tamp.planning.strategies.strategy import Strategy, record
 
-ALGORITHMS: dict[str, Callable[[Session], None]] = {
-    "adaptive": adaptive,
-    "focused": focused,
-    "incremental": incremental,
+STRATEGIES: dict[str, type[AllAtOnce] | type[Serialized] | type[NetBenefit]] = {
+    each.name: each for each in (AllAtOnce, Serialized, NetBenefit)
 }
 
 
@@ -38,6 +34,7 @@ def solve(
     max_memory: float = math.inf,
     constraints: Constraints | None = None,
     reuse: Reuse | None = None,
+    strategy: str | Strategy = "all-at-once",
 ) -> Solution:
     """Plan.
 
@@ -54,16 +51,19 @@ def solve(
         max_memory: resident memory of this process at which to end [MB]; Fast Downward's own is bounded apart from it.
         constraints: a skeleton to follow, actions to avoid.
         reuse: what to keep of an earlier plan, see `Reuse.after`; algorithm "adaptive" tries its actions first.
+        strategy: "all-at-once", "serialized" (goal by goal) or "net-benefit" (soft goals), or one with its options,
+            such as `Serialized(ladder=(0.1, 0.5))`; anything that fits `Strategy`.
 
     Raises:
-        DomainError: for an unknown algorithm or search.
+        DomainError: for an unknown algorithm, search or strategy, or what a strategy cannot respect.
         SamplerError: where a sampler's output does not fit its stream.
     """
-    if algorithm not in ALGORITHMS:
-        raise DomainError(f"unknown algorithm {algorithm!r}; there are: {', '.join(ALGORITHMS)}")
-    searcher: Search = _searcher(search) if isinstance(search, str) else search
-    constraints = constraints or Constraints()
-    constraints.check(problem.parsed_domain)
+    if isinstance(strategy, str):
+        if strategy not in STRATEGIES:
+            raise DomainError(f"unknown strategy {strategy!r}; there are: {', '.join(STRATEGIES)}")
+        strategy = STRATEGIES[strategy]()
+    if problem.soft_goals and strategy.name != NetBenefit.name:
+        raise DomainError(f"strategy {strategy.name!r} does not plan for soft_goals; 'net-benefit' does")
     options = Options(
         seed,
         timeout,
@@ -72,58 +72,8 @@ def solve(
         unit_costs,
         max_iterations,
         max_memory,
-        constraints=constraints,
+        constraints=constraints or Constraints(),
         reuse=reuse,
     )
-    started = time.monotonic()
-    session = Session(problem, options, searcher, algorithm == "incremental", started)
-    try:
-        while (restart := _run(session, algorithm)) is not None:
-            session = Session(problem, restart.options, searcher, algorithm == "incremental", started)
-        raise AssertionError("algorithms end by raising Ended or Restart")
-    except Ended as ended:
-        status, message = ended.status, ended.message
-    except KeyboardInterrupt:
-        status, message = "interrupted", "The run was interrupted."
-    return _solution(session, algorithm, status, message)
-
-
-def _run(session: Session, algorithm: str) -> Restart | None:
-    try:
-        session.begin()
-        ALGORITHMS[algorithm](session)
-    except Restart as restart:
-        return restart
-    return None
-
-
-def _searcher(name: str) -> Search:
-    return BuiltinSearch() if name == "builtin" else FastDownward(name)
-
-
-def _solution(session: Session, algorithm: str, status: str, message: str) -> Solution:
-    objects, best = session.objects, session.found.best
-    plan = None
-    if best is not None:
-        plan = tuple(GroundAction(step.schema.name, tuple(map(objects.value, step.args))) for step in best)
-        if status != "interrupted":
-            status = "solved"
-    seconds = {**session.stopwatch.seconds, "sampling": session.sampling.seconds}
-    report = Report(
-        algorithm,
-        status,
-        session.found.cost,
-        time.monotonic() - session.started,
-        seconds,
-        session.sampling.report(),
-        tuple(session.lessons.reports()),
-        {
-            "iterations": session.limits.iterations,
-            "operators": session.symbolic.operators,
-            "instances": len(session.knowledge.instances()),
-        },
-        message,
-    )
-    certified = tuple(objects.values_of(fact) for fact in (*session.knowledge.real, *session.knowledge.state))
-    picture = draw_plan(best, session.knowledge) if best is not None else ""
-    return Solution(plan, session.found.cost, status, certified, report, picture)
+    solution = strategy(problem, Settings(algorithm, search, options))
+    return replace(solution, report=replace(solution.report, strategy=record(strategy)))

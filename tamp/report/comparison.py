@@ -20,7 +20,7 @@ class Measure:
     Attributes:
         name: with its unit.
         value: of one result; None where the result has none.
-        better: "higher" or "lower".
+        better: "higher", "lower", or "neither": what should be the same for all to be comparable.
         form: how a value is printed.
     """
 
@@ -40,6 +40,7 @@ MEASURES = (
     Measure("planning [s], where both solve", _if_solved(lambda r: r.planning_s), "lower"),
     Measure("execution [s], where both solve", _if_solved(lambda r: r.execution_sim_s), "lower", ".0f"),
     Measure("actions, where both solve", _if_solved(lambda r: float(r.n_actions)), "lower", ".1f"),
+    Measure("load of the machine, for each core", lambda r: r.load, "neither"),
 )
 
 
@@ -69,6 +70,8 @@ class Row:
             return "too few tasks"
         if not self.difference.excludes_zero:
             return "no clear difference"
+        if self.measure.better == "neither":
+            return "not the same for both"
         return "better" if (self.difference.mean > 0) == (self.measure.better == "higher") else "worse"
 
     def number(self, value: float) -> str:

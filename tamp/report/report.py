@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
+from urllib.parse import quote
 
 from tamp.report.page import render
-from tamp.report.pictures import Gallery
-from tamp.report.plots import bars, boxes, survival
+from tamp.report.plots import bars, boxes, stacked, survival
+from tamp.report.rendering.pictures import Gallery
 from tamp.report.runs import Recorded, read_runs
 from tamp.report.statistics import share
 from tamp.report.words import reasons, sentences
-from tamp.results import Result
+from tamp.results import Result, Status
 from tamp.scoring.ranking import rank, recall
 
 WORST_OBJECTS = 30
 MOST_REASONS = 25
+REST = "settling, timing, checking"
+"""What planning does outside the stream planner, which tells its own phases."""
 
 
 def write_report(folders: Sequence[Path], path: Path, *, pictures: int) -> None:
@@ -31,36 +36,40 @@ def write_report(folders: Sequence[Path], path: Path, *, pictures: int) -> None:
     Raises:
         TampError: where a folder has no results.
     """
-    solutions = {name: read_runs(folder) for name, folder in _named(folders).items()}
-    text = render("report.html", **_content(solutions, pictures))
+    solutions = {name: read_runs(folder) for name, folder in named_folders(folders).items()}
+    text = render("report.html", **_content(solutions, path.resolve().parent, pictures))
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
 
 
-def _named(folders: Sequence[Path]) -> dict[str, Path]:
+def named_folders(folders: Sequence[Path]) -> dict[str, Path]:
     """Folders by their last part; by their whole path where that is not enough."""
     short = Counter(folder.resolve().name for folder in folders)
     return {f.resolve().name if short[f.resolve().name] == 1 else str(f): f for f in folders}
 
 
-def _content(solutions: Mapping[str, Sequence[Recorded]], pictures: int) -> dict[str, Any]:
+def _content(solutions: Mapping[str, Sequence[Recorded]], home: Path, pictures: int) -> dict[str, Any]:
     results = {name: [run.result for run in runs] for name, runs in solutions.items()}
-    every = [result for theirs in results.values() for result in theirs]
-    runs = [run for theirs in solutions.values() for run in theirs]
+    gallery = Gallery(pictures, [run for theirs in solutions.values() for run in theirs])
+    yardsticks = recall(result for theirs in results.values() for result in theirs)
+    sections = {
+        "Error by object, the worst": {name: _boxes(_by_object(theirs)) for name, theirs in results.items()},
+        "Time in each stream's sampler": {name: _streams(runs) for name, runs in solutions.items()},
+    }
     return {
         "title": f"Results: {', '.join(solutions)}",
         "summaries": {name: _summary(theirs) for name, theirs in results.items()},
-        "standings": rank(results, yardsticks) if (yardsticks := recall(every)) else (),
+        "standings": rank(results, yardsticks) if yardsticks else (),
         "survival": survival(
             {name: [r.planning_s for r in theirs if r.solved] for name, theirs in results.items()},
             {name: len(theirs) for name, theirs in results.items()},
         ),
-        "levels": _boxes(_by_level(runs), "EDE [cm]"),
-        "objects": _boxes(_by_object(every), "EDE [cm]"),
-        "phases": _split([run.phase_seconds for run in runs]),
-        "streams": _split([run.stream_seconds for run in runs]),
-        "reasons": reasons(every)[:MOST_REASONS],
-        "runs": list(_pages(solutions, Gallery(pictures, runs))),
+        "phases": stacked({name: _phases(runs) for name, runs in solutions.items()}, "mean planning time a run [s]"),
+        "levels": _boxes(_by_level(solutions)),
+        "sections": {heading: {n: p for n, p in part.items() if p} for heading, part in sections.items()},
+        "reasons": {name: reasons(theirs)[:MOST_REASONS] for name, theirs in results.items()},
+        "statuses": [s for s in get_args(Status) if any(r.status == s for theirs in results.values() for r in theirs)],
+        "runs": {name: [_page(run, home, gallery) for run in runs] for name, runs in solutions.items()},
     }
 
 
@@ -70,45 +79,82 @@ def _summary(results: Sequence[Result]) -> dict[str, Any]:
     return {"solved": solved, "statuses": Counter(r.status for r in results), "attempted": attempted, "held": held}
 
 
-def _by_level(runs: Sequence[Recorded]) -> dict[str, list[float]]:
+def _by_level(solutions: Mapping[str, Sequence[Recorded]]) -> dict[str, list[float]]:
+    """Level and, where there are several, solution -> errors [cm]; the easiest on top."""
     groups = defaultdict(list)
-    for run in runs:
-        if run.result.ede_m is not None:
-            level = None if run.task is None else run.task.level
-            groups["no level" if level is None else f"level {level}"].append(100 * run.result.ede_m)
-    return dict(sorted(groups.items()))
+    for name, runs in solutions.items():
+        for result in (run.result for run in runs):
+            if result.ede_m is not None:
+                level = "no level" if result.level is None else f"level {result.level}"
+                groups[f"{level}, {name}" if len(solutions) > 1 else level].append(100 * result.ede_m)
+    return dict(sorted(groups.items(), reverse=True))
 
 
 def _by_object(results: Sequence[Result]) -> dict[str, list[float]]:
-    """The objects with the largest mean errors, the worst on top."""
+    """The objects with the largest mean errors [cm], the worst on top; each task's for themselves."""
+    several = len({result.task for result in results}) > 1
     groups = defaultdict(list)
     for result in results:
         for entry in result.objects:
-            groups[entry["name"]].append(100 * entry["ede_m"])
+            groups[f"{entry['name']} in {result.task}" if several else entry["name"]].append(100 * entry["ede_m"])
     worst = sorted(groups, key=lambda name: (sum(groups[name]) / len(groups[name]), name))[-WORST_OBJECTS:]
     return {name: groups[name] for name in worst}
 
 
-def _boxes(groups: Mapping[str, Sequence[float]], label: str) -> str:
-    return boxes(groups, label) if groups else ""
+def _boxes(groups: Mapping[str, Sequence[float]]) -> str:
+    return boxes(groups, "EDE [cm]") if groups else ""
 
 
-def _split(parts: Sequence[Mapping[str, float]]) -> str:
-    """Mean seconds a run, the largest first; empty where nothing is known."""
-    told = [part for part in parts if part]
+def _phases(runs: Sequence[Recorded]) -> dict[str, float]:
+    """Phase -> mean seconds a run; all phases together are the mean planning time."""
+    total: defaultdict[str, float] = defaultdict(float)
+    for run in runs:
+        phases = run.phase_seconds
+        rest = max(0.0, run.result.planning_s - sum(phases.values()))
+        for phase, seconds in {**phases, REST: rest}.items():
+            total[phase] += seconds
+    return {name: seconds / len(runs) for name, seconds in total.items()}
+
+
+def _streams(runs: Sequence[Recorded]) -> str:
+    """Mean seconds a run in each stream's sampler, the largest first; empty where nothing is known."""
     total: Counter[str] = Counter()
-    for part in told:
-        total.update(part)
-    means = {name: seconds / len(told) for name, seconds in total.most_common() if seconds > 0}
+    for run in runs:
+        total.update(run.stream_seconds)
+    means = {name: seconds / len(runs) for name, seconds in total.most_common() if seconds > 0}
     return bars(means, "mean time a run [s]") if means else ""
 
 
-def _pages(solutions: Mapping[str, Sequence[Recorded]], gallery: Gallery) -> Iterator[dict[str, Any]]:
-    for name, runs in solutions.items():
-        for run in runs:
-            yield {
-                "solution": name if len(solutions) > 1 else "",
-                "result": run.result,
-                "plans": [sentences(plan) for plan in run.plans],
-                "pictures": gallery.of(run),
-            }
+def _page(run: Recorded, home: Path, gallery: Gallery) -> dict[str, Any]:
+    folder = run.folder.resolve()
+    there = folder.is_dir()
+    link = Path(os.path.relpath(folder, home)).as_posix()
+    films = [name for name in ("run.gif", "run.mp4") if there and (folder / name).is_file()]
+    return {
+        "result": run.result,
+        "plans": [sentences(plan, run.words) for plan in run.plans],
+        "pictures": gallery.of(run),
+        "folder": quote(link) if there else "",
+        "films": [f"{quote(link)}/{name}" for name in films],
+        "command": _again(run) if run.result.task_path else "",
+    }
+
+
+def _again(run: Recorded) -> str:
+    """The command that repeats a run."""
+    if (run.folder / "manifest.json").is_file():
+        return f"tamp solve --replay {shlex.quote(str(run.folder))}"
+    words = ["tamp", "solve", run.result.task_path, "--seed", str(run.result.seed)]
+    for name, value in run.result.configuration.items():
+        flag = f"--{name.replace('_', '-')}"
+        if name == "samplers":
+            words += [word for stream, address in value.items() for word in ("--sampler", f"{stream}={address}")]
+        elif name == "tuning":
+            words += [word for field, number in value.items() for word in ("--tuning", f"{field}={number}")]
+        elif name == "execute":
+            words += [] if value else ["--no-execute"]
+        elif value is True:
+            words.append(flag)
+        elif value not in (None, False):
+            words += [flag, str(value)]
+    return shlex.join(words)

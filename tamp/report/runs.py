@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,9 +13,9 @@ from typing import Any
 from tamp.errors import TampError
 from tamp.results import Result, from_json, read_results
 from tamp.task import Plan, Pose, Task
-from tamp.task.load import load_task
-from tamp.task.plan_file import load_plan
-from tamp.task.poses_file import load_poses
+from tamp.task.files.load import load_task
+from tamp.task.files.plan_file import load_plan
+from tamp.task.files.poses_file import load_poses
 
 RESULTS = "results.jsonl"
 
@@ -54,6 +55,17 @@ class Recorded:
         path = self.folder / "poses.json"
         poses = load_poses(path) if path.is_file() else {}
         return {name: pose for name, pose in poses.items() if pose is not None}
+
+    @cached_property
+    def words(self) -> Mapping[str, str]:
+        """Action -> what it does, as the domain it was planned with says; empty where the run does not tell."""
+        path = self.folder / "manifest.json"
+        try:
+            found = json.loads(path.read_text(encoding="utf-8")).get("words", {}) if path.is_file() else {}
+        except (OSError, ValueError, AttributeError) as error:
+            log.warning("%s: not a manifest: %s", path, error)
+            return {}
+        return found if isinstance(found, dict) and all(isinstance(text, str) for text in found.values()) else {}
 
     @property
     def stream_seconds(self) -> dict[str, float]:

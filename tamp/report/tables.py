@@ -7,11 +7,12 @@ import io
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import fields
+from pathlib import Path
 from typing import get_args
 
 from tamp.results import Result, Status
 
-NOT_IN_CSV = ("objects", "goals_met", "versions")
+NOT_IN_CSV = ("objects", "goals_met", "versions", "settings", "configuration")
 """What has no place in one cell; results.jsonl has it."""
 
 
@@ -25,11 +26,12 @@ def csv_text(results: Sequence[Result]) -> str:
     return file.getvalue()
 
 
-def summary_line(results: Sequence[Result]) -> str:
-    """`summary: total=10 solved=9 ... mean_ede_m=0.0012`: every status and its count, then means over what has them."""
+def summary_line(results: Sequence[Result], output: Path | None = None) -> str:
+    """`summary: total=10 solved=9 ... mean_ede_m=0.0012 output=runs`: statuses, means, and where the results are."""
     counts = Counter(result.status for result in results)
     pairs = [f"total={len(results)}", *(f"{status}={counts[status]}" for status in get_args(Status))]
     for name in ("ede_m", "do_nothing_ede_m", "improvement", "planning_s", "execution_sim_s"):
         values = [value for result in results if (value := getattr(result, name)) is not None]
         pairs += [f"mean_{name}={sum(values) / len(values):.6g}"] if values else []
+    pairs += [] if output is None else [f"output={output}"]
     return f"summary: {' '.join(pairs)}"

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tamp.errors import TampError
-from tamp.report.playback import Moment
-from tamp.report.render import REGION_COLOR, TABLE_COLOR, palette
+from tamp.report.rendering.playback import Moment
+from tamp.report.rendering.scene import REGION_COLOR, TABLE_COLOR, palette
 from tamp.task import Pose, Task, load_robot
-from tamp.task.mesh import parts
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.task.mesh.parts import parts
+from tamp.world.robot.model import RobotModel, robot_model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

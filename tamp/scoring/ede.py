@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh import bounds
+from tamp.task.mesh.parts import bounds
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,7 +12,7 @@ from tamp.errors import TaskError
 from tamp.scoring.assignment import best_assignment
 from tamp.scoring.metrics import OCRTOC_2024, Metric
 from tamp.scoring.ocrtoc2024 import THRESHOLDS
-from tamp.task.mesh import bounds
+from tamp.task.mesh.parts import bounds
 from tamp.task.model import At, Object, Shape, Task
 from tamp.task.pose import Pose
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.scoring.ede import CORNERS, mean_edge
-from tamp.task.mesh import bounds
+from tamp.task.mesh.parts import bounds
 from tamp.task.model import ANY_TURN
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh import Part, parts
+from tamp.task.mesh.parts import Part, parts
 from tamp.task.model import Symmetry
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh import bounds, convex_hull
+from tamp.task.mesh.parts import bounds, convex_hull
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

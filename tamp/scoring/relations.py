@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh import bounds, parts
+from tamp.task.mesh.parts import bounds, parts
 from tamp.task.model import In, On, Region, Task
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from tamp.scoring.evaluate import evaluate
 from tamp.scoring.metrics import EDE
 from tamp.scoring.relations import holds
-from tamp.task.model import At, Task
+from tamp.task.model import At, SymbolicFact, Task
 from tamp.task.pose import Pose
 
 SOLVED_WITHIN_M = 0.03
@@ -49,7 +49,8 @@ class Score:
         improvement: 1 - ede / do-nothing; None where doing nothing is free of error.
         improvement_ueb: 1 - ede / mean UEB.
         objects: one entry an object with a goal pose, in the task's order.
-        goals_met: object -> whether its goal holds, poses within 3 cm EDE; objects without a goal are absent.
+        goals_met: object -> whether its goal holds, poses within 3 cm EDE; objects without a goal are absent. Symbolic
+            facts that the task asks for stand there as PDDL writes them.
         lost: objects, with or without a goal, that have fallen off the table.
     """
 
@@ -82,12 +83,18 @@ class Score:
         }
 
 
-def score(task: Task, final_poses: Mapping[str, Pose | None]) -> Score:
+def fact_text(fact: SymbolicFact) -> str:
+    """A symbolic fact as PDDL writes it, such as "(cooked potato)"; what it is called in `goals_met`."""
+    return f"({' '.join(fact)})"
+
+
+def score(task: Task, final_poses: Mapping[str, Pose | None], facts: Collection[SymbolicFact] | None = None) -> Score:
     """Score final poses, from whatever source.
 
     Args:
         task: gives shapes, start poses and goals.
         final_poses: object -> pose in the world frame, or None for an object that is lost.
+        facts: the symbolic facts that hold in the end; where nobody says, those that the task starts with.
 
     Raises:
         TaskError: where an object has no entry, or a mesh cannot be read.
@@ -102,9 +109,14 @@ def score(task: Task, final_poses: Mapping[str, Pose | None]) -> Score:
         improvement=evaluation.improvement,
         improvement_ueb=evaluation.improvement_bound,
         objects=objects,
-        goals_met=_goals_met(task, objects, known, evaluation.lost),
+        goals_met=_goals_met(task, objects, known, evaluation.lost) | _facts_met(task, facts),
         lost=evaluation.lost,
     )
+
+
+def _facts_met(task: Task, facts: Collection[SymbolicFact] | None) -> dict[str, bool]:
+    known = task.init if facts is None else facts
+    return {fact_text(fact): fact in known for fact in task.goal}
 
 
 def _goals_met(

@@ -15,6 +15,7 @@ from tamp.task.model import (
     Region,
     Shape,
     Sphere,
+    SymbolicFact,
     Symmetry,
     Table,
     Task,
@@ -26,5 +27,5 @@ from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
 __all__ = [
     "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Fall", "Goal", "Grip", "Gripper", "In", "Inertia",
     "Limits", "Mesh", "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere",
-    "Step", "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names",
+    "Step", "SymbolicFact", "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names",
 ]  # fmt: skip

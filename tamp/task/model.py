@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -162,6 +162,15 @@ class Limits:
     execution_sim_s: float = 600.0
 
 
+SymbolicFact = tuple[str, ...]
+"""A predicate of the task's domain and the names of objects and regions that it is about, such as ("sink", "basin")."""
+
+
+def _facts(given: Iterable[Iterable[str]]) -> tuple[SymbolicFact, ...]:
+    """Facts as tuples, predicates in lower case as PDDL ignores case."""
+    return tuple((predicate.lower(), *names) for predicate, *names in given)
+
+
 @dataclass(frozen=True)
 class Task:
     """A rearrangement task X = {O, C_initial, C_goal} (OCRTOC paper, section III-A).
@@ -174,6 +183,11 @@ class Task:
         robot: the name of a folder in robots/.
         regions: named rectangles that goals may refer to.
         table: the table top.
+        domain: what it is planned with: a folder in domains/, or "package.module".
+        init: symbolic facts of the domain that hold at the start, as (predicate, name, ...), predicates in lower case.
+        goal: symbolic facts that shall hold at the end, beside the objects' goals.
+        strategy, search, motion_planner, simulator: how it is planned and carried out, by the names that the command
+            line takes; None leaves it to the user and the defaults.
         samplers: stream name -> "package.module:function", replacing the domain's own samplers.
         limits: budgets of planning and execution.
         level: how difficult whoever made the task says it is; rankings have a mean for each.
@@ -185,6 +199,13 @@ class Task:
     robot: str = "panda"
     regions: tuple[Region, ...] = ()
     table: Table = Table()
+    domain: str = "tabletop"
+    init: tuple[SymbolicFact, ...] = ()
+    goal: tuple[SymbolicFact, ...] = ()
+    strategy: str | None = None
+    search: str | None = None
+    motion_planner: str | None = None
+    simulator: str | None = None
     samplers: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = Limits()
     level: int | None = None
@@ -193,6 +214,8 @@ class Task:
     def __post_init__(self) -> None:
         object.__setattr__(self, "objects", tuple(self.objects))
         object.__setattr__(self, "regions", tuple(self.regions))
+        object.__setattr__(self, "init", _facts(self.init))
+        object.__setattr__(self, "goal", _facts(self.goal))
         object.__setattr__(self, "samplers", MappingProxyType(dict(self.samplers)))
 
     def object(self, name: str) -> Object:

@@ -58,7 +58,9 @@ class RobotSpec:
         lower, upper: position limits [rad].
         velocity, acceleration, jerk: largest absolute values [rad/s, rad/s^2, rad/s^3].
         home: rest configuration [rad].
+        reach: distances from the base's axis, along the table, between which the arm works well [m].
         T_world_base: where the base stands.
+        base_radius: round the base's axis, where the robot stands itself [m].
         tool_parent: link that carries the tool frame.
         T_parent_tool: tool frame in that link: origin between the pads' centres, z the approach direction.
         gripper: the gripper.
@@ -74,7 +76,9 @@ class RobotSpec:
     acceleration: tuple[float, ...]
     jerk: tuple[float, ...]
     home: tuple[float, ...]
+    reach: tuple[float, float]
     T_world_base: Pose
+    base_radius: float
     tool_parent: str
     T_parent_tool: Pose
     gripper: Gripper
@@ -140,11 +144,20 @@ def _spec(name: str, folder: Path, data: dict) -> RobotSpec:  # type: ignore[typ
         mesh_root=root / data.get("package", "."),
         joints=joints,
         **per_joint,
+        reach=_reach(arm["reach"]),
         T_world_base=Pose.from_rpy(tuple(data["base"]["xyz"]), tuple(data["base"]["rpy"])),
+        base_radius=float(data["base"]["radius"]),
         tool_parent=tool["parent"],
         T_parent_tool=Pose.from_rpy(tuple(tool["xyz"]), tuple(tool["rpy"])),
         gripper=gripper,
     )
+
+
+def _reach(values: object) -> tuple[float, float]:
+    match values:
+        case [float() | int() as near, float() | int() as far] if 0.0 <= near < far:
+            return float(near), float(far)
+    raise ValueError(f"arm.reach is {values}; give two distances, the smaller one first")
 
 
 def _mesh_root(folder: Path, text: str) -> Path:

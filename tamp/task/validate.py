@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tamp.errors import TaskError
-from tamp.task.document import Document, FieldPath, dotted
+from tamp.task.files.yaml_document import Document, FieldPath, dotted
 from tamp.task.model import Box, Capsule, In, Mesh, On, Region, Shape, Sphere, Table, Task
 from tamp.task.robot import robot_names
 
@@ -36,6 +36,7 @@ def validate(task: Task, document: Document | None = None) -> None:
     _check_names(task, refuse)
     _check_sizes(task, refuse)
     _check_goals(task, refuse)
+    _check_facts(task, refuse)
     for index, region in enumerate(task.regions):
         if not _on_table(region, task.table):
             raise refuse(
@@ -95,6 +96,16 @@ def _check_goals(task: Task, refuse: _Refuse) -> None:
             chain.append(rests_on[chain[-1]])
             if chain[-1] == o.name:
                 raise refuse(field, f"the goals rest on each other in a circle: {' on '.join(chain)}")
+
+
+def _check_facts(task: Task, refuse: _Refuse) -> None:
+    """The domain knows which predicates there are; here, whether what they are about is there."""
+    valid = [*(o.name for o in task.objects), *(r.name for r in task.regions), "table"]
+    for field, facts in (("init", task.init), ("goal", task.goal)):
+        for index, (predicate, *names) in enumerate(facts):
+            if strangers := [name for name in names if name not in valid]:
+                complaint = f"{predicate} is said of {strangers[0]!r}; valid are {', '.join(valid)}"
+                raise refuse((field, index), complaint)
 
 
 def _on_table(region: Region, table: Table) -> bool:

@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh import parts
+from tamp.task.mesh.parts import parts
 from tamp.task.model import Box, Table
-from tamp.world import solid as solids
-from tamp.world.actor import Actor, hand_actor, hand_configuration, robot_actor
-from tamp.world.arena import Arena, Setting
-from tamp.world.collision import CollisionChecker
-from tamp.world.free_hand import FreeHand
-from tamp.world.geometry import Geometry
-from tamp.world.motion_cache import MotionCache
-from tamp.world.robot_model import RobotModel
+from tamp.world.collision.broadphase import Actor, Arena, Setting, hand_actor, hand_configuration, robot_actor
+from tamp.world.collision.checker import CollisionChecker
+from tamp.world.geometry import convex_union
+from tamp.world.geometry.convex_union import Solid, solid
+from tamp.world.geometry.object_geometry import Geometry
+from tamp.world.motion.planner import PORTFOLIO, MotionCache
+from tamp.world.robot.hand import FreeHand
+from tamp.world.robot.model import RobotModel
 from tamp.world.scene import Scene
-from tamp.world.solid import Solid, solid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,8 +36,17 @@ class World:
     Immutable in meaning: collision structures are built on first use and kept. Belongs to one thread.
     """
 
-    def __init__(self, robot: RobotModel, geometries: Mapping[str, Geometry], table: Table | None = None) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        geometries: Mapping[str, Geometry],
+        table: Table | None = None,
+        *,
+        motion_planner: str = PORTFOLIO,
+    ) -> None:
+        """`motion_planner`: one of `tamp.world.motion.planner.planner_names()`."""
         self.robot = robot
+        self._motion_planner = motion_planner
         self.geometries: Mapping[str, Geometry] = MappingProxyType(dict(sorted(geometries.items())))
         self.table = Table() if table is None else table
         self._solids = {name: solid(geometry.parts) for name, geometry in self.geometries.items()}
@@ -54,7 +62,7 @@ class World:
     @cached_property
     def motions(self) -> MotionCache:
         """Motion queries already answered in this world."""
-        return MotionCache()
+        return MotionCache(planner=self._motion_planner)
 
     @cached_property
     def _hand(self) -> Actor:
@@ -148,12 +156,12 @@ class World:
         `b` is an object at `T_b`, or "table", or "robot" for the base links, which stand where they stand.
         """
         other, T_other = self._fixed_or_object(b, T_b)
-        return solids.overlap(self._solids[a], other, solids.relative(T_a, T_other), -tolerance)
+        return convex_union.overlap(self._solids[a], other, convex_union.relative(T_a, T_other), -tolerance)
 
     def separation(self, a: str, T_a: Matrix, b: str, T_b: Matrix | None = None) -> float:
         """Signed distance of object `a` at `T_a` and `b` [m]; negative is the deepest penetration of two parts."""
         other, T_other = self._fixed_or_object(b, T_b)
-        return solids.separation(self._solids[a], other, solids.relative(T_a, T_other))
+        return convex_union.separation(self._solids[a], other, convex_union.relative(T_a, T_other))
 
     def contacts(self, a: str, T_a: Matrix, b: str, T_b: Matrix | None, gap: float) -> tuple[Matrix, Matrix]:
         """Where object `a` at `T_a` and `b` are nearer to each other than a gap [m], one point for each two parts.
@@ -162,7 +170,7 @@ class World:
             Points on `b` and unit normals from it to `a`, shape (n, 3) each, in the world frame.
         """
         other, T_other = self._fixed_or_object(b, T_b)
-        points, normals = solids.contacts(self._solids[a], other, solids.relative(T_a, T_other), gap)
+        points, normals = convex_union.contacts(self._solids[a], other, convex_union.relative(T_a, T_other), gap)
         return points @ T_a[:3, :3].T + T_a[:3, 3], normals @ T_a[:3, :3].T
 
     def _fixed_or_object(self, name: str, T: Matrix | None) -> tuple[Solid, Matrix]:

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tamp.batch import RESULTS, Batch
+from tamp.batch import RESULTS, Batch, run_together
 from tamp.batch.processes import available
 from tamp.errors import TampError
 from tamp.results import Result, read_results
@@ -88,6 +88,20 @@ def test_a_job_that_hangs_ends_with_all_it_started(tmp_path: Path) -> None:
             time.sleep(0.05)
 
 
+def test_a_job_says_itself_by_when_it_must_have_ended() -> None:
+    results = _run("late", "ok", time_limit_s=60.0)
+    assert results["late", 0].status == "timeout"
+    assert "planning did not end with its limit" in results["late", 0].message
+    assert results["ok", 0].solved
+
+
+def test_a_job_whose_fork_server_dies_is_run_again(tmp_path: Path) -> None:
+    once = tmp_path / "once"
+    results = _run("orphan", "ok", options={"once": str(once)})
+    assert {r.status for r in results.values()} == {"solved"}
+    assert once.is_file()
+
+
 @needs_proc
 def test_a_job_that_eats_memory_is_ended() -> None:
     results = _run("eat", "ok", memory_limit=400 << 20, time_limit_s=60.0)
@@ -110,17 +124,84 @@ def test_resuming_runs_what_is_missing_exactly_once(tmp_path: Path) -> None:
     assert {(r.task, r.seed) for r in read_results(out / RESULTS)} == set(both)
 
 
-def test_without_resuming_the_results_start_anew(tmp_path: Path) -> None:
-    for _ in range(2):
+def test_results_are_never_lost_in_silence(tmp_path: Path) -> None:
+    _run("a", "b", output=tmp_path)
+    before = (tmp_path / RESULTS).read_bytes() + b'{"torn'
+    (tmp_path / RESULTS).write_bytes(before)
+    with pytest.raises(TampError, match=r"has results already: --resume .* --overwrite .* nothing was touched"):
         _run("a", output=tmp_path)
+    assert (tmp_path / RESULTS).read_bytes() == before
+    _run("a", output=tmp_path, overwrite=True)
     assert len(read_results(tmp_path / RESULTS)) == 1
+
+
+def test_a_run_folder_without_results_is_kept_too(tmp_path: Path) -> None:
+    (tmp_path / "a-0").mkdir()
+    with pytest.raises(TampError, match="a-0 has results already"):
+        _run("a", output=tmp_path)
+
+
+@pytest.mark.parametrize("what", ["an option", "the task", "a version"])
+def test_what_was_made_otherwise_is_run_again(
+    tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    ran, file = tmp_path / "ran", tmp_path / "a.yaml"
+    file.write_text("objects: []", encoding="utf-8")
+    task = Task("a", (), path=file)
+
+    def run(**options: Any) -> None:
+        bounds: dict[str, Any] = {"output": tmp_path / "out", "resume": True, "work": WORK, "preload": ()}
+        results = list(Batch([task], options={"ran": str(ran), **options}, **bounds).run())
+        assert len(results) == len(read_results(tmp_path / "out" / RESULTS)) == 1
+
+    run(sleep=0.0)
+    run(sleep=0.0)
+    assert ran.read_text(encoding="utf-8").split() == ["a:0"]
+    if what == "the task":
+        file.write_text("objects: [] # another", encoding="utf-8")
+    if what == "a version":
+        monkeypatch.setattr("tamp.batch.run.versions", lambda: {"numpy": "0.1"})
+    run(sleep=0.1 if what == "an option" else 0.0)
+    assert ran.read_text(encoding="utf-8").split() == ["a:0", "a:0"]
+    assert "1 results were made otherwise and are run again; what differs:" in caplog.text
+    assert {"an option": "sleep", "the task": "the task", "a version": "numpy"}[what] in caplog.text
+
+
+def test_files_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        _run("a", output=tmp_path)
+        _run("a", output=tmp_path, overwrite=True)
+    finally:
+        os.umask(before)
+    assert (tmp_path / RESULTS).stat().st_mode & 0o777 == 0o640
+
+
+def test_batches_run_by_turns_and_each_is_first_as_often(tmp_path: Path) -> None:
+    ran = tmp_path / "ran"
+    tasks = _tasks("ok_1", "ok_2", "ok_3", "ok_4")
+    both = [
+        Batch(tasks, options={"ran": str(ran), "as": who}, output=tmp_path / who, work=WORK, preload=())
+        for who in ("a", "b")
+    ]
+    found = [(place, result.task) for place, result in run_together(both)]
+    assert [task for _, task in found] == [name for i in range(1, 5) for name in (f"ok_{i}",) * 2]
+    assert [place for place, _ in found[::2]] == [0, 1, 0, 1]
+    for who in ("a", "b"):
+        made = read_results(tmp_path / who / RESULTS)
+        assert {r.configuration["as"] for r in made} == {who}
+        assert len(made) == 4
+    with pytest.raises(TampError, match="has results already"):
+        list(run_together([Batch(tasks, output=tmp_path / "c", work=WORK, preload=()), both[1]]))
+    assert not (tmp_path / "c").exists(), "nothing is touched"
 
 
 def test_two_batches_do_not_share_a_results_file(tmp_path: Path) -> None:
     first = Batch(_tasks("a", "b"), output=tmp_path, work=WORK, preload=()).run()
     next(first)
     with pytest.raises(TampError, match="another batch"):
-        next(Batch(_tasks("a"), output=tmp_path, work=WORK, preload=()).run())
+        next(Batch(_tasks("a"), output=tmp_path, work=WORK, preload=(), overwrite=True).run())
+    assert len(read_results(tmp_path / RESULTS)) == 1
     first.close()
 
 
@@ -141,7 +222,7 @@ def test_a_job_that_finds_the_disk_full_ends_the_batch_and_can_run_later(tmp_pat
 
 
 def test_tasks_of_the_same_name_are_refused() -> None:
-    with pytest.raises(TampError, match="call their task a;"):
+    with pytest.raises(TampError, match=r"names must differ: a\.yaml and a\.yaml both are 'a'"):
         Batch(_tasks("a", "a"))
 
 

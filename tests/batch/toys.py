@@ -8,10 +8,18 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from tamp.clock import ended_at
 from tamp.results import Result
+
+
+def pause_without_python() -> None:
+    """Be in native code, where no signal of Python's gets through, for a minute."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
+    time.sleep(60)
 
 
 def work(name: str, path: str, seed: int, folder: str | None = None, **options: Any) -> dict[str, Any]:
@@ -39,6 +47,15 @@ def work(name: str, path: str, seed: int, folder: str | None = None, **options: 
         memory = []
         while True:
             memory.append(b"x" * 50_000_000)
+    elif kind == "late":
+        with ended_at(time.monotonic() + 0.2), suppress(BaseException):
+            pause_without_python()
+    elif kind == "orphan":
+        once = Path(options["once"])
+        if not once.exists():
+            once.write_text("", encoding="utf-8")
+            os.kill(os.getppid(), signal.SIGKILL)
+            time.sleep(60)
     elif kind == "slow":
         time.sleep(options.get("sleep", 0.3))
     return Result(task=name, seed=seed, status="solved", task_path=path).as_dict()

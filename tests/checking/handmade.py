@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tamp.checking.kinematics import KinematicTree, read_kinematics
+from tamp.checking.robot.kinematics import KinematicTree, read_kinematics
 from tamp.task import (
     Action,
     At,

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +15,13 @@ import pytest
 
 import tamp
 from tamp.conformance import Judgement, check_sampler, kit
-from tamp.domains.catalog import load_domain
+from tamp.conformance.bench import set_up
+from tamp.domains.catalog import contract, load_domain
 from tamp.errors import DomainError, SamplerError
-from tamp.streams import laid_aside, regrasps
-from tamp.streams.placements import sample_placement
+from tamp.planning import Problem
+from tamp.streams.placing import put_aside as laid_aside
+from tamp.streams.placing import regrasp as regrasps
+from tamp.streams.placing.sampler import sample_placement
 from tamp.streams.values import Grasp, Placement
 from tamp.task import Pose, Task
 
@@ -111,11 +118,38 @@ class Forgetful:
         yield centre(self.drawn)
 
 
+def exits(context: Any, obj: str) -> Iterator[Grasp]:
+    sys.exit(0)
+    yield
+
+
+def fails_below(context: Any, obj: str) -> Iterator[Grasp]:
+    yield centre(math.log(-1.0) if obj else 0.0)
+
+
+def fails_in_ours(context: Any, obj: str) -> Iterator[Grasp]:
+    yield Grasp(context.scene.task.object("nobody").pose, 0.05)
+
+
+def moves_its_input(context: Any, obj: str, start: Any, grasp: Any) -> Iterator[Any]:
+    object.__setattr__(start, "on", ("moon",))
+    yield from ()
+
+
+def leaves_a_thread(context: Any, obj: str) -> Iterator[Grasp]:
+    threading.Thread(target=time.sleep, args=(20.0,), daemon=True).start()
+    yield centre(0.02)
+
+
 BAD: dict[str, tuple[Callable[..., Any], str]] = {
     "signature": (takes_too_much, "expected a function of (context, o), found takes_too_much"),
     "no generator": (returns_nothing, "'NoneType' object is not iterable"),
     "type": (yields_a_pose, "?g must be a Grasp, found Pose"),
-    "exception": (raises, "raised for ('red'): KeyError: 'red' (test_kit.py:"),
+    "exception": (raises, "raised for ('red'): KeyError: 'red' (conformance/test_kit.py:"),
+    "end": (exits, "raised for ('red'): SystemExit: 0 (conformance/test_kit.py:"),
+    "own line": (fails_below, "ValueError: math domain error (conformance/test_kit.py:"),
+    "both lines": (fails_in_ours, ", in task/model.py:"),
+    "thread": (leaves_a_thread, "left 1 thread(s) running"),
     "nothing": (gives_nothing, "nothing came from any of 1 calls; it said: red looks slippery"),
     "units": (in_millimetres, "width is 50; the gripper opens 0 to 0.08 m"),
     "randomness": (Forgetful(), "draw from context.rng only"),
@@ -131,6 +165,50 @@ def test_what_is_wrong_is_said_in_words(name: str, one: Task) -> None:
     assert said in wrong(judgement)
     assert judgement.as_dict()["fits"] is False
     assert str(judgement).endswith("wrong")
+
+
+def test_what_a_sampler_does_to_its_inputs_is_said(one: Task) -> None:
+    judgement = check_sampler(moves_its_input, "inverse-kinematics", tasks=[one])
+    assert "changed its input Placement(" in wrong(judgement)
+
+
+def test_low_shares_downstream_come_with_reasons_and_details_with_each_call(one: Task) -> None:
+    judgement = check_sampler(through_the_table, "sample-grasp", tasks=[one])
+    passed = judgement.numbers["downstream"]["inverse-kinematics"]
+    assert passed["share"] == 0.0
+    assert passed["reasons"]
+    assert f"0% pass inverse-kinematics, the domain's own 100%; it said: {passed['reasons'][0]}" in str(judgement)
+    assert judgement.details[0].startswith("call 0: ('red'): 1 outputs in ")
+    assert "Traceback" in check_sampler(raises, "sample-grasp", tasks=[one]).details[-1]
+
+
+def test_the_domains_own_sampler_is_as_fast_as_itself(one: Task) -> None:
+    """Counted, not timed: whoever is measured draws anew, and remembers nothing of others."""
+    draws = {"mine": 0, "theirs": 0}
+    seen: list[Any] = []
+
+    def counted(who: str) -> Callable[..., Iterator[Grasp]]:
+        def sampler(context: Any, obj: str) -> Iterator[Grasp]:
+            if not any(scene is context.scene for scene in seen):  # drawn once a scene, as with a cache
+                seen.append(context.scene)
+                draws[who] += 1
+            yield centre(0.02)
+
+        return sampler
+
+    entry = load_domain("tabletop")
+    stream = entry.stream("sample-grasp")
+    bench = set_up(entry, stream, [one], 0, 1)
+    problem = bench.problem
+    served = {**problem.samplers, "sample-grasp": counted("theirs")}
+    bench = replace(
+        bench, problem=Problem(problem.domain, problem.streams, served, problem.init, problem.goal, problem.scene)
+    )
+    trial = kit._Trial(stream, contract(entry, stream), counted("mine"), bench, 0)
+    list(trial.errors())
+    before = dict(draws)
+    list(trial.time())
+    assert draws["mine"] - before["mine"] == draws["theirs"] - before["theirs"] == kit.ROUNDS
 
 
 def test_a_good_sampler_fits_and_is_measured(one: Task) -> None:
@@ -152,11 +230,11 @@ def test_a_placement_in_the_air_is_noticed() -> None:
 
 
 def test_what_does_not_exist_is_refused(one: Task) -> None:
-    with pytest.raises(SamplerError, match="tabletop has sample-grasp"):
+    with pytest.raises(SamplerError, match=r"no stream .sample-grasps.; tabletop has .*sample-grasp"):
         check_sampler(good, "sample-grasps")
     with pytest.raises(SamplerError, match="no module 'nowhere'"):
         check_sampler("nowhere:grasps", "sample-grasp")
-    with pytest.raises(DomainError, match="installed are"):
+    with pytest.raises(DomainError, match="installed domains are"):
         check_sampler(good, "sample-grasp", domain="chess")
     with pytest.raises(SamplerError, match="no inputs for sample-stacking in one_object: nothing satisfies"):
         check_sampler(lambda context, o, s, ps: iter(()), "sample-stacking", tasks=[one])

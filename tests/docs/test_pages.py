@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import shlex
 import shutil
@@ -87,3 +88,20 @@ def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
     assert len(pages) > 15
     score = (tmp_path / "site" / "score.html").read_text(encoding="utf-8")
     assert "<math" in score
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_module_that_a_page_names_is_there(page: Path) -> None:
+    for name in sorted(set(re.findall(r"\btamp(?:\.[A-Za-z_]+)+", page.read_text(encoding="utf-8")))):
+        if name.endswith((".yaml", ".css", ".md")):
+            continue
+        parts = name.split(".")
+        for count in range(len(parts), 0, -1):
+            try:
+                found = importlib.import_module(".".join(parts[:count]))
+            except ModuleNotFoundError:
+                continue
+            for attribute in parts[count:]:
+                assert hasattr(found, attribute), f"{page.name} names {name}, which is not there"
+                found = getattr(found, attribute)
+            break

@@ -4,11 +4,12 @@ from itertools import islice, pairwise
 import numpy as np
 import pytest
 
-from tamp.domains.tabletop import NotFree, assemble
+from tamp.domains.tabletop import DOMAIN
+from tamp.domains.timing import NotFree
 from tamp.planning import GroundAction
-from tamp.streams.grasps import sample_grasp
-from tamp.streams.motions import plan_free_motion, plan_holding_motion
-from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.motion.paths import plan_free_motion, plan_holding_motion
 from tamp.streams.values import Configuration
 from tamp.task import Box, Grip, Move, Object, Pose, Release
 from tests.streams.tables import CUBE, RED, ToldContext, at, panda, workspace_of
@@ -51,7 +52,7 @@ def solution(workspace):
 
 @pytest.fixture(scope="module")
 def actions(workspace, solution):
-    return assemble(workspace, solution)
+    return DOMAIN.timed(workspace, solution)
 
 
 def moves(actions):
@@ -109,9 +110,9 @@ def test_a_motion_through_something_is_not_free(workspace, solution):
     wall = Object("wall", Box((0.4, 0.03, 0.6)), Pose((0.05, 0.0, 0.3)))
     blocked = workspace_of(RED, CUBE, wall)
     with pytest.raises(NotFree, match=r"^transit: .*touches something"):
-        assemble(blocked, solution)
+        DOMAIN.timed(blocked, solution)
 
 
 def test_an_action_of_another_domain_is_a_bug(workspace, solution):
     with pytest.raises(ValueError, match="no action 'push'"):
-        assemble(workspace, [replace(solution[0], name="push")])
+        DOMAIN.timed(workspace, [replace(solution[0], name="push")])

@@ -2,13 +2,12 @@
 
 import pytest
 
-from tamp.domains.tabletop import tabletop_problem
-from tamp.pipeline.attempt import Attempt
-from tamp.pipeline.setup import prepare
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.serialization.partial_plan import Attempt
 from tamp.planning import solve
 from tamp.task import Task, load_robot
 from tests.pipeline.samplers import from_above
-from tests.streams.test_regrasps import BLOCK
+from tests.streams.placing.test_regrasp import BLOCK
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +17,7 @@ def attempt():
 
 
 def problem_of(attempt, **options):
-    return tabletop_problem(attempt.workspace, attempt.samplers, attempt.configuration, **options)
+    return attempt.problem(attempt.workspace, {}, **options)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -38,8 +37,6 @@ def test_what_is_regrasped_is_moved_in_no_other_way(attempt):
     assert not facts & {"Movable", "Placeable", "Layable"}
 
 
-def test_a_researchers_grasps_are_those_that_an_object_is_regrasped_by(attempt):
+def test_each_stream_is_served_by_the_function_that_was_given_for_it_and_no_other(attempt):
     theirs = {**attempt.samplers, "sample-grasp": from_above}
-    problem = tabletop_problem(attempt.workspace, theirs, attempt.configuration)
-    assert problem.samplers["sample-regrasp"] is not attempt.samplers["sample-regrasp"]
-    assert problem_of(attempt).samplers["sample-regrasp"] is attempt.samplers["sample-regrasp"]
+    assert attempt.problem(attempt.workspace, {"sample-grasp": from_above}).samplers == theirs

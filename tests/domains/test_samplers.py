@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.domains.samplers import load_sampler, resolve_samplers
-from tamp.domains.tabletop import DEFAULT_SAMPLERS, STREAMS
+from tamp.domains.tabletop import DOMAIN
 from tamp.errors import SamplerError
-from tamp.language import parse_streams
 
 NAMES = ("sample-grasp", "sample-placement", "plan-motion")
 
@@ -93,6 +92,6 @@ def test_what_is_missing_inside_the_users_module_comes_out_as_it_is(tmp_path, mo
 
 
 def test_every_stream_of_the_tabletop_has_a_sampler_that_loads():
-    names = {s.name for s in parse_streams(STREAMS).streams}
-    assert set(DEFAULT_SAMPLERS) == names
-    assert all(callable(function) for function in resolve_samplers(DEFAULT_SAMPLERS).values())
+    names = {s.name for s in DOMAIN.stream_file.streams}
+    assert set(DOMAIN.samplers) == names
+    assert all(callable(function) for function in resolve_samplers(DOMAIN.samplers).values())

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tamp.task import Action, Attachment, Grip, Move, Plan, Pose, Release, Task, Trajectory, load_robot
-from tamp.world.kinematics import inverse, straight_line
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.world.kinematics.inverse import inverse, straight_line
+from tamp.world.robot.model import RobotModel, robot_model
 
 DOWN = Pose.from_rpy((0, 0, 0), (np.pi, 0, 0))
 OPEN = 0.08

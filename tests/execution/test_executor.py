@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from tamp.errors import PlanError
+from tamp.execution.controller import Operator
 from tamp.execution.executor import execute, open_execution
 from tamp.execution.monitor import angle_between
-from tamp.execution.robot_body import RobotBody
 from tamp.execution.settling import settle
-from tamp.task import Action, Box, Cylinder, Limits, Mesh, Move, Object, Pose, Task
-from tamp.task.mesh import bounds, parts
+from tamp.execution.simulators import make_simulator
+from tamp.task import Action, Box, Cylinder, Grip, Limits, Mesh, Move, Object, Pose, Release, Task, load_robot
+from tamp.task.mesh.parts import bounds, parts
 from tests.execution.planning_by_hand import DOWN, HandPlanner
 
 OBJECTS = Path(__file__).parents[2] / "scenarios" / "objects"
@@ -35,10 +36,10 @@ def move_one(task, name, grasp, width, goal, **planned):
     return hand.plan()
 
 
-def test_a_box_is_placed_to_a_millimetre():
+def test_a_box_is_placed_to_a_millimetre(simulator):
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
-    run = execute(task, plan)
+    run = execute(task, plan, simulator=simulator)
     assert run.status == "done"
     assert (run.grasps_attempted, run.grasps_succeeded) == (1, 1)
     assert math.dist(run.final_poses["box"].xyz, GOAL.xyz) < 0.001
@@ -48,10 +49,31 @@ def test_a_box_is_placed_to_a_millimetre():
     assert run.sim_s > plan.duration
 
 
-def test_the_same_plan_ends_the_same_to_the_last_bit():
+@pytest.mark.parametrize("yaw", [-2.0, -0.7, 0.7, 2.0])
+@pytest.mark.parametrize("shape", [Box((0.05, 0.05, 0.08)), Cylinder(0.03, 0.1)], ids=["box", "cylinder"])
+def test_what_is_held_does_not_tip_over_while_the_hand_turns(simulator, shape, yaw):
+    """Contact points whose normals do not turn with the hand tip it over by two degrees and more."""
+    z = -float(bounds(shape)[0][2])
+    task = Task("one", (Object("thing", shape, Pose((0.1, 0.2, z))),))
+    plan = move_one(task, "thing", grip_above(0.02), 0.06, Pose.from_rpy((0.12, -0.22, z), (0, 0, yaw)))
+    with make_simulator(simulator, task.objects, plan.start, robot=load_robot("panda"), q=plan.home) as world:
+        operator = Operator(world)
+        for step in plan.steps:
+            if isinstance(step, Grip):
+                assert operator.grip(step) is None
+            elif isinstance(step, Release):
+                break
+            else:
+                operator.move(step)
+        assert operator.held is not None
+        upright = operator.in_tool("thing").matrix[2, 2]
+    assert math.acos(min(1.0, -upright)) < 0.015
+
+
+def test_the_same_plan_ends_the_same_to_the_last_bit(simulator):
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
-    first, second = execute(task, plan), execute(task, plan)
+    first, second = execute(task, plan, simulator=simulator), execute(task, plan, simulator=simulator)
     assert first.final_poses == second.final_poses
     assert first.configuration == second.configuration
 
@@ -65,16 +87,18 @@ def test_the_same_plan_ends_the_same_to_the_last_bit():
     ],
     ids=["cylinder", "bar", "can"],
 )
-def test_other_shapes_arrive_too(shape, grasp, width):
+def test_other_shapes_arrive_too(simulator, shape, grasp, width):
     z = -float(bounds(shape)[0][2])
     task = Task("one", (Object("thing", shape, Pose((0.1, 0.2, z))),))
     goal = Pose.from_rpy((0.1, -0.2, z), (0, 0, 0.5))
-    run = execute(task, move_one(task, "thing", grasp, width, goal))
+    run = execute(task, move_one(task, "thing", grasp, width, goal), simulator=simulator)
     assert run.status == "done"
     assert math.dist(run.final_poses["thing"].xyz, goal.xyz) < 0.003
 
 
-def test_a_cup_is_carried_by_its_rim():
+def test_a_cup_is_carried_by_its_rim(simulator, request):
+    if simulator == "sapien":  # known to be wrong, and in the manual: the opening finger pushes the cup
+        request.applymarker(pytest.mark.xfail(strict=True, reason="it lands 8 mm off"))
     cup = Mesh(OBJECTS / "cup" / "collision.obj")
     lower, upper = bounds(cup)
     points = np.concatenate([part.vertices for part in parts(cup)])
@@ -83,25 +107,25 @@ def test_a_cup_is_carried_by_its_rim():
     task = Task("cup", (Object("cup", cup, Pose((0.1, 0.2, -float(lower[2])))),))
     goal = Pose((0.1, -0.2, -float(lower[2])))
     grasp = Pose((0.0, radius, float(upper[2]) - 0.008)) @ DOWN
-    run = execute(task, move_one(task, "cup", grasp, 0.005, goal, opening=0.04))
+    run = execute(task, move_one(task, "cup", grasp, 0.005, goal, opening=0.04), simulator=simulator)
     assert run.status == "done"
     assert math.dist(run.final_poses["cup"].xyz, goal.xyz) < 0.006
 
 
-def test_a_tower_is_built():
+def test_a_tower_is_built(simulator):
     boxes = [Object(f"b{i}", Box((0.05, 0.05, 0.05)), Pose((0.0 + 0.12 * i, 0.2, 0.025))) for i in range(3)]
     task = Task("tower", tuple(boxes))
     hand = HandPlanner(task, settle(task).poses)
     for level, name in enumerate(("b1", "b2")):
         hand.pick(name, grip_above(0.01), 0.05)
         hand.place(Pose((0.0, 0.2, 0.075 + 0.05 * level)))
-    run = execute(task, hand.plan())
+    run = execute(task, hand.plan(), simulator=simulator)
     assert run.status == "done"
     assert run.grasps_succeeded == 2
     assert run.final_poses["b2"].xyz == pytest.approx((0.0, 0.2, 0.125), abs=0.002)
 
 
-def test_a_missed_grasp_stops_the_plan_with_the_hand_drawn_back():
+def test_a_missed_grasp_stops_the_plan_with_the_hand_drawn_back(simulator):
     task = box_task()
     start = dict(settle(task).poses)
     elsewhere = {"box": Pose((0.1, 0.3, 0.04))}
@@ -109,7 +133,7 @@ def test_a_missed_grasp_stops_the_plan_with_the_hand_drawn_back():
     hand.pick("box", grip_above(0.02), 0.05)
     hand.place(GOAL)
     plan = hand.plan()
-    with open_execution(task, elsewhere) as session:
+    with open_execution(task, elsewhere, simulator=simulator) as session:
         run = session.carry_out(plan)
         assert run.status == "deviated"
         assert run.deviation is not None and run.deviation.kind == "missed"
@@ -119,27 +143,30 @@ def test_a_missed_grasp_stops_the_plan_with_the_hand_drawn_back():
         assert np.abs(np.array(session.configuration()) - lift.trajectory.positions[-1]).max() < 0.01
 
 
-def test_what_hangs_in_a_hand_that_lost_it_falls_out_before_anything_is_planned_anew(monkeypatch):
-    touching, answers = RobotBody.touching, iter([True, True])
-
-    def one_finger_only_later_on(self, body):
-        return touching(self, body) if next(answers, False) else (True, False)
-
+def test_what_hangs_in_a_hand_that_lost_it_falls_out_before_anything_is_planned_anew(simulator, monkeypatch):
+    answers = iter([True, True])
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
     pick, place = plan.actions
     carried = tuple(step for step in place.steps if isinstance(step, Move) and step.phase == "transfer")
     plan = replace(plan, actions=(pick, Action("move", ("box",), carried)))
-    monkeypatch.setattr(RobotBody, "touching", one_finger_only_later_on)
-    run = execute(task, plan)
+    with open_execution(task, plan.start, plan.home, simulator=simulator) as session:
+        body = type(session._operator.robot)
+        touching = body.touching
+
+        def one_finger_only_later_on(self, name):
+            return touching(self, name) if next(answers, False) else (True, False)
+
+        monkeypatch.setattr(body, "touching", one_finger_only_later_on)
+        run = session.carry_out(plan)
     assert (run.status, run.deviation.kind) == ("deviated", "dropped")
     assert run.final_poses["box"].xyz[2] < 0.05
 
 
-def test_a_plan_goes_on_from_where_the_last_one_stopped():
+def test_a_plan_goes_on_from_where_the_last_one_stopped(simulator):
     task = box_task()
     believed = dict(settle(task).poses)
-    with open_execution(task, {"box": Pose((0.1, 0.3, 0.04))}) as session:
+    with open_execution(task, {"box": Pose((0.1, 0.3, 0.04))}, simulator=simulator) as session:
         first = HandPlanner(task, believed)
         first.pick("box", grip_above(0.02), 0.05)
         assert session.carry_out(first.plan()).status == "deviated"
@@ -151,61 +178,61 @@ def test_a_plan_goes_on_from_where_the_last_one_stopped():
     assert math.dist(run.final_poses["box"].xyz, GOAL.xyz) < 0.001
 
 
-def test_a_neighbour_pushed_aside_stops_the_plan_once_the_hand_is_empty():
+def test_a_neighbour_pushed_aside_stops_the_plan_once_the_hand_is_empty(simulator):
     neighbour = Object("neighbour", Box((0.03, 0.03, 0.12)), Pose((0.12, -0.15, 0.06)))
     task = box_task(neighbour)
     hand = HandPlanner(task, settle(task).poses)
     hand.pick("box", grip_above(0.02), 0.05)
     hand.place(Pose((0.12, -0.15, 0.04)))
     hand.pick("box", grip_above(0.02), 0.05, pose=GOAL)
-    run = execute(task, hand.plan())
+    run = execute(task, hand.plan(), simulator=simulator)
     assert run.status == "deviated"
     assert [entry.name for entry in run.log] == ["pick(box)", "place(box)"]
     assert "neighbour" in {d.object for d in run.log[-1].deviations}
 
 
-def test_without_a_monitor_a_plan_runs_to_its_end():
+def test_without_a_monitor_a_plan_runs_to_its_end(simulator):
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
     wrong = replace(plan, start={"box": Pose((0.3, 0.3, 0.04))})
-    assert execute(task, plan, monitor=None).status == "done"
-    with open_execution(task, plan.start, monitor=None) as session:
+    assert execute(task, plan, monitor=None, simulator=simulator).status == "done"
+    with open_execution(task, plan.start, monitor=None, simulator=simulator) as session:
         assert session.carry_out(wrong).status == "done"
 
 
-def test_the_time_limit_holds():
+def test_the_time_limit_holds(simulator):
     task = replace(box_task(), limits=Limits(execution_sim_s=0.5))
-    run = execute(task, move_one(task, "box", grip_above(0.02), 0.05, GOAL))
+    run = execute(task, move_one(task, "box", grip_above(0.02), 0.05, GOAL), simulator=simulator)
     assert run.status == "timeout"
     assert len(run.log) == 1
 
 
-def test_a_plan_that_starts_elsewhere_is_refused():
+def test_a_plan_that_starts_elsewhere_is_refused(simulator):
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
-    with open_execution(task, plan.start) as session:
+    with open_execution(task, plan.start, simulator=simulator) as session:
         with pytest.raises(PlanError, match=r"the plan starts 0\.500 rad from where the arm stands"):
             session.carry_out(replace(plan, home=(0.5, *plan.home[1:])))
         with pytest.raises(PlanError, match="the plan is about 'cup'; the scene has box"):
             session.carry_out(replace(plan, start={"cup": Pose()}))
 
 
-def test_jitter_follows_the_seed():
+def test_jitter_follows_the_seed(simulator):
     task = box_task()
     start = settle(task).poses
 
     def begin(seed, jitter):
-        with open_execution(task, start, seed=seed, jitter=jitter) as session:
+        with open_execution(task, start, seed=seed, jitter=jitter, simulator=simulator) as session:
             return session.poses()["box"].xyz
 
     assert begin(1, 0.01) == begin(1, 0.01) != begin(2, 0.01)
     assert begin(1, 0.0) == pytest.approx(start["box"].xyz)
 
 
-def test_frames_are_recorded_at_equal_times():
+def test_frames_are_recorded_at_equal_times(simulator):
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
-    run = execute(task, plan, frame_s=0.5)
+    run = execute(task, plan, frame_s=0.5, simulator=simulator)
     gaps = np.diff([frame.time for frame in run.frames])
     assert gaps == pytest.approx(0.5)
     assert len(run.frames) == pytest.approx(run.sim_s / 0.5, abs=2)

@@ -1,26 +1,66 @@
+from __future__ import annotations
+
 import math
 
 import numpy as np
 import pytest
 
+from tamp.execution.action_execution import PUT_BACK
+from tamp.execution.controller import Operator, backwards, positions_at
 from tamp.execution.executor import execute, open_execution
+from tamp.execution.log import Deviation
 from tamp.execution.monitor import Monitor
-from tamp.execution.operator import Operator
-from tamp.execution.performer import PUT_BACK
-from tamp.execution.record import Deviation
-from tamp.execution.recovery import CLEAR, undone, way_out
+from tamp.execution.recovery import CLEAR, can_carry, undone, way_out
 from tamp.execution.settling import settle
-from tamp.execution.tracking import backwards, positions_at
-from tamp.task import Box, Grip, Move, Object, Pose, Release, Task, load_robot
-from tamp.world.geometry import load_geometry
-from tamp.world.robot_model import robot_model
+from tamp.task import Attachment, Box, Grip, Move, Object, Pose, Release, Task, load_robot
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.robot.model import robot_model
 from tamp.world.scene import Scene
 from tamp.world.world import World
 from tests.execution.planning_by_hand import DOWN, HandPlanner
 
+BOARD = Object("board", Box((0.03, 0.12, 0.03)), Pose((0.1, 0.2, 0.015)))
+POST = Object("post", Box((0.02, 0.02, 0.1)), Pose((0.1, -0.11, 0.05)))
+GOAL = Pose((0.1, -0.2, 0.015))
+TASK = Task("board and post", (BOARD, POST))
+
+
+AS_PLANNED = Pose()
+
+
+def carried(turn=AS_PLANNED, post=POST.pose):
+    """Whether the board, which `turn` took from where it should lie in the hand, can be carried past the post."""
+    poses = dict(settle(TASK).poses)
+    hand = HandPlanner(TASK, poses)
+    hand.pick("board", DOWN, 0.03)
+    hand.place(GOAL)
+    steps = [step for action in hand.plan().actions for step in action.steps]
+    grip = next(i for i, step in enumerate(steps) if isinstance(step, Grip))
+    held = Attachment("board", turn @ steps[grip].attachment.T_tool_object)
+    world = World(robot_model(load_robot("panda")), {o.name: load_geometry(o.shape) for o in TASK.objects}, TASK.table)
+    return can_carry(world, {**poses, "post": post}, held, steps[grip + 1 :])
+
+
+def test_what_lies_in_the_hand_as_planned_can_be_carried():
+    assert carried()
+
+
+def test_what_would_be_put_into_something_cannot():
+    assert not carried(post=Pose((0.1, -0.2, 0.05)))
+
+
+@pytest.mark.parametrize(("angle", "free"), [(0.0, True), (np.pi / 2, False)])
+def test_the_object_counts_as_it_lies_in_the_hand_now(angle, free):
+    assert carried(Pose.from_rpy((0, 0, 0), (0, 0, angle)), post=Pose((0.145, -0.2, 0.05))) == free
+
+
+def test_the_table_does_not_count():
+    assert carried(Pose((0.0, 0.0, 0.02)))
+
+
 BLOCK = Object("block", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)))
 GRASP = Pose((0, 0, 0.02)) @ DOWN
-GOAL = Pose((0.1, -0.2, 0.04))
+RECOVERY_GOAL = Pose((0.1, -0.2, 0.04))
 
 
 def planned(task, name, grasp, width, goal):
@@ -31,7 +71,7 @@ def planned(task, name, grasp, width, goal):
 
 
 def test_a_motion_backwards_passes_the_same_places():
-    plan = planned(Task("one", (BLOCK,)), "block", GRASP, 0.05, GOAL)
+    plan = planned(Task("one", (BLOCK,)), "block", GRASP, 0.05, RECOVERY_GOAL)
     there = plan.actions[0].steps[1].trajectory
     back = backwards(there)
     times = np.linspace(0.0, there.duration, 50)
@@ -40,7 +80,7 @@ def test_a_motion_backwards_passes_the_same_places():
 
 
 def test_a_pick_is_taken_back_step_by_step():
-    approach, grip, lift = planned(Task("one", (BLOCK,)), "block", GRASP, 0.05, GOAL).actions[0].steps[1:]
+    approach, grip, lift = planned(Task("one", (BLOCK,)), "block", GRASP, 0.05, RECOVERY_GOAL).actions[0].steps[1:]
     lower, release, retreat = undone((approach, grip, lift), BLOCK.pose)
     assert isinstance(lower, Move) and (lower.phase, lower.held) == ("lower", lift.held)
     assert isinstance(release, Release) and (release.object, release.pose) == ("block", BLOCK.pose)
@@ -50,15 +90,15 @@ def test_a_pick_is_taken_back_step_by_step():
     assert isinstance(grip, Grip) and release.opening == approach.opening
 
 
-def test_what_turns_in_the_fingers_and_is_in_the_way_is_put_back_and_only_so_often(monkeypatch):
+def test_what_turns_in_the_fingers_and_is_in_the_way_is_put_back_and_only_so_often(simulator, monkeypatch):
     """A monitor for whom whatever is held has slipped."""
     task = Task("one", (BLOCK,))
     monkeypatch.setattr("tamp.execution.executor.can_carry", lambda *_: False)
-    with open_execution(task, settle(task).poses, monitor=Monitor(slip=-1.0)) as execution:
+    with open_execution(task, settle(task).poses, monitor=Monitor(slip=-1.0), simulator=simulator) as execution:
         for attempt in range(PUT_BACK + 1):
             hand = HandPlanner(task, execution.poses(), q=execution.configuration())
             hand.pick("block", GRASP, 0.05)
-            hand.place(GOAL)
+            hand.place(RECOVERY_GOAL)
             run = execution.carry_out(hand.plan())
             if attempt < PUT_BACK:
                 assert run.status == "deviated"
@@ -66,20 +106,22 @@ def test_what_turns_in_the_fingers_and_is_in_the_way_is_put_back_and_only_so_oft
                 assert [entry.name for entry in run.log] == ["pick(block)"]
                 assert math.dist(run.final_poses["block"].xyz, BLOCK.pose.xyz) < 0.003
     assert run.status == "done"
-    assert math.dist(run.final_poses["block"].xyz, GOAL.xyz) < 0.003
+    assert math.dist(run.final_poses["block"].xyz, RECOVERY_GOAL.xyz) < 0.003
 
 
-def test_what_turns_in_the_fingers_but_meets_nothing_is_carried_on():
+def test_what_turns_in_the_fingers_but_meets_nothing_is_carried_on(simulator):
     task = Task("one", (BLOCK,))
-    run = execute(task, planned(task, "block", GRASP, 0.05, GOAL), monitor=Monitor(slip=-1.0))
+    run = execute(
+        task, planned(task, "block", GRASP, 0.05, RECOVERY_GOAL), monitor=Monitor(slip=-1.0), simulator=simulator
+    )
     assert run.status == "done"
     assert run.log[0].deviations[0].kind == "slipped"
-    assert math.dist(run.final_poses["block"].xyz, GOAL.xyz) < 0.003
+    assert math.dist(run.final_poses["block"].xyz, RECOVERY_GOAL.xyz) < 0.003
 
 
-def test_a_hand_that_lost_its_object_on_the_way_down_draws_back(monkeypatch):
+def test_a_hand_that_lost_its_object_on_the_way_down_draws_back(simulator, monkeypatch):
     task = Task("one", (BLOCK,))
-    plan = planned(task, "block", GRASP, 0.05, GOAL)
+    plan = planned(task, "block", GRASP, 0.05, RECOVERY_GOAL)
     lost, move, phases = Operator.lost, Operator.move, []
 
     def noted(self, step):
@@ -94,7 +136,7 @@ def test_a_hand_that_lost_its_object_on_the_way_down_draws_back(monkeypatch):
 
     monkeypatch.setattr(Operator, "move", noted)
     monkeypatch.setattr(Operator, "lost", dropped)
-    run = execute(task, plan)
+    run = execute(task, plan, simulator=simulator)
     assert run.status == "deviated"
     assert run.deviation is not None and run.deviation.kind == "dropped"
     end = plan.actions[1].steps[-1].trajectory.positions[-1]

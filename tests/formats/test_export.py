@@ -19,9 +19,9 @@ from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.formats.pairs import MASS_2021
 from tamp.formats.worlds import TABLE_2020
 from tamp.task import At, Box, Inertia, Mesh, Object, On, Pose, Region, Symmetry, Task
-from tamp.task.document import read_document
-from tamp.task.load import load_task
-from tamp.task.save import save_task
+from tamp.task.files.load import load_task
+from tamp.task.files.save import save_task
+from tamp.task.files.yaml_document import read_document
 from tests.formats.test_ocrtoc import CUBE, DATA, needs_data
 
 MESHES = ("cup", "cup_2", "box")
@@ -215,7 +215,7 @@ def test_names_of_ones_own_are_kept_by_models_of_their_own(tmp_path: Path, meshe
 
 
 def test_a_scale_is_worked_into_the_mesh_of_2021(tmp_path: Path, meshes: dict[str, Mesh]) -> None:
-    from tamp.task.mesh import bounds
+    from tamp.task.mesh.parts import bounds
 
     task = Task("t", (Object("cup", meshes["cup"], Pose(), At(Pose())),))
     (back,), warnings = _there_and_back([task], tmp_path, 2021)

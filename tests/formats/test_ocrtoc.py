@@ -10,7 +10,7 @@ from tamp.errors import TaskError
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.scoring import score
 from tamp.task import At, Mesh, Pose
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 
 DATA = Path(__file__).parents[3] / "shared" / "ocrtoc"
 

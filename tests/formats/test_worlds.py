@@ -14,7 +14,7 @@ from tamp.formats.export import export_ocrtoc
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.formats.worlds import TABLE_2020
 from tamp.task import At, Inertia, Mesh, Object, Pose, Symmetry, Task
-from tamp.task.load import load_task
+from tamp.task.files.load import load_task
 from tests.formats.test_ocrtoc import CUBE
 
 

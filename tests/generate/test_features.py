@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from tamp.generate.features import _cycles, measure
 from tamp.generate.graph import Node, SceneGraph
 from tamp.generate.levels import level
+from tamp.generate.placement.contact import on_table
+from tamp.generate.placement.object_model import thing, yawed
 from tamp.generate.scene import Scene
-from tamp.generate.thing import thing, yawed
-from tamp.generate.touching import on_table
 from tamp.scenarios.library.model import read_library
 from tamp.task import Pose
 

@@ -8,11 +8,11 @@ import pytest
 import tamp
 from tamp.execution.settling import settle
 from tamp.generate.levels import LEVELS, level
+from tamp.generate.placement.contact import hits
+from tamp.generate.placement.object_model import thing
 from tamp.generate.reach import reachable
 from tamp.generate.run import copy_library, write_task
 from tamp.generate.task import Recipe, make_task
-from tamp.generate.thing import thing
-from tamp.generate.touching import hits
 from tamp.scenarios.library.model import FOLDER, read_library
 from tamp.scoring.relations import extent, holds
 from tamp.task import On

@@ -211,3 +211,13 @@ def test_errors_name_the_file(tmp_path):
     path.write_text("(define (domain d)\n (:predicates (p ?x)", encoding="utf-8")
     with pytest.raises(DomainError, match=r"broken\.pddl:2:2: this bracket is never closed"):
         parse_domain(path)
+
+
+def test_a_domain_is_put_together_from_several_texts():
+    base = "(define (domain base) (:predicates (At ?x) (Base ?x)) (:action go :parameters (?x) :effect (At ?x)))"
+    wash = "(:action wash :parameters (?x) :precondition (At ?x) :effect (Wet ?x))"
+    more = f"(define (domain more) (:predicates (Wet ?x)) {wash})"
+    domain = parse_domain([base, more])
+    assert domain.name == "base"
+    assert set(domain.actions) == {"go", "wash"}
+    assert {"at", "base", "wet"} <= domain.predicates.keys()

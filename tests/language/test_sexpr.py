@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from tamp.errors import DomainError
 from tamp.language import parse_domain, parse_streams
-from tamp.language.sexpr import MAX_DEPTH, Group, Symbol, Text, load, read, suggest
+from tamp.language.sexpr import MAX_DEPTH, Group, Symbol, Text, load, read, show, suggest
 from tests.language.texts import DOMAIN, STREAMS
 
 TREES = st.recursive(
@@ -66,7 +66,7 @@ def test_what_cannot_be_loaded(tmp_path):
     for path in (tmp_path, tmp_path / "absent.pddl", binary, "a\0b", "x" * 5000):
         with pytest.raises(DomainError, match="cannot read the domain file"):
             load(path, "domain")
-    with pytest.raises(DomainError, match="must be PDDL text or a path, not int"):
+    with pytest.raises(DomainError, match="must be PDDL text, a path, or a list of those, not int"):
         load(5, "domain")
 
 
@@ -133,3 +133,25 @@ def test_swapped_words_give_domain_errors_only(data):
 def test_noise_gives_domain_errors_only(text):
     parse_either(text)
     parse_either(f"(define (domain d) {text})")
+
+
+def test_several_files_are_read_as_one_and_errors_name_their_own(tmp_path):
+    (tmp_path / "base.pddl").write_text("(define (domain base)\n  (:predicates (A ?x)))")
+    (tmp_path / "more.pddl").write_text("; more\n(define (domain more)\n  (:predicates (B ?x))\n  (:nonsense))\n")
+    source = load([tmp_path / "base.pddl", tmp_path / "more.pddl"], "domain")
+    whole = read(source)
+    heads = [show(item) for item in whole.items[1:]]
+    assert heads == ["'(domain ...)'", "'(:predicates ...)'", "'(:predicates ...)'", "'(:nonsense)'"]
+    said = str(source.error(whole.items[-1], "unknown"))
+    assert said == f"{tmp_path / 'more.pddl'}:4:3: unknown"
+    assert str(source.error(whole.items[2], "known")) == f"{tmp_path / 'base.pddl'}:2:3: known"
+
+
+def test_what_is_read_as_one_is_of_one_kind():
+    with pytest.raises(DomainError, match=r"domain:1:1: expected \(define \.\.\.\) of the same kind"):
+        read(load(["(define (domain a))", "(define (stream b))"], "domain"))
+
+
+def test_no_text_at_all_is_refused():
+    with pytest.raises(DomainError, match="not nothing"):
+        load((), "domain")

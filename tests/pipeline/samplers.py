@@ -2,6 +2,7 @@
 
 import math
 
+from tamp.streams.nothing import nothing
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
 from tamp.task import Box, Pose
@@ -23,6 +24,13 @@ def no_grasp(context, obj):
     """Yield no grasp of anything."""
     context.fail(f"nobody grasps {obj}")
     yield from ()
+
+
+NO_HANDS = {
+    "sample-grasp": no_grasp,
+    **dict.fromkeys(("sample-regrasp", "sample-put-aside", "sample-laid-aside", "sample-exposed-grasp"), nothing),
+}
+"""Of every stream that draws grasps."""
 
 
 def no_slide(context, obj, placement):

@@ -1,9 +1,11 @@
 """Random problems: the algorithms agree with exhaustive search on what can be solved, and plans are valid."""
 
+from dataclasses import replace
+
 import pytest
 
 from tamp.planning import solve
-from tests.planning.exhaustive import search
+from tests.planning.exhaustive import search, wander
 from tests.planning.problems import chance
 from tests.planning.test_problems import ALGORITHMS, check
 
@@ -29,3 +31,20 @@ def test_without_streams(seed, algorithm):
 @pytest.mark.parametrize("seed", range(15))
 def test_with_finite_streams(seed, algorithm):
     agree(chance.problem(seed, streams=True), algorithm)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("feature", chance.FEATURES)
+def test_with_one_more_feature(feature, seed, algorithm):
+    agree(chance.problem(seed, streams=True, features={feature}), algorithm)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("features", [*({feature} for feature in chance.FEATURES), set(chance.FEATURES)])
+def test_goals_that_can_be_reached(features, seed, algorithm):
+    """Random actions lead from the start to what is then the goal, so that most of these problems have a plan."""
+    problem = chance.problem(seed, streams=True, features=features)
+    goal = wander(problem, 4, seed)
+    agree(replace(problem, goal=goal), algorithm)

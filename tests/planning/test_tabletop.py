@@ -158,7 +158,7 @@ def test_an_interrupt_keeps_the_best_plan():
                 raise KeyboardInterrupt
             return self.inner(task, timeout, bound, effort)
 
-    from tamp.planning.fast_downward import FastDownward
+    from tamp.planning.search.fast_downward import FastDownward
 
     solution = solve(tabletop.sort(2), timeout=20.0, success_cost=1.0, search=Interrupting(FastDownward("ff")))
     assert solution.status == "interrupted"

@@ -72,6 +72,11 @@ def validate(
     """
     domain = domain if isinstance(domain, Domain) else parse_domain(domain)
     if streams is not None:
+        facts = [
+            (FUTURE + fact[0].lower(), *fact[1:]) if fact[0].lower() in guarded(domain, streams) else fact
+            for fact in facts
+        ]
+        domain, streams, _ = guard(domain, streams)
         domain = replace(domain, axioms=(*domain.axioms, *(a for rule in streams.rules for a in axioms_of(rule))))
     steps = [(name.lower(), tuple(domain.constant(arg) for arg in args)) for name, args in plan]
     formula, initial = parse_goal(goal, domain, streams), parse_init(facts, domain, streams)
@@ -101,6 +106,59 @@ def validate(
         relation = successor(state, relation, action.effects, env)
     explain(State(domain, objects, relation).derive(), formula, {}, "the goal")
     return cost
+
+
+FUTURE = "future-"
+"""Prefix of what a stream certifies under conditions that actions change."""
+
+
+def guarded(domain: Domain, streams: StreamFile) -> set[str]:
+    """Predicates certified by streams whose domain names a fact that actions change, or another guarded predicate."""
+    found: set[str] = set()
+    while True:
+        changing = domain.fluents | found
+        more = {
+            atom.predicate
+            for source in (*streams.streams, *streams.predicates)
+            if any(fact.predicate in changing for fact in source.domain)
+            for atom in getattr(source, "certified", None) or (Atom(source.name, source.inputs),)
+        }
+        if more <= found:
+            return found
+        found |= more
+
+
+def guard(domain: Domain, streams: StreamFile) -> tuple[Domain, StreamFile, set[str]]:
+    """The same problem with guarded predicates derived: a fact that was certified holds where the domain does.
+
+    Also the predicates that actions change and streams wait for. Predicates given by a function are not supported.
+    """
+    names = guarded(domain, streams)
+    if not names:
+        return domain, streams, set()
+
+    def later(atom: Atom) -> Atom:
+        return Atom(FUTURE + atom.predicate, atom.args) if atom.predicate in names else atom
+
+    changed, axioms = [], []
+    for source in streams.streams:
+        certified = tuple(map(later, source.certified))
+        changed.append(replace(source, domain=tuple(map(later, source.domain)), certified=certified))
+        for atom in source.certified:
+            if atom.predicate in names:
+                parameters = tuple(Parameter(Variable(f"?arg{i}")) for i in range(len(atom.args)))
+                same = [Equal(p.variable, arg) for p, arg in zip(parameters, atom.args, strict=True)]
+                promised = [a for a in certified if a.predicate.startswith(FUTURE)]
+                own = (*source.inputs, *source.outputs)
+                axioms.append(
+                    Axiom(
+                        atom.predicate,
+                        parameters,
+                        Exists(tuple(map(Parameter, own)), And((*source.domain, *promised, *same))),
+                    )
+                )
+    waits = {a.predicate for s in streams.streams for a in s.domain if a.predicate in domain.fluents}
+    return replace(domain, axioms=(*domain.axioms, *axioms)), replace(streams, streams=tuple(changed)), waits
 
 
 def axioms_of(rule: Rule) -> Iterator[Axiom]:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
-from tamp.cli import main
-from tamp.pipeline.records import save_run
+from tamp.cli import main, parser
+from tamp.pipeline.run import save_run
+from tamp.report.report import REST, _phases
+from tamp.report.runs import Recorded
 from tamp.report.tables import csv_text, summary_line
 from tamp.report.words import reasons, sentences
 from tamp.results import Result, to_json
@@ -66,6 +71,40 @@ def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: pytest.Capt
     assert "there are no results in it" in capsys.readouterr().err
 
 
+def test_each_contender_is_told_apart_and_each_task(tmp_path: Path) -> None:
+    """Two folders, two tasks that both have a mug; statuses that can be filtered; links and commands to go on with."""
+    for name, shift in (("ours", 0.0), ("theirs", 0.1)):
+        made = [
+            Result(task, 0, status, planning_s=2.0, ede_m=0.1 + shift, message="" if status == "solved" else f"{name}!",
+                   objects=({"name": "mug", "ede_m": 0.1 + shift, "ueb_m": 0.6, "error_m": 0.1},), level=1,
+                   task_path=f"tasks/{task}.yaml", do_nothing_ede_m=0.3, mean_ueb_m=0.6,
+                   configuration={"samplers": {"sample-grasp": "a:b"}, "timeout": 9.0, "execute": False})
+            for task, status in (("shelf", "solved"), ("desk", "failed"))
+        ]  # fmt: skip
+        (tmp_path / name / "shelf-0").mkdir(parents=True)
+        (tmp_path / name / "shelf-0" / "run.gif").write_bytes(b"")
+        lines = [to_json(result) + "\n" for result in made]
+        (tmp_path / name / "results.jsonl").write_text("".join(lines), encoding="utf-8")
+    assert main(["report", str(tmp_path / "ours"), str(tmp_path / "theirs")]) == 0
+    page = (tmp_path / "ours" / "report.html").read_text(encoding="utf-8")
+    for said in ("mug in shelf", "mug in desk", "level 1, ours", "level 1, theirs", "ours!", "theirs!", REST):
+        assert said in page, said
+    assert page.count("<h3>theirs</h3>") == 3, "objects, reasons, runs"
+    assert 'href="shelf-0"' in page
+    assert 'href="../theirs/shelf-0/run.gif"' in page
+    again = "tamp solve tasks/desk.yaml --seed 0 --sampler sample-grasp=a:b --timeout 9.0 --no-execute"
+    assert again in page
+    assert parser().parse_args(again.split()[1:]).timeout == 9.0
+    assert 'id="show-failed"' in page
+
+
+@given(st.floats(0.5, 9.0), st.dictionaries(st.sampled_from(["search", "binding"]), st.floats(0.0, 0.2)))
+def test_where_planning_time_goes_adds_up(planning_s: float, told: dict[str, float]) -> None:
+    run = Recorded(Result("a", 0, "solved", planning_s=planning_s), Path("nowhere"))
+    run.__dict__["plans"] = (SimpleNamespace(report={"seconds": told}),)
+    assert sum(_phases([run]).values()) == pytest.approx(planning_s)
+
+
 def test_names_are_escaped(tmp_path: Path) -> None:
     result = Result("<script>alert(1)</script>", 0, "failed", message="<b>")
     (tmp_path / "results.jsonl").write_text(to_json(result) + "\n", encoding="utf-8")
@@ -74,7 +113,7 @@ def test_names_are_escaped(tmp_path: Path) -> None:
 
 
 def test_a_plan_reads_as_a_list(run) -> None:
-    pick, place = sentences(run.plans[0])
+    pick, place = sentences(run.plans[0], run.words)
     assert re.fullmatch(r"pick red from table \(\d+\.\d s\)", pick)
     assert re.fullmatch(r"place red on table, at \(5\.0, -20\.0, 4\.\d\) cm \(\d+\.\d s\)", place)
 

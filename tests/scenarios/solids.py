@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tamp.task import Pose, Shape
-from tamp.task.mesh import parts
+from tamp.task.mesh.parts import parts
 
 Corners = NDArray[np.float64]
 

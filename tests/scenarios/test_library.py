@@ -14,7 +14,7 @@ from tamp.scenarios.library.kinds import CATEGORIES
 from tamp.scenarios.library.make import KINDS, draw, write_library
 from tamp.scenarios.library.model import FILE, FOLDER, SETS, read_library
 from tamp.scenarios.parts import centred, obj_text, volume
-from tamp.task.mesh import bounds, parts, watertight
+from tamp.task.mesh.parts import bounds, parts, watertight
 from tamp.task.model import ANY_TURN
 
 LIBRARY = read_library()

@@ -8,7 +8,7 @@ import pytest
 import tamp.scenarios.make_objects as maker
 from tamp.scenarios.parts import Part, centred, loft
 from tamp.task import Mesh
-from tamp.task.mesh import bounds, parts, watertight
+from tamp.task.mesh.parts import bounds, parts, watertight
 
 ROOT = Path(maker.__file__).resolve().parent / "objects"
 NAMES = sorted(maker.OBJECTS)

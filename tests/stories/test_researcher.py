@@ -33,14 +33,16 @@ DOMAIN = '''
 """A domain of one's own: the tabletop's with other defaults."""
 
 from tamp.domains import tabletop
+from tamp.domains.skill import Skill
 
-DEFAULT_SAMPLERS = {**tabletop.DEFAULT_SAMPLERS, "sample-grasp": "graspkit.above:from_above"}
+GRASPS = Skill("grasps from above", samplers={"sample-grasp": "graspkit.above:from_above"})
+DOMAIN = tabletop.DOMAIN.extended(GRASPS, name="from-above")
 '''
 
 FIRST_GRASP = """
 from tamp.domains.samplers import resolve_samplers
-from graspkit.domain import DEFAULT_SAMPLERS
-print(resolve_samplers(DEFAULT_SAMPLERS)["sample-grasp"].__module__)
+from tamp.domains.catalog import load_domain
+print(resolve_samplers(load_domain("graspkit.domain").samplers)["sample-grasp"].__module__)
 """
 
 FROM_PYTHON = """
@@ -92,9 +94,9 @@ def test_it_is_swapped_in_by_each_of_four_ways(folder: Path) -> None:
     assert run(folder, "-c", FROM_PYTHON).split() == ["4"]
     option = ["--sampler", "sample-grasp=graspkit.above:from_above"]
     by_option = json.loads(tamp(folder, "plan", "task0.yaml", *option, "--json", "-"))
-    by_task = json.loads(tamp(folder, "plan", "asking.yaml", "--json", "-"))
+    by_task = json.loads(tamp(folder, "plan", "asking.yaml", "--trust-task-code", "--json", "-"))
     assert len(by_option["actions"]) == len(by_task["actions"]) == 4
-    assert "graspkit.above:from_above  (by the task)" in tamp(folder, "samplers", "--task", "asking.yaml")
+    assert "graspkit.above:from_above  (by the task" in tamp(folder, "samplers", "--task", "asking.yaml")
     assert run(folder, "-c", FIRST_GRASP).split() == ["graspkit.above"]
 
 

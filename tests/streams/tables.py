@@ -14,8 +14,8 @@ import numpy as np
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Box, Mesh, Object, Pose, Region, Task, load_robot
-from tamp.world.geometry import load_geometry
-from tamp.world.robot_model import RobotModel, robot_model
+from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.world import World
 
 OBJECTS = Path(__file__).parents[2] / "scenarios" / "objects"
@@ -46,7 +46,7 @@ class ToldContext:
         self.rng = np.random.default_rng(self.seed)
         self.deadline = time.monotonic() + self.seconds
 
-    def fail(self, reason: str, because: Any = ()) -> None:
+    def fail(self, reason: str, because: Any = (), proven: bool = True) -> None:
         self.reasons.append(reason)
         self.causes.append(tuple(because))
 

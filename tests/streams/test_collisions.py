@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams import collisions
-from tamp.streams.reachability import inverse_kinematics
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.values import Grasp, Placement
 from tamp.task import Pose
 from tests.streams.tables import CUBE, RED, SLAB, ToldContext, workspace_of

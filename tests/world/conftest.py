@@ -1,7 +1,7 @@
 import pytest
 
 from tamp.task import load_robot
-from tamp.world.robot_model import robot_model
+from tamp.world.robot.model import robot_model
 
 
 @pytest.fixture(scope="session")

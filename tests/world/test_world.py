@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.collision import FclReference, _configurations, _scene
 from tamp.task import Box, Mesh
-from tamp.world.geometry import geometry_of, load_geometry
-from tamp.world.kinematics import inverse
+from tamp.world.geometry.object_geometry import geometry_of, load_geometry
+from tamp.world.kinematics.inverse import inverse
 from tamp.world.scene import Scene
 from tamp.world.world import World
 

@@ -9,12 +9,20 @@ that push something along the table, let something fall, or push something over.
 from __future__ import annotations
 
 from tests.checking.mutations.editing import Mutation
-from tests.checking.mutations.ends import goal_missed, other_home, stale_start, start_in_the_air
+from tests.checking.mutations.ends import (
+    goal_missed,
+    one_in_the_air_frees_another,
+    other_home,
+    stale_start,
+    start_at_goals,
+    start_in_the_air,
+)
 from tests.checking.mutations.falls import (
     another_falls,
     fall_elsewhere,
     fall_into_the_air,
     fall_into_what_carries,
+    fall_late,
     fall_up,
     fall_upside_down,
     never_fall,
@@ -31,6 +39,7 @@ from tests.checking.mutations.grips import (
 from tests.checking.mutations.motions import (
     beyond_joint_limit,
     closed_fingers,
+    dip_between_samples,
     drop_waypoints,
     hurry,
     not_at_rest,
@@ -49,6 +58,7 @@ from tests.checking.mutations.order import (
     wrong_argument,
 )
 from tests.checking.mutations.places import (
+    creep,
     drop_from_height,
     forget_to_retreat,
     half_off_the_table,
@@ -98,6 +108,10 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     release_another: ("precondition",),
     stale_start: ("start",),
     start_in_the_air: ("start",),
+    start_at_goals: ("start",),
+    one_in_the_air_frees_another: ("start",),
+    dip_between_samples: ("collision",),
+    creep: ("release",),
     other_home: ("continuity",),
     goal_missed: ("goal",),
     stop_early: ("goal",),
@@ -120,12 +134,14 @@ FALLS: dict[Mutation, tuple[str, ...]] = {
     fall_into_the_air: ("support",),
     fall_into_what_carries: ("support", "fall"),
     fall_up: ("fall", "support"),
+    fall_late: ("fall",),
     fall_upside_down: ("fall",),
     never_fall: ("precondition",),
     another_falls: ("fall", "precondition"),
 }
 
 TOPPLES: dict[Mutation, tuple[str, ...]] = {
+    fall_late: ("fall",),
     push_beside: ("grasp",),
     push_nothing: ("precondition",),
     push_from_afar: ("push",),

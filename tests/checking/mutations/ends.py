@@ -23,6 +23,23 @@ def start_in_the_air(task: Task, plan: Plan, rng: np.random.Generator) -> Pair |
     return task, replace(plan, start={**plan.start, name: pose})
 
 
+def start_at_goals(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Nothing is done: everything is said to stand at its goal from the beginning."""
+    far = [n for n, goal in plan.goals.items() if np.linalg.norm(np.subtract(goal.xyz, plan.start[n].xyz)) > 0.06]
+    return (task, replace(plan, start={**plan.start, **plan.goals}, actions=())) if far else None
+
+
+def one_in_the_air_frees_another(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """One object is written above where it starts; another is said to start elsewhere than it is written."""
+    if len(task.objects) < 2:
+        return None
+    loose, freed = (task.objects[i].name for i in rng.permutation(len(task.objects))[:2])
+    up = shifted(task.object(loose).pose, np.array([0.0, 0.0, rng.uniform(0.03, 0.1)]))
+    objects = tuple(replace(o, pose=up) if o.name == loose else o for o in task.objects)
+    pose = shifted(plan.start[freed], sideways(rng, 0.06, 0.2))
+    return replace(task, objects=objects), replace(plan, start={**plan.start, freed: pose})
+
+
 def other_home(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     home = list(plan.home)
     home[int(rng.integers(len(home)))] += rng.choice([-1, 1]) * rng.uniform(0.01, 0.3)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Fall, Plan, Pose, Task
+from tamp.task import Fall, Move, Plan, Pose, Release, Task, Trajectory
 from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, step_at, steps_of
 
 
@@ -30,6 +30,22 @@ def fall_up(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
 def never_fall(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     where = choose(steps_of(plan, Fall), rng)
     return None if where is None else (task, put(plan, where))
+
+
+def fall_late(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The arm waits before the fall."""
+    where = choose(steps_of(plan, Fall), rng)
+    if where is None:
+        return None
+    before = [w for w in steps_of(plan, Move) if w[0] == where[0] and w < where]
+    if not before:
+        return None
+    move = step_at(plan, before[-1])
+    still = np.repeat(move.trajectory.positions[-1:], 2, axis=0)
+    wait = Trajectory(np.array([0.0, rng.uniform(5.0, 40.0)]), still, np.zeros_like(still))
+    opening = next((s.opening for s in plan.actions[where[0]].steps if isinstance(s, Release)), move.opening)
+    rest = Move("retreat", wait, opening)
+    return task, put(plan, where, rest, step_at(plan, where))
 
 
 def another_falls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.checking.kinematics import read_kinematics
+from tamp.checking.robot.kinematics import read_kinematics
 from tamp.task import Move, Plan, Pose, Task, Trajectory, load_robot
 from tests.checking.mutations.editing import Pair, choose, put, stand, step_at, steps_of
 
@@ -141,3 +141,16 @@ def bumped(trajectory: Trajectory, offset: np.ndarray) -> Trajectory:
     v = v / slower
     v[[0, -1]] = 0.0
     return Trajectory(trajectory.times * slower, q, v)
+
+
+def dip_between_samples(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Before anything else the hand dips into the table and comes back, between two samples that are both at home."""
+    where = choose(steps_of(plan, Move, "transit")[:1], rng)
+    if where is None or not np.allclose(step_at(plan, where).trajectory.positions[0], plan.home):
+        return None
+    positions = np.tile(np.array(plan.home), (4, 1))
+    velocities = np.zeros_like(positions)
+    velocities[1, 1] = rng.uniform(0.5, 0.7)
+    dip = Trajectory(np.array([0.0, 2.0, 22.0, 23.0]), positions, velocities)
+    move = step_at(plan, where)
+    return task, put(plan, where, replace(move, trajectory=dip), move)

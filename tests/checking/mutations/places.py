@@ -73,3 +73,12 @@ def release_another(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | 
     release = step_at(plan, where)
     name = choose([o.name for o in task.objects if o.name != release.object], rng)
     return task, put(plan, where, replace(release, object=name))
+
+
+def creep(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What is let go is said to stand a few millimetres aside."""
+    where = choose(steps_of(plan, Release), rng)
+    if where is None:
+        return None
+    release = step_at(plan, where)
+    return task, put(plan, where, replace(release, pose=shifted(release.pose, sideways(rng, 0.007, 0.014))))

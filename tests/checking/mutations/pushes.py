@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.checking.kinematics import read_kinematics
+from tamp.checking.robot.kinematics import read_kinematics
 from tamp.task import Box, Move, Object, Plan, Pose, Task, load_robot
-from tamp.task.mesh import parts
+from tamp.task.mesh.parts import parts
 from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, step_at, steps_of
 
 

@@ -10,7 +10,7 @@ import pinocchio
 from scipy.spatial import ConvexHull
 
 from tamp.task import RobotSpec, Shape, load_robot
-from tamp.task.mesh import parts
+from tamp.task.mesh.parts import parts
 
 SPACING = 0.01  # of the points on a surface [m]
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from tamp.task import Action, Fall, Grip, Move, Plan, Release, RobotSpec, Trajectory, load_robot
 
+LATE = 4.0  # [s]
 STEPS = {
     "pick": [Grip],
     "unstack": [Grip],
@@ -24,7 +25,7 @@ def bookkeeping(plan: Plan) -> str | None:
     """What is wrong with names, order or limits, or None."""
     q, held, opening, spec = np.array(plan.home), None, None, load_robot("panda")
     for action in plan.actions:
-        if (text := _kinds(action)) is not None:
+        if (text := _kinds(action) or _late(action)) is not None:
             return text
         if action.name == "move" and action.arguments and (held is None or held.object != action.arguments[0]):
             return "moves what it does not hold"
@@ -58,6 +59,19 @@ def _kinds(action: Action) -> str | None:
     pushed = [s.pushed.object for s in action.steps if isinstance(s, Move) and s.pushed is not None]
     if pushed != (list(action.arguments[:1]) if action.name in ("slide", "topple", "nudge") else []):
         return f"{action.name} pushes the wrong things"
+    return None
+
+
+def _late(action: Action) -> str | None:
+    """Whether something falls long after it was let go or pushed over."""
+    waited = 0.0
+    for step in action.steps:
+        if isinstance(step, Release) or (isinstance(step, Move) and step.pushed is not None):
+            waited = 0.0
+        elif isinstance(step, Move):
+            waited += step.trajectory.duration
+        elif isinstance(step, Fall) and waited > LATE:
+            return "falls long after it was let go"
     return None
 
 

@@ -13,6 +13,8 @@ from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot,
 STEP = 0.01  # [s]
 INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
 TOUCHING = 0.008  # ... and so deep where the two may touch
+STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
+BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
     "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
 }  # fmt: skip
@@ -34,7 +36,13 @@ class World:
 
 
 def start(world: World) -> str | None:
+    written = World(
+        world.task, world.bodies, {**world.poses, **{o.name: o.pose.matrix for o in world.task.objects}}, world.q
+    )
     for thing in world.task.objects:
+        aside = np.linalg.norm((world.poses[thing.name][:3, 3] - thing.pose.xyz)[:2])
+        if aside > STAYS and rests(written, thing.name) is None:
+            return f"{thing.name} stands where it is written"
         if np.linalg.norm(world.poses[thing.name][:3, 3] - thing.pose.xyz) > 0.27:
             return f"{thing.name} starts elsewhere"
     for a, b in combinations(sorted(world.poses), 2):
@@ -107,6 +115,8 @@ def let_go(world: World, release: Release) -> str | None:
     """The fingers open, wherever that is."""
     if np.linalg.norm(release.pose.matrix[:3, 3] - world.poses[release.object][:3, 3]) > 0.02:
         return "released elsewhere than it stands"
+    if np.linalg.norm((release.pose.matrix[:3, 3] - world.poses[release.object][:3, 3])[:2]) > BESIDE:
+        return "goes aside as it is let go"
     world.held = None
     world.poses[release.object] = release.pose.matrix
     return None

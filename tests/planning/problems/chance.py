@@ -1,11 +1,12 @@
 """Problems drawn at random: small ADL domains with every construct, and streams that fail as they like."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
 
-from tamp.planning import Problem
+from tamp.planning import Certified, Problem
 
 PREDICATES = {"p": 1, "q": 1, "r": 2, "s": 0}
 """What actions change; `d` and `e` are derived, `made` and `ok` are certified by streams."""
@@ -66,10 +67,26 @@ class Draw:
         return literal
 
 
-def domain(draw: Draw, streams: bool) -> str:
+CERTIFIED = {
+    "wild": {"bonus": 1, "golden": 1},
+    "transit": {"spot": 1},
+    "exogenous": {"forged": 2},
+    "inputless": {"free": 1},
+}
+"""Feature -> what its streams certify, and the number of arguments."""
+
+FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions")
+
+
+def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
     """Four actions and two derived predicates, the second of which may look at the first through a negation."""
     derived = {"d": 1, "e": 1}
     static = {"made": 2, "ok": 2} if streams else {}
+    more = {
+        name: arity for feature in FEATURES if feature in features for name, arity in CERTIFIED.get(feature, {}).items()
+    }
+    static |= more
+    inside = derived | static if "effects" in features else derived
     recursive = draw.pick("(d ?y)", "(q ?y)")
     axioms = [
         f"(:derived (d ?x) (or {draw.formula(['?x'], static, 1)} (exists (?y) (and (r ?x ?y) {recursive}))))",
@@ -78,17 +95,33 @@ def domain(draw: Draw, streams: bool) -> str:
     actions = []
     for i in range(4):
         variables = ["?a", "?b"][: int(draw.rng.integers(1, 3))]
-        conditions = [draw.formula(variables, derived)]
+        conditions = [draw.formula(variables, inside)]
         if streams and len(variables) == 2 and draw.chance(0.7):
             conditions.append(draw.pick("(made ?a ?b)", "(and (made ?a ?b) (ok ?a ?b))"))
-        effects = [draw.effect(variables, derived) for _ in range(3)]
+        for name, arity in more.items():
+            if len(variables) >= arity and draw.chance(0.5):
+                conditions.append(f"({name} {' '.join(variables[:arity])})")
+        if "transit" in features and draw.chance(0.6):
+            conditions.append(f"(at {draw.pick(*variables)})")
+        effects = [draw.effect(variables, inside) for _ in range(3)]
+        if "functions" in features and draw.chance(0.7):
+            effects.append(f"(increase (total-cost) (price {variables[-1]}))")
         actions.append(
             f"(:action a{i} :parameters ({' '.join(variables)}) :precondition (and {' '.join(conditions)})"
             f" :effect (and {' '.join(effects)}))"
         )
-    table = PREDICATES | derived | {"made": 2, "ok": 2, "thing": 1}
+    if "transit" in features:
+        actions.append(GO)
+    table = PREDICATES | derived | {"made": 2, "ok": 2, "thing": 1} | more | {"at": 1, "product": 1}
     predicates = " ".join(f"({' '.join([name, *['?x', '?y'][:arity]])})" for name, arity in table.items())
-    return f"(define (domain chance) (:requirements :adl) (:predicates {predicates}) {' '.join(axioms + actions)})"
+    costs = "(:functions (total-cost) (price ?x))" if "functions" in features else ""
+    return (
+        f"(define (domain chance) (:requirements :adl) (:predicates {predicates}) {costs} {' '.join(axioms + actions)})"
+    )
+
+
+GO = """(:action go :parameters (?s1 ?s2) :precondition (and (spot ?s1) (spot ?s2) (at ?s1))
+  :effect (and (at ?s2) (not (at ?s1))))"""
 
 
 STREAMS = """
@@ -96,6 +129,43 @@ STREAMS = """
   (:stream make :inputs (?x) :domain (thing ?x) :outputs (?y) :certified (and (made ?x ?y) (product ?y)))
   (:stream test-ok :inputs (?x ?y) :domain (and (thing ?x) (product ?y)) :certified (ok ?x ?y)))
 """
+
+
+MORE_STREAMS = {
+    "wild": "(:stream gild :inputs (?x) :domain (bonus ?x) :outputs (?y) :certified (golden ?y))",
+    "transit": "(:stream find-spot :inputs (?x) :domain (thing ?x) :outputs (?y) :certified (spot ?y))",
+    "exogenous": """(:stream forge :inputs (?x) :domain (q ?x) :outputs (?y) :certified (forged ?x ?y))
+      (:stream test-forge :inputs (?x ?y) :domain (and (forged ?x ?y) (thing ?x)) :certified (product ?y))""",
+    "inputless": "(:stream spring :outputs (?y) :certified (free ?y))",
+    "functions": "(:function (price ?x) (thing ?x))",
+}
+
+
+def gild(context: Any, thing: str) -> Iterator[str]:
+    if (ord(thing[-1]) + context.scene) % 2:
+        yield f"gold-{thing}"
+
+
+def find_spot(context: Any, thing: str) -> Iterator[str]:
+    for i in range(1 + (ord(thing[-1]) + context.scene) % 2):
+        yield f"spot-{thing}-{i}"
+
+
+def forge(context: Any, thing: str) -> Iterator[str]:
+    if len(thing) <= 4 and (ord(thing[-1]) + context.scene) % 3:
+        yield f"{thing}-forged" if context.scene % 2 else "ta"
+
+
+def spring(context: Any) -> Iterator[str]:
+    yield from ("water", "tb")[: 1 + context.scene % 2]
+
+
+def make_wild(context: Any, thing: str) -> Iterator[Certified]:
+    """What `make` gives, and facts that it does not promise."""
+    for i, product in enumerate(make(context, thing)):
+        yield Certified(product, (("bonus", product if (i + context.scene) % 2 else thing),))
+    if context.scene % 5 == 0:
+        yield Certified(None, (("bonus", "tc"), ("free", thing)))
 
 
 def make(context: Any, thing: str) -> Iterator[str]:
@@ -117,10 +187,10 @@ def ok(context: Any, thing: str, product: str) -> bool:
     return product.startswith(thing) or (ord(thing[-1]) + len(product)) % 2 == 0
 
 
-def problem(seed: int, streams: bool = False, endless: bool = False) -> Problem:
+def problem(seed: int, streams: bool = False, endless: bool = False, features: Collection[str] = ()) -> Problem:
     """A problem that may or may not have a solution; with streams that do not depend on chance and may be endless."""
     draw = Draw(seed)
-    text = domain(draw, streams)
+    text = domain(draw, streams, features)
     things = ["ta", "tb", "tc"]
     init: list[Any] = [("thing", thing) for thing in things]
     for _ in range(4):
@@ -133,11 +203,23 @@ def problem(seed: int, streams: bool = False, endless: bool = False) -> Problem:
         goal.append(("not", atom) if draw.chance(0.3) else atom)
     if draw.chance(0.3):
         goal.append((draw.pick("exists", "forall"), ("?x",), (draw.pick("p", "q", "e"), "?x")))
+    if "transit" in features:
+        init += [("at", "home"), ("spot", "home")]
+        if draw.chance(0.5):
+            goal.append(("at", f"spot-{draw.pick(*things)}-0"))
     extra: dict[str, Any] = {}
     if streams:
         samplers = {
             "make": make_without_end if endless else make,
             "test-ok": lambda context, thing, product: ok(context, thing, product),
         }
-        extra = {"streams": STREAMS, "samplers": samplers, "scene": seed}
+        if "wild" in features:
+            samplers["make"] = make_wild
+        known = {"gild": gild, "find-spot": find_spot, "forge": forge, "spring": spring}
+        known |= {"price": lambda context, thing: 1.0 + ["ta", "tb", "tc"].index(thing)}
+        known |= {"test-forge": lambda context, thing, product: len(product) % 2 == 0}
+        texts = [MORE_STREAMS[feature] for feature in FEATURES if feature in features and feature in MORE_STREAMS]
+        text_of_all = f"{STREAMS.rstrip()[:-1]} {' '.join(texts)})"
+        samplers |= {name: sampler for name, sampler in known.items() if re.search(rf"\(?{name} ", text_of_all)}
+        extra = {"streams": text_of_all, "samplers": samplers, "scene": seed}
     return Problem(domain=text, init=init, goal=tuple(goal), **extra)

@@ -1,0 +1,66 @@
+"""Every algorithm on problems such as PDDLStream's users have, with no hints: what it solves, and in what time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from statistics import median
+
+from benchmarks.harness import Row, main
+from benchmarks.pddlstream_problems import cooking, packing, pushes, roadmap, searching, teams
+from tamp import clock
+from tamp.planning import Problem, solve
+
+FAR = {"left": (-1.0, 5.5), "right": (2.5, 30.0)}
+
+PROBLEMS: dict[str, Callable[[], Problem]] = {
+    "pick and place, 3 blocks": lambda: packing(3, (8.0, 1.0)),
+    "tight shelf, 4 blocks on 5.5": lambda: packing(4, (5.5, 1.0)),
+    "tight box, 4 blocks in 3 x 3": lambda: packing(4, (3.0, 3.0)),
+    "two arms, 2 blocks handed over": lambda: packing(2, (4.0, 1.0), FAR),
+    "costs by distance, 2 blocks": lambda: packing(2, (6.0, 1.0), costs=True),
+    "cooking, 2 foods": lambda: cooking(2),
+    "cooking, 5 foods": lambda: cooking(5),
+    "roadmap, 60 vertices": lambda: roadmap(60),
+    "wild pushes, 3 away": lambda: pushes(3),
+    "wild pushes, 6 away": lambda: pushes(6),
+    "belief, 3 places": lambda: searching(3),
+    "rovers, 3 tasks, 2 rovers": lambda: teams(3, 2),
+    "rovers, 6 tasks, 3 rovers": lambda: teams(6, 3),
+}
+ALGORITHMS = ("adaptive", "focused", "incremental")
+SEEDS = range(5)
+LIMIT_S = 20.0
+
+
+def rows(quick: bool) -> Iterator[Row]:
+    """One row for each problem and algorithm."""
+    for name, make in PROBLEMS.items():
+        for algorithm in ("adaptive",) if quick else ALGORITHMS:
+            yield _row(name, make(), algorithm, range(1) if quick else SEEDS, 5.0 if quick else LIMIT_S)
+
+
+def _row(name: str, problem: Problem, algorithm: str, seeds: range, limit: float) -> Row:
+    solutions, wall, processor = [], [], []
+    for seed in seeds:
+        began = time.perf_counter()
+        with clock.limits_in("processor"):
+            before = clock.now()
+            solutions.append(solve(problem, algorithm=algorithm, timeout=limit, seed=seed))
+            processor.append(clock.now() - before)
+        wall.append(time.perf_counter() - began)
+    solved = [solution for solution in solutions if solution.plan is not None]
+    return {
+        "problem": name,
+        "algorithm": algorithm,
+        "solved": f"{len(solved)} of {len(solutions)}",
+        "processor_s": median(processor),
+        "wall_s": median(wall),
+        "actions": median(len(s.plan or ()) for s in solved) if solved else "",
+        "cost": median(s.cost for s in solved) if solved else "",
+        "unsolved": "; ".join(sorted({s.status for s in solutions if s.plan is None})),
+    }
+
+
+if __name__ == "__main__":
+    main("pddlstream_like", lambda quick: list(rows(quick)))

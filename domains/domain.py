@@ -1,0 +1,210 @@
+"""A domain: what a robot can be asked to do. From a workspace to a problem, from its solution to timed actions."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill
+from tamp.domains.timing import DEFAULT_SPEEDS, Speeds, Timing
+from tamp.errors import DomainError, SamplerError
+from tamp.language import Domain as PDDLDomain
+from tamp.language import Stream, StreamFile, parse_domain, parse_streams
+from tamp.planning import GroundAction, Problem, StreamInfo
+from tamp.streams.values import Configuration, Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Action
+
+
+@dataclass(frozen=True)
+class Domain:
+    """What tasks of a kind are planned with.
+
+    Attributes:
+        name: as in `domain:` of a task file.
+        skills: what the robot can do in it. Their PDDL is read as one; the first has what the others build on, and its
+            affordances say where everything is.
+        goal: workspace -> the conditions that its objects' goals ask for.
+        strategy: by which its tasks are planned where nobody says otherwise.
+        variants: further questions about a workspace, in which streams have something to do that are seldom used.
+    """
+
+    name: str
+    skills: tuple[Skill, ...]
+    goal: Callable[[Workspace], Iterable[Fact]]
+    strategy: str = "all-at-once"
+    variants: tuple[Callable[[Workspace, Question], Question], ...] = ()
+
+    def extended(self, *skills: Skill, name: str, strategy: str | None = None) -> Domain:
+        """The domain with further skills, under a name of its own, planned by a strategy of its own."""
+        return replace(self, name=name, skills=(*self.skills, *skills), strategy=strategy or self.strategy)
+
+    @cached_property
+    def pddl(self) -> PDDLDomain:
+        """Actions, predicates and axioms, of the domain and all its skills.
+
+        Raises:
+            DomainError: where they cannot be read, or a skill names an action that is not there.
+        """
+        parsed = parse_domain(self._domain_files)
+        for skill in self.skills:
+            for name in skill.actions:
+                if name.lower() not in parsed.actions:
+                    raise DomainError(
+                        f"domain {self.name}: skill {skill.name} names {name!r}, which is no action of it"
+                    )
+        if unserved := sorted(parsed.actions.keys() - self._skill_of.keys()):
+            raise DomainError(f"domain {self.name}: no skill has the action {', '.join(unserved)}")
+        return parsed
+
+    @cached_property
+    def stream_file(self) -> StreamFile:
+        """The streams, of the domain and all its skills."""
+        return parse_streams(self._stream_files, self.pddl)
+
+    @cached_property
+    def samplers(self) -> Mapping[str, str]:
+        """Stream name -> "module:function" that serves it by default."""
+        return MappingProxyType(dict(chain.from_iterable(skill.samplers.items() for skill in self.skills)))
+
+    @cached_property
+    def rules(self) -> Mapping[str, Any]:
+        """Name of a timed action -> the checker's rule for it.
+
+        Raises:
+            DomainError: where a skill names rules that are not there.
+        """
+        addresses = [skill.rules for skill in self.skills if skill.rules is not None]
+        return MappingProxyType(dict(chain.from_iterable(self._rules(address).items() for address in addresses)))
+
+    def _rules(self, address: str) -> Mapping[str, Any]:
+        module, _, name = address.partition(":")
+        try:
+            rules = getattr(importlib.import_module(module), name, None)
+        except ModuleNotFoundError as error:
+            raise DomainError(f"domain {self.name}: rules {address!r}: there is no module {error.name!r}") from None
+        if not isinstance(rules, Mapping):
+            found = "nothing" if rules is None else type(rules).__name__
+            raise DomainError(
+                f"domain {self.name}: {address!r} must be a mapping of action names to rules, found {found}"
+            )
+        return rules
+
+    @cached_property
+    def words(self) -> Mapping[str, str]:
+        """Name of a timed action -> what it does, in words."""
+        return MappingProxyType(dict(chain.from_iterable(skill.words.items() for skill in self.skills)))
+
+    def stream(self, name: str) -> Stream:
+        """The stream called `name`.
+
+        Raises:
+            SamplerError: where there is none; lists those that there are.
+        """
+        for stream in self.stream_file.streams:
+            if stream.name == name.lower():
+                return stream
+        raise SamplerError(f"no stream {name!r}; {self.name} has {', '.join(s.name for s in self.stream_file.streams)}")
+
+    def problem(self, workspace: Workspace, samplers: Samplers, question: Question) -> Problem:
+        """The planning problem of a workspace as it is now.
+
+        Args:
+            workspace: what stands where, and where it shall stand.
+            samplers: one function for each stream.
+            question: where the arm is, and what may move.
+        """
+        affordances = chain.from_iterable(skill.affordances(workspace, question) for skill in self.skills)
+        infos: Iterator[tuple[str, StreamInfo]] = chain.from_iterable(skill.info.items() for skill in self.skills)
+        return Problem(
+            domain=self._domain_files,
+            streams=self._stream_files,
+            samplers=samplers,
+            init=[*affordances, *question.facts],
+            goal=("and", *self.goal(workspace), *workspace.task.goal),
+            scene=workspace,
+            info=dict(infos),
+        )
+
+    def problems(self, workspace: Workspace, samplers: Samplers, question: Question) -> Iterator[Problem]:
+        """The usual problem of a workspace, then its variants."""
+        yield self.problem(workspace, samplers, question)
+        for variant in self.variants:
+            yield self.problem(workspace, samplers, variant(workspace, question))
+
+    def timed(
+        self, workspace: Workspace, solution: Sequence[GroundAction], speeds: Speeds = DEFAULT_SPEEDS
+    ) -> tuple[Action, ...]:
+        """Turn ground actions into timed ones.
+
+        Args:
+            workspace: where they happen, objects at their start.
+            solution: the planner's, in order.
+            speeds: how fast the arm moves.
+
+        Raises:
+            NotFree: where a timed motion touches something.
+        """
+        poses = {name: placement.pose.matrix for name, placement in workspace.start.items()}
+        actions = []
+        for ground in solution:
+            actions.append(self._of(ground.name).steps(Timing(workspace, poses, speeds), ground))
+            for name, placement in self.effect(ground).placements.items():
+                if placement is None:
+                    poses.pop(name, None)
+                else:
+                    poses[name] = placement.pose.matrix
+        return tuple(actions)
+
+    def effect(self, ground: GroundAction) -> SceneChange:
+        """Where an action of a solution leaves arm and objects."""
+        return self._of(ground.name).effect(ground)
+
+    def after(
+        self, start: Mapping[str, Placement], configuration: Configuration, solution: Iterable[GroundAction]
+    ) -> tuple[dict[str, Placement], Configuration]:
+        """Where objects and arm are when a solution that ends with an empty hand has been carried out."""
+        placements: dict[str, Placement | None] = dict(start)
+        for ground in solution:
+            change = self.effect(ground)
+            placements |= change.placements
+            configuration = change.configuration or configuration
+        return {name: place for name, place in placements.items() if place is not None}, configuration
+
+    def facts_after(self, facts: Iterable[Fact], actions: Iterable[Action]) -> tuple[Fact, ...]:
+        """The symbolic facts that hold when timed actions have been carried out."""
+        known = dict.fromkeys(facts)
+        for action in actions:
+            change = self._of_timed(action.name).facts(action)
+            known = {fact: None for fact in known if fact not in change.deleted} | dict.fromkeys(change.added)
+        return tuple(known)
+
+    @property
+    def _domain_files(self) -> tuple[str | Path, ...]:
+        return tuple(skill.domain for skill in self.skills if skill.domain is not None)
+
+    @property
+    def _stream_files(self) -> tuple[str | Path, ...]:
+        return tuple(skill.streams for skill in self.skills if skill.streams is not None)
+
+    @cached_property
+    def _skill_of(self) -> Mapping[str, Skill]:
+        return {name.lower(): skill for skill in self.skills for name in skill.actions}
+
+    def _of(self, action: str) -> Skill:
+        if action.lower() not in self._skill_of:
+            raise ValueError(f"domain {self.name} has no action {action!r}")
+        return self._skill_of[action.lower()]
+
+    def _of_timed(self, action: str) -> Skill:
+        """The skill of a timed action: the one that has words for it."""
+        for skill in self.skills:
+            if action in skill.words:
+                return skill
+        raise ValueError(f"domain {self.name} has no timed action {action!r}")

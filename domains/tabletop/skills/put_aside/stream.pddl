@@ -1,0 +1,13 @@
+(define (stream put-aside)
+  (:stream sample-put-aside
+    :inputs (?o ?p1)
+    :domain (LiesFlat ?o ?p1)
+    :outputs (?g ?p)
+    :certified (and (Grasp ?o ?g) (Placement ?o ?p) (OnTable ?o ?p) (LaidOnTable ?o ?p) (Brings ?o ?p ?g)))
+
+  (:stream sample-laid-aside
+    :inputs (?o ?p1)
+    :domain (LiesFlat ?o ?p1)
+    :outputs (?g ?p)
+    :certified (and (Grasp ?o ?g) (Placement ?o ?p) (Layable ?o ?p) (LaidOnTable ?o ?p)))
+)

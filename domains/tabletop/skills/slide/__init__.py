@@ -1,0 +1,34 @@
+"""Sliding: what no hand can grasp as it lies is pushed over the table's edge, to be gripped where it hangs over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from tamp.domains.skill import SAMPLED, Fact, Question, Skill
+from tamp.domains.tabletop.skills.push import effect, steps
+from tamp.streams.affordances.slide_path import slidable
+from tamp.streams.workspace import Workspace
+
+FOLDER = Path(__file__).parent
+
+
+def affordances(workspace: Workspace, question: Question) -> Iterator[Fact]:
+    """Which objects need it where they are, or would need it where they shall be."""
+    for name, placement in workspace.start.items():
+        if question.may_move(name) and slidable(workspace, name, placement):
+            yield ("Slidable", name, placement)
+
+
+SLIDE = Skill(
+    name="slide",
+    actions=("slide",),
+    domain=FOLDER / "domain.pddl",
+    streams=FOLDER / "stream.pddl",
+    samplers={"plan-sliding": "tamp.streams.pushing.slide:plan_sliding"},
+    info={"plan-sliding": SAMPLED},
+    affordances=affordances,
+    steps=steps,
+    effect=effect,
+    words={"slide": "slide {0} over {rest}"},
+)

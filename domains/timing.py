@@ -1,0 +1,130 @@
+"""What the timed steps of a skill are made with: motions under the robot's limits, clear of everything they must be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.values import Grasp
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Attachment, Move
+from tamp.world.scene import Scene
+from tamp.world.timing.time_parametrization import time_free_path
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """How fast the arm moves, as shares of its joints' limits.
+
+    Attributes:
+        carrying: while holding an object: friction alone keeps it from turning in the fingers.
+        gentle: near an object.
+        pushing: while pushing one: it must not slide on where the hand slows down.
+    """
+
+    carrying: float = 0.5
+    gentle: float = 0.4
+    pushing: float = 0.2
+
+
+DEFAULT_SPEEDS = Speeds()
+
+
+class NotFree(Exception):  # noqa: N818  an outcome of timing, for the caller to plan again
+    """A timed motion cannot keep clear, however closely it follows its path."""
+
+
+class Timing:
+    """Times the motions of one action; knows where everything stands meanwhile.
+
+    Args:
+        workspace: what it happens in.
+        poses: object -> T_world_object, shape (4, 4), where objects stand when the action begins; what is held absent.
+        speeds: how fast the arm moves.
+    """
+
+    def __init__(
+        self, workspace: Workspace, poses: Mapping[str, NDArray[np.float64]], speeds: Speeds = DEFAULT_SPEEDS
+    ) -> None:
+        self._speeds = speeds
+        self._world = workspace.world
+        self._poses = dict(poses)
+
+    def put(self, name: str, T_world_object: NDArray[np.float64] | None) -> None:
+        """Say where an object stands from here on; None is in the hand."""
+        if T_world_object is None:
+            self._poses.pop(name, None)
+        else:
+            self._poses[name] = T_world_object
+
+    def move(
+        self,
+        phase: str,
+        path: NDArray[np.float64],
+        opening: float,
+        held: Attachment | None = None,
+        touching: str | None = None,
+    ) -> Move:
+        """A motion along a path.
+
+        Args:
+            phase: as `tamp.task.Move` has it; decides the speed and what may be touched.
+            path: shape (n, joints) [rad].
+            opening: distance between the pads meanwhile [m].
+            held: what is in the hand.
+            touching: an object that the hand may touch.
+
+        Raises:
+            NotFree: where it cannot keep clear.
+        """
+        near_support = phase in ("lift", "lower")
+        scene = Scene(self._poses, opening=opening)
+        if held is not None:
+            scene = scene.attached(held.object, held.T_tool_object.matrix, opening)
+        checker = self._world.checker(
+            scene,
+            margin=CLEARANCE,
+            held_margin=-CONTACT_DEPTH - CLEARANCE if near_support else CLEARANCE,
+            touch={} if touching is None else {touching: -2 * CLEARANCE},
+        )
+        speed = {"transit": 1.0, "transfer": self._speeds.carrying}.get(phase, self._speeds.gentle)
+        timed = time_free_path(path, self._world.robot.spec, checker, speed=speed)
+        if timed.trajectory is None:
+            raise NotFree(f"{phase}: {timed.reason}")
+        contacts = {("robot", touching)} if touching is not None else set()
+        if near_support and held is not None:
+            contacts |= {(held.object, other) for other in (TABLE, *self._poses)}
+        return Move(phase, timed.trajectory, opening, held, frozenset(contacts))
+
+    def push(self, pushed: Attachment, path: NDArray[np.float64], opening: float, below: tuple[str, ...]) -> Move:
+        """A motion with an object before the hand.
+
+        Args:
+            pushed: the object, at rest in the tool frame.
+            path: shape (n, joints) [rad].
+            opening: distance between the pads meanwhile [m].
+            below: what the object slides on.
+
+        Raises:
+            NotFree: where it cannot keep clear.
+        """
+        scene = Scene(self._poses).attached(pushed.object, pushed.T_tool_object.matrix, opening)
+        checker = self._world.checker(scene, margin=CLEARANCE, held_margin=-CONTACT_DEPTH - CLEARANCE)
+        timed = time_free_path(path, self._world.robot.spec, checker, speed=self._speeds.pushing)
+        if timed.trajectory is None:
+            raise NotFree(f"push: {timed.reason}")
+        contacts = frozenset({("robot", pushed.object), *((pushed.object, other) for other in below)})
+        return Move("push", timed.trajectory, opening, None, contacts, pushed)
+
+
+def held(obj: str, grasp: Grasp) -> Attachment:
+    """An object as a grasp holds it."""
+    return Attachment(obj, grasp.T_object_tool.inverse())

@@ -1,0 +1,84 @@
+"""Dropping: an object is let go above its placement and falls straight down, out of the opening fingers.
+
+That is for what shall lie in something, where walls leave no room for the hand further down: they keep what falls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.neighbours import carriers, lies_in
+from tamp.streams.affordances.tilts import layable, tilts
+from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+HEIGHTS = (0.01, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, 0.14, 0.16)  # that an object may fall from [m]
+PASSED = 0.01  # between two poses of a fall [m]
+
+Fall = tuple[Pose, ...]
+
+
+def drops(workspace: Workspace, obj: str, placement: Placement) -> tuple[Fall, ...]:
+    """Ways down to a placement, each the poses that the object passes, the placement's last; the shortest first.
+
+    All are clear of what carries the object; none where it does not lie in anything.
+    """
+    below = carriers(workspace, obj, placement)
+    key = ("drops", obj, placement, *below.items())
+    return workspace.cache.value(key, lambda: _drops(workspace, obj, placement, below))
+
+
+def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement]) -> tuple[Fall, ...]:
+    if not lies_in(workspace, obj, placement, below):
+        return ()
+    under = {name: place.pose.matrix for name, place in below.items()}
+    path = [placement.pose, *(_raised(placement.pose, h) for h in np.arange(PASSED, HEIGHTS[-1] + 1e-9, PASSED))]
+    free = 0
+    while free < len(path) and not _within(workspace, obj, path[free], under):
+        free += 1
+    counts = (round(height / PASSED) + 1 for height in HEIGHTS)
+    return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)
+
+
+def _raised(pose: Pose, height: float) -> Pose:
+    """A pose, moved up by a height [m]."""
+    x, y, z = pose.xyz
+    return Pose((x, y, z + float(height)), pose.quat)
+
+
+def _within(workspace: Workspace, obj: str, pose: Pose, others: Mapping[str, NDArray[np.float64]]) -> bool:
+    """Whether an object at a pose is inside any of some others."""
+    return any(
+        workspace.world.overlap(obj, pose.matrix, name, T, tolerance=CONTACT_DEPTH) for name, T in others.items()
+    )
+
+
+EACH = 3  # which of the drops, one of so many, tell whether a grasp can let an object fall at all
+SIEVING_TILTS = (20, 30, 45, 60)  # that tell whether a grasp can lay an object down at all [degrees]
+
+
+def may_fall(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether a hand that puts an object down at its goal may be in its own way, and there is another way down."""
+    return workspace.is_goal(obj, placement) and bool(
+        drops(workspace, obj, placement) or layable(workspace, obj, placement)
+    )
+
+
+def letting_go(workspace: Workspace, obj: str, placement: Placement) -> list[Pose]:
+    """Poses from which an object falls to its goal, the lowest first, a few that stand for all; none for another."""
+    if not may_fall(workspace, obj, placement):
+        return []
+    above = [fall[0] for fall in drops(workspace, obj, placement)[EACH - 1 :: EACH]]
+    if not layable(workspace, obj, placement):
+        return above
+    found = tilts(workspace, obj, placement)
+    return above + [tilt.fall[0] for tilt in found if round(math.degrees(tilt.angle)) in SIEVING_TILTS]

@@ -1,0 +1,35 @@
+"""Whether an object may be nudged: pushed on a little within what it lies in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.neighbours import enclosed
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+STEP, STEPS = 0.01, 4  # of a nudge [m]
+LEVEL = 0.002  # places that differ by less in height are on one level [m]
+TURN = 0.005  # half the angle between poses that differ by no turn [rad]
+
+
+def nudgeable(workspace: Workspace, obj: str, start: Placement, end: Placement) -> bool:
+    """Whether one placement is so near another, on one level in the same thing, that a nudge may lead from it there."""
+    shift = np.subtract(end.pose.xyz, start.pose.xyz)
+    alike = start.on == end.on and abs(shift[2]) < LEVEL and abs(np.dot(start.pose.quat, end.pose.quat)) > np.cos(TURN)
+    inside = len(start.on) == 1 and start.on != (TABLE,) and enclosed(workspace, obj, start)
+    return alike and inside and 0.0 < float(np.linalg.norm(shift)) < STEPS * STEP + LEVEL
+
+
+def nudged(placement: Placement, shift: Array) -> Placement:
+    """Where an object is after it was nudged by a level shift, (3,) [m]."""
+    x, y, z = np.array(placement.pose.xyz) + shift
+    return Placement(Pose((float(x), float(y), float(z)), placement.pose.quat), placement.on)

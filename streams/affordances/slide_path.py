@@ -1,0 +1,143 @@
+"""Where an object that no hand can grasp as it lies is pushed to: over an edge of the table, to be gripped there.
+
+Two fingers, apart as far as the side of the object is wide, push it straight ahead: it neither turns nor leaves them,
+as its centre of mass is between the two contacts and the way goes into their cone of friction (Lynch and Mason, Stable
+pushing, International Journal of Robotics Research 15, 1996).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.graspable import graspable
+from tamp.streams.affordances.stable_poses import outline
+from tamp.streams.affordances.tilts import APART, too_wide
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+SLANTS = np.radians([0.0, 10.0, -10.0, 20.0, -20.0])  # of a way against the side that is pushed
+STEADY = 0.018  # the centre of mass stays at least this far inside the table's edges [m]
+OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over the edge
+LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
+LONGEST = 0.7  # way that is worth trying [m]
+STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
+SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m]
+NARROWEST = 0.016  # room that a finger needs on a side [m]
+SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A straight way for an object over the table.
+
+    Attributes:
+        end: where it leads.
+        behind: unit vector out of the side that is pushed, (2,).
+        touch: where the line through the centre of mass meets that side, (2,) [m].
+        room: that side reaches so far to either side of there [m].
+        shift: from start to end, (2,) [m].
+        hanging: how far the object hangs over the edge, as a share of how far it can.
+    """
+
+    end: Placement
+    behind: Array
+    touch: Array
+    room: float
+    shift: Array
+    hanging: float
+
+
+def slidable(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object can be taken from a placement only after it was pushed over an edge of the table.
+
+    That is so where it lies on the table, is wider than the hand opens, and every hand that would pinch it reaches into
+    the table or would lose it.
+    """
+
+    def found() -> bool:
+        flat = placement.on == (TABLE,) and too_wide(workspace, obj, placement) and squat(workspace, obj, placement)
+        return flat and not graspable(workspace, obj, placement)
+
+    return workspace.cache.value(("slidable", obj, placement), found)
+
+
+def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
+    """Ways over the edges of the table within the arm's reach, those over which most of the object hangs first.
+
+    Among equal ones those that end nearest to the arm come first.
+    """
+    spec = workspace.world.robot.spec
+    base = np.array(spec.T_world_base.xyz[:2])
+    distance = {way: float(np.linalg.norm(way.end.pose.xyz[:2] - base)) for way in _ways(workspace, obj, placement)}
+    near = [way for way in distance if distance[way] < spec.reach[1]]
+    return sorted(near, key=lambda way: (-way.hanging, distance[way]))
+
+
+def squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object that is pushed would rather slide than tip over, from every side."""
+    lower, upper = workspace.bounds(obj, placement.pose)
+    points = workspace.points(obj) @ placement.pose.matrix[:2, :3].T
+    angles = np.linspace(0.0, np.pi, 36, endpoint=False)
+    along = points @ np.stack([np.cos(angles), np.sin(angles)])
+    return bool(upper[2] - lower[2] < SQUAT * (along.max(axis=0) - along.min(axis=0)).min())
+
+
+def _ways(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Way]:
+    T = placement.pose.matrix
+    points = workspace.points(obj) @ T[:2, :3].T + T[:2, 3]
+    center = (T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3])[:2]
+    table = workspace.task.table
+    middle, half = np.array(table.center), np.array(table.size) / 2
+    for behind, side in _sides(points):
+        for slant in SLANTS:
+            ahead = -_turned(behind, slant)
+            touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
+            across = (side - touch) @ np.array([-behind[1], behind[0]])
+            room = float(min(across.max(), -across.min()))
+            if room < NARROWEST:
+                continue
+            for outward in np.vstack([np.eye(2), -np.eye(2)]):
+                reach = float(middle @ outward + half @ np.abs(outward))  # the table's edge in that direction
+                farthest = float((points @ outward).max() - center @ outward) - STEADY
+                for share in OVERHANGS:
+                    hanging = share * farthest
+                    length = float((reach + hanging - (points @ outward).max()) / max(ahead @ outward, 1e-9))
+                    inside = half - STEADY - np.abs(center + length * ahead - middle)
+                    good = ahead @ outward > STEEPEST and hanging > LEAST_OVERHANG and 0.0 < length < LONGEST
+                    if good and (inside > -1e-9).all():
+                        yield Way(_shifted(placement, length * ahead), behind, touch, room, length * ahead, share)
+
+
+def _sides(points: Array) -> Iterator[tuple[Array, Array]]:
+    """Flat sides of an object seen from above, the widest first: outward normal (2,) and the points (n, 2) on it."""
+    corners = outline(points)
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(edges, axis=1)
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.maximum(lengths, 1e-12)[:, None]
+    kept: list[Array] = []
+    for index in np.argsort(-lengths, kind="stable"):
+        normal = normals[index]
+        if lengths[index] > 0.0 and all(normal @ other < np.cos(APART) for other in kept):
+            kept.append(normal)
+            yield normal, points[points @ normal > (points @ normal).max() - SIDE]
+
+
+def _turned(vector: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    turned: Array = np.array([[c, -s], [s, c]]) @ vector
+    return turned
+
+
+def _shifted(placement: Placement, shift: Array) -> Placement:
+    x, y, z = placement.pose.xyz
+    return Placement(Pose((x + float(shift[0]), y + float(shift[1]), z), placement.pose.quat), placement.on)

@@ -1,0 +1,149 @@
+"""Stable poses: what an object stands on, and whether its centre of mass is over it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.geometry.object_geometry import Geometry
+
+    Array = NDArray[np.float64]
+
+TOUCHING = 0.002  # vertices this low above the lowest are part of the base [m]
+LIKELY = 0.02  # a face that a thrown object comes to rest on less often than this is left out
+SURE = 0.25  # one that it comes to rest on more often is steady: if it rocks there at all, then not far
+BALANCE = 0.002  # the centre of mass lies at least this far inside the base [m]
+STEADY = 0.08  # and this far for each metre above it: tipped by four degrees by opening fingers, it stands up again
+ROCKED = np.radians(np.arange(5.0, 61.0, 5.0))  # how far a body that falls onto a face may rock on from there [rad]
+HEADINGS = 36  # in which it may
+UPHILL = 0.15  # it stays where its centre of mass would have to rise by this share of its height for that
+
+
+def base(vertices: Array) -> Array:
+    """Those of a standing body's vertices (n, 3) that are lowest, seen from above, shape (m, 2)."""
+    low: Array = vertices[vertices[:, 2] < vertices[:, 2].min() + TOUCHING, :2]
+    return low
+
+
+def outline(points: Array) -> Array:
+    """Corners (n, 2) of the convex hull of points (m, 2), counter-clockwise; fewer than three where they are in line.
+
+    Andrew's monotone chain (Information Processing Letters 1979).
+    """
+    corners: list[tuple[float, ...]] = []
+    for ordered in (sorted(map(tuple, points)), sorted(map(tuple, points), reverse=True)):
+        chain: list[tuple[float, ...]] = []
+        for x, y in ordered:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                    break
+                chain.pop()
+            chain.append((x, y))
+        corners += chain[:-1]
+    return np.array(corners).reshape(-1, 2)
+
+
+def stands(geometry: Geometry, R: Array) -> bool:
+    """Whether a body turned by R, shape (3, 3), stays as it is on a plane when a hand lets go of it there."""
+    turned, center = geometry.hull.vertices @ R.T, R @ geometry.center_of_mass
+    corners = outline(base(turned))
+    if len(corners) < 3:
+        return False
+    return inside_by(corners, center[:2]) > max(BALANCE, STEADY * float(center[2] - turned[:, 2].min()))
+
+
+def inside_by(corners: Array, point: Array) -> float:
+    """How far inside a convex polygon, corners (n, 2) counter-clockwise, a point (2,) is; negative outside [m]."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+    return float(np.einsum("ij,ij->i", inward, point - corners).min())
+
+
+def stays(geometry: Geometry, R: Array) -> bool:
+    """Whether a body that falls onto a plane, turned by R, shape (3, 3), stays so and does not roll or tip over.
+
+    What is round has a low ridge to the next of its many faces, and what stands on a narrow end to the next broad one.
+    """
+    from_center = (geometry.hull.vertices - geometry.center_of_mass) @ R.T
+    headings = np.linspace(0.0, 2 * np.pi, HEADINGS, endpoint=False)
+    level = np.stack([np.cos(headings), np.sin(headings), np.zeros(HEADINGS)])
+    down = np.sin(ROCKED)[:, None, None] * level - np.cos(ROCKED)[:, None, None] * np.array([[0.0], [0.0], [1.0]])
+    ridges = np.max(from_center @ down, axis=(0, 1))
+    height = -from_center[:, 2].min()
+    return bool(ridges.min() > (1.0 + UPHILL) * height)
+
+
+def resting(workspace: Workspace, obj: str) -> list[Array]:
+    """The orientations (3, 3) in which an object stands steadily on a plane, one for each of its faces."""
+    from tamp.world.geometry.object_geometry import stable_poses
+
+    geometry = workspace.world.geometries[obj]
+    # A ball has many faces, none of them likely: any will do.
+    return workspace.cache.value(
+        ("resting", obj), lambda: steady_faces(geometry) or [pose.R for pose in stable_poses(geometry)[:1]]
+    )
+
+
+def steady_faces(geometry: Geometry) -> list[Array]:
+    """The orientations (3, 3) in which a body lies steadily on a plane, the likeliest first; none for a ball."""
+    from tamp.world.geometry.object_geometry import stable_poses
+
+    poses = [pose for pose in stable_poses(geometry) if pose.probability > LIKELY]
+    return [pose.R for pose in poses if pose.probability > SURE or stands(geometry, pose.R)]
+
+
+def amid(workspace: Workspace, obj: str, R: Array) -> Placement:
+    """An object in the orientation R, shape (3, 3), in the middle of the table."""
+    T = np.eye(4)
+    T[:3, :3] = R
+    T[:2, 3] = workspace.task.table.center
+    T[2, 3] = -float((workspace.points(obj) @ R[2]).min())
+    return Placement(Pose.from_matrix(T), (TABLE,))
+
+
+def turned(R: Array, angle: float) -> Array:
+    """An orientation, shape (3, 3), turned about the vertical by an angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    found: Array = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R
+    return found
+
+
+DIGITS = 9  # to which the orientations and heights of two placements agree that differ in nothing else
+
+
+def midtable(workspace: Workspace, placement: Placement) -> Placement:
+    """A placement on the table, shifted to its middle and turned about the vertical; the same one for all that differ.
+
+    Args:
+        workspace: where the table is.
+        placement: of something that rests on the table.
+    """
+    pose = placement.pose.matrix
+    T = np.eye(4)
+    T[:3, :3] = _upward(np.round(pose[2, :3], DIGITS))
+    T[:3, 3] = *workspace.task.table.center, round(float(pose[2, 3]), DIGITS)
+    return Placement(Pose.from_matrix(T), placement.on)
+
+
+def moved(fall: tuple[Pose, ...], placement: Placement) -> tuple[Pose, ...]:
+    """Poses of an object that end in the middle of the table, moved so that they end at a placement like that."""
+    T = placement.pose @ fall[-1].inverse()
+    return (*(T @ pose for pose in fall[:-1]), placement.pose)
+
+
+def _upward(up: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The orientation, shape (3, 3), chosen for all in which this axis of an object's own frame (3,) points up."""
+    up = up / np.linalg.norm(up)
+    ahead = np.eye(3)[np.argmin(np.abs(up))]
+    ahead = ahead - (ahead @ up) * up
+    ahead = ahead / np.linalg.norm(ahead)
+    return np.stack([ahead, np.cross(up, ahead), up])

@@ -1,0 +1,147 @@
+"""Tilted poses from which an object, one edge on its support and let go, rolls over it and falls flat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.stable_poses import base, outline
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Pose
+from tamp.world.transforms import rotation, turned_about
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+ROLL = np.radians(2.5)  # between two poses
+TOUCHING = 5e-4  # what is so near to the plane touches it [m]
+
+
+def rolls(vertices: Array, T: Array, outward: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield where a body is as it rolls on, without end, and how far out it touches the plane there.
+
+    It turns by ROLL at a time, about the outermost of its points that touch.
+
+    Args:
+        vertices: of its hull in its own frame, shape (n, 3) [m].
+        T: where it rests on the plane, T_world_body, shape (4, 4).
+        outward: level unit vector in which it rolls, shape (2,).
+
+    Yields:
+        T_world_body, shape (4, 4), and the touching points along `outward`, shape (m,) [m].
+    """
+    ground = float((vertices @ T[2, :3] + T[2, 3]).min())
+    turn = rotation(np.array([-outward[1], outward[0], 0.0]), ROLL)
+    while True:
+        world = vertices @ T[:3, :3].T + T[:3, 3]
+        low = world[world[:, 2] < ground + TOUCHING]
+        T = turned_about(low[np.argmax(low[:, :2] @ outward)], turn, T)
+        world = vertices @ T[:3, :3].T + T[:3, 3]
+        T[2, 3] += ground - world[:, 2].min()
+        yield T, world[world[:, 2] < world[:, 2].min() + TOUCHING, :2] @ outward
+
+
+LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
+STEP = np.radians(5.0)  # between two tilts
+LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
+TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction now and then
+APART = np.radians(20.0)  # directions nearer to each other than this are one
+FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """A tilted pose and the way down from it.
+
+    Attributes:
+        angle: of the tilt [rad].
+        fall: poses that the object passes, the tilted one first, the placement's last.
+    """
+
+    angle: float
+    fall: tuple[Pose, ...]
+
+
+def tilts(workspace: Workspace, obj: str, placement: Placement) -> tuple[Tilt, ...]:
+    """All tilts worth trying above a placement, the least first; none where the object does not lie on a flat base."""
+
+    def found() -> tuple[Tilt, ...]:
+        geometry = workspace.world.geometries[obj]
+        every = _tilts(geometry.hull.vertices, geometry.center_of_mass, placement.pose.matrix)
+        return tuple(sorted(every, key=lambda tilt: tilt.angle))
+
+    return workspace.cache.value(("tilts", obj, placement), found)
+
+
+def layable(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether laying an object down at a placement is worth a thought: a hand that puts it down may be in its own way.
+
+    That is so where the object, as it lies, is wider than the hand opens, and where it has to be turned over: what
+    grasped it from above would then be below it.
+    """
+    up_now, up_then = workspace.start[obj].pose.matrix[2, :3], placement.pose.matrix[2, :3]
+    return too_wide(workspace, obj, placement) or float(up_now @ up_then) < TURNED_OVER
+
+
+def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object is wider than the hand opens, as it lies, from every side."""
+    points = workspace.world.geometries[obj].hull.vertices @ placement.pose.matrix[:2, :3].T
+    angles = np.linspace(0.0, np.pi, 36, endpoint=False)
+    along = points @ np.stack([np.cos(angles), np.sin(angles)])
+    width: float = (along.max(axis=0) - along.min(axis=0)).min()
+    return width > workspace.world.robot.spec.gripper.stroke
+
+
+def never_too_wide(workspace: Workspace, obj: str) -> bool:
+    """Whether an object is narrow enough for the hand from some side however it lies, as the box around it says.
+
+    Seen from anywhere, a box is no wider than the diagonal of its smallest face in the direction that runs along that
+    face.
+    """
+    vertices = workspace.world.geometries[obj].hull.vertices
+    smallest = np.sort(vertices.max(axis=0) - vertices.min(axis=0))[:2]
+    return float(np.linalg.norm(smallest)) <= workspace.world.robot.spec.gripper.stroke
+
+
+def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
+    """The tilts of a body with these hull vertices (n, 3) and centre of mass (3,), both in its own frame."""
+    world = vertices @ T_goal[:3, :3].T + T_goal[:3, 3]
+    for outward in base_normals(base(world)):
+        rolled = [T_goal]
+        for T in _rolling(vertices, center, T_goal, outward):
+            rolled.append(T)
+            angle = ROLL * (len(rolled) - 1)
+            if angle > LEAST - 1e-9 and abs(angle / STEP - round(angle / STEP)) < 1e-6:
+                yield Tilt(angle, tuple(Pose.from_matrix(T) for T in reversed(rolled)))
+
+
+def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterator[Array]:
+    """Poses of a body that is rolled up over its edge towards `outward` (2,), as far as it would fall back."""
+    for rolled, touching in islice(rolls(vertices, T, outward), round(MOST / ROLL)):
+        if (rolled[:3, :3] @ center + rolled[:3, 3])[:2] @ outward > touching.min() - LEVER:
+            return
+        yield rolled
+
+
+def base_normals(points: Array) -> list[Array]:
+    """Outward normals (2,) of the edges of a base's outline, the longest edges first, similar ones left out."""
+    corners = outline(points)
+    if len(corners) < 3:
+        return []
+    edges = np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(edges, axis=1)
+    across = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / lengths[:, None]
+    if np.ptp(corners @ across.T, axis=0).min() < FLAT:
+        return []
+    kept: list[Array] = []
+    for index in np.argsort(-lengths, kind="stable"):
+        if lengths[index] > 1e-4 and all(across[index] @ other < np.cos(APART) for other in kept):
+            kept.append(across[index])
+    return kept

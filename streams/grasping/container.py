@@ -1,0 +1,147 @@
+"""Pinches of what lies in something: walls leave so little room for the hand that the rare ones have to be sought.
+
+Of all the hands that could hold a fruit in a corner of its box, one in a thousand has room there. Hands that come
+straight down across a level axis have it oftenest, so many of those are drawn, and what meets a wall is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.streams.affordances.neighbours import enclosed, standing_around, standing_on
+from tamp.streams.affordances.tilts import too_wide
+from tamp.streams.grasping.hand_clearance import neighbour_cost, support_cost
+from tamp.streams.grasping.ranking import in_reach
+from tamp.streams.hand.antipodal import antipodal_contacts
+from tamp.streams.hand.candidates import (
+    FRICTION_ANGLE,
+    SURFACE,
+    TILTS,
+    WIDTH_RESERVE,
+    Pinches,
+    beyond_table,
+    pinches_from_above,
+    sample_pinches,
+)
+from tamp.streams.hand.clearance import HAND_MARGIN, above_table, clear_of_object, opening_for
+from tamp.streams.hand.finger_closing import closed
+from tamp.streams.surfaces import SurfacePoints, surface_points
+from tamp.streams.values import CLEARANCE, Grasp, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.world.scene import Scene
+
+POINTS = 1000  # on the surface, that rays start from
+LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
+FEW = 10  # hands with room, below which such are added
+PLENTY = 60  # after which no more are sought
+LOW = 0.035  # height of an object that is flat [m]
+OVERHANG = 0.02  # of an object over the table's edge, from which on a finger gets below it [m]
+AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
+TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
+
+
+def roomy_pinches(
+    workspace: Workspace, obj: str, places: Sequence[Placement], rng: np.random.Generator, points: int = SURFACE
+) -> Pinches:
+    """Pinches of an object from all around; only those with room for the hand where it lies in something.
+
+    Walls come first, then what stands around now; where there is no room for an open hand, one that leans over and
+    opens less may have some.
+
+    Args:
+        workspace: what stands where.
+        obj: the object.
+        places: where it shall be grasped; its goal, above which it may be let go, is left to others.
+        rng: source of the pinches.
+        points: on the surface, that the rays of the first start from.
+    """
+    start, goal = workspace.start[obj], workspace.goals.get(obj)
+    place = next((place for place in places if place == start or place != goal), None)
+    hanging = place.pose if place is not None and _hangs_over(workspace, obj, place) else None
+    # With a single placement a regrasp is meant, whose hands have to lean to lay the object down.
+    low = places if len(places) > 1 and all(_lies_low(workspace, obj, place) for place in places) else []
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, [place.pose for place in low])
+    if hanging is not None and place == start:  # it may be gripped elsewhere as well
+        pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
+    if place is None or not enclosed(workspace, obj, place):
+        return pinches
+    roomy = alone = pinches.at(np.zeros(len(pinches), bool))
+    for level, clearance in ((LEVEL, CLEARANCE), (SLANTED, TIGHT)):
+        drawn = Pinches.joined([pinches, upright_pinches(workspace, obj, place, rng, level)]).opened(clearance)
+        shuffled = rng.permutation(len(drawn))
+        for first in range(0, len(drawn), AT_ONCE):
+            inside = _clear_of_walls(workspace, obj, drawn.at(shuffled[first : first + AT_ONCE]), place)
+            roomy = Pinches.joined([roomy, inside])
+            # Whoever meets no neighbour either is one in many again.
+            alone = Pinches.joined([alone, _clear_of_neighbours(workspace, obj, inside, place)])
+            if len(alone) >= PLENTY:
+                break
+        if len(alone) >= FEW:
+            break
+    return alone if len(alone) else roomy
+
+
+def _hangs_over(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether a finger may get below an object that hangs over the table's edge: few of all hands are there."""
+    lower, upper = workspace.bounds(obj, place.pose)
+    corners = np.array([lower, upper])
+    return place.on == (TABLE,) and bool(beyond_table(workspace, corners + np.array([[OVERHANG], [-OVERHANG]])).any())
+
+
+def _lies_low(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether an object lies so flat that few hands get hold of it above the table, though it is narrow enough."""
+    lower, upper = workspace.bounds(obj, place.pose)
+    return bool(upper[2] - lower[2] < LOW) and not too_wide(workspace, obj, place)
+
+
+def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
+    """Those whose hand stays clear of the object itself and of what it lies in."""
+    pinches = pinches.at(above_table(workspace, pinches, place))
+    pinches = pinches.at(support_cost(workspace, pinches, obj, place) == 0.0)  # walls leave few to look at
+    return pinches.at(clear_of_object(workspace, obj, pinches))
+
+
+def _clear_of_neighbours(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:
+    """The first of those in reach that hold something while the hand meets nothing around, each as the fingers close.
+
+    Pads that meet a rim beside the contacts shift the hand and stop farther apart than the contacts are: the open hand
+    is then elsewhere and wider than it seemed, which decides among plates in a rack.
+    """
+    pinches = pinches.at(neighbour_cost(workspace, pinches, obj, place) == 0.0)
+    pinches = pinches.at(in_reach(workspace, pinches, place.pose))
+    around = standing_around(workspace, obj, place)
+    kept = {name: other.pose.matrix for name, other in around.items() if name not in standing_on(obj, around)}
+    hand, gripper = workspace.world.free_hand(Scene(kept), HAND_MARGIN), workspace.world.robot.spec.gripper
+    openings = np.minimum(gripper.stroke, pinches.widths + 2 * pinches.clearances)
+    pinches = pinches.at(~hand.hits(place.pose.matrix @ pinches.T_object_tool, openings))
+    clear: dict[int, Grasp] = {}
+    for index, T in enumerate(pinches.T_object_tool):
+        grasp = closed(workspace, obj, T, float(pinches.widths[index]), float(pinches.clearances[index]))
+        if grasp and not hand.hit(place.pose.matrix @ grasp.T_object_tool.matrix, opening_for(gripper, grasp)):
+            clear[index] = grasp
+        if len(clear) == PLENTY:
+            break
+    return replace(
+        pinches.at(np.array([*clear], int)),
+        T_object_tool=np.array([grasp.T_object_tool.matrix for grasp in clear.values()]).reshape(-1, 4, 4),
+        widths=np.array([grasp.width for grasp in clear.values()]),
+        clearances=np.array([grasp.clearance for grasp in clear.values()]),
+    )
+
+
+def upright_pinches(
+    workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator, level: float = LEVEL
+) -> Pinches:
+    """Pinches across axes that are level, up to so much, by hands that come down, straight or a little tilted."""
+    gripper, pieces = workspace.world.robot.spec.gripper, workspace.world.geometries[obj].parts
+    down = -place.pose.matrix[2, :3]
+    surface = surface_points(pieces, POINTS, rng)
+    beside = np.abs(surface.normals @ down) < level
+    surface = SurfacePoints(surface.points[beside], surface.normals[beside], surface.area)
+    widest = gripper.stroke - WIDTH_RESERVE
+    contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
+    contacts = contacts.at(np.abs(contacts.axes @ down) < level)
+    return pinches_from_above(contacts, gripper, place.pose, TILTS)

@@ -1,0 +1,166 @@
+"""Antipodal grasps of any mesh, best first.
+
+Candidates pinch the object between two opposite contacts from many directions and at several depths. They are ranked
+by what makes a grasp hold and reach: pad area in contact, leverage about the centre of mass, contact angle, upright
+approach, and whether the arm reaches and the hand is clear of table and neighbours, both where the object stands and
+where it shall stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.neighbours import enclosed, upon_carriers, within
+from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.cache import Draw, recalled, stepwise
+from tamp.streams.context import Context
+from tamp.streams.grasping.container import roomy_pinches
+from tamp.streams.grasping.hand_clearance import HINDERED, neighbour_cost
+from tamp.streams.grasping.ranking import over_table, placement_cost
+from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
+from tamp.streams.hand.clearance import clear_of_object, reach_of_hand
+from tamp.streams.hand.finger_closing import closed
+from tamp.streams.hand.stability import FIRM, looseness, second_best
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import Workspace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+GLANCE = 150  # points on the surface that a first round of sampling looks at
+ROUNDS = 8  # after it, of SURFACE points, where few grasps are clear at every placement
+SURFACES = (GLANCE, *[SURFACE] * ROUNDS)
+FEW = 4  # rounds that are enough where the object lies in something, or where no such grasp has come
+ENOUGH = 40  # clear grasps after which no further round is needed
+AMONG = 12  # the same where the object lies in something: those few are known to have room
+PROMISING = 250  # of those, for which neighbours count
+LIMIT = 160  # grasps offered for one object
+
+
+def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
+    """Yield grasps of obj, best first: those that serve start and goal, then those that serve one of them."""
+    if to_be_pushed(context.scene, obj, context.scene.start[obj]):
+        context.fail(f"no hand can grasp {obj} as it stands before it is pushed to where one can")
+        return
+    yield from grasps(context, obj, tuple(dict.fromkeys(context.scene.placements_of(obj))))
+
+
+def grasps(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Grasp]:
+    """Yield grasps of obj, best first: those that serve all placements, then those that serve some of them.
+
+    They are ranked among what stands within a hand's reach of the object at each of them.
+    """
+    yield from recalled(context, "grasps", (obj, places), *_ranked(context.scene, obj, places))
+
+
+def grasps_in_steps(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Grasp | None]:
+    """The same with None for work done without a grasp, so that whoever waits for one can give up."""
+    yield from stepwise(context, "grasps", (obj, places), *_ranked(context.scene, obj, places))
+
+
+def _ranked(workspace: Workspace, obj: str, places: tuple[Placement, ...]) -> tuple[Workspace, Draw[Grasp]]:
+    """What the ranking of grasps depends on, and what draws it."""
+    near = within(workspace, obj, reach_of_hand(workspace), *places, workspace.start[obj])
+    return near, partial(_drawn, obj=obj, places=places)
+
+
+def _drawn(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Grasp | None]:
+    workspace: Workspace = context.scene
+    found, costs = yield from _candidates(context, workspace, obj, places)
+    if len(costs):
+        yield from _firm_first(workspace, found, costs, obj, places)
+
+
+def _candidates(
+    context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...]
+) -> Generator[None, None, tuple[Pinches, NDArray[np.float64]]]:
+    """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement.
+
+    Where the object lies in something, its neighbours decide which pinches are drawn; else only how they are ranked,
+    and the same are ranked anew where others stand there.
+    """
+    rounds: list[Pinches] = []
+    costs: list[NDArray[np.float64]] = []
+    enough, crowded = 0, enclosed(workspace, obj, workspace.start[obj])
+    lying = any(enclosed(workspace, obj, place) for place in places)
+    reads = workspace if lying else upon_carriers(workspace, obj, *places, workspace.start[obj])
+    drawn = recalled(context, "pinches", (obj, places), reads, partial(_rounds, obj=obj, places=places))
+    for points, (pinches, cost) in zip(SURFACES, drawn, strict=False):
+        met = np.sum([neighbour_cost(workspace, pinches, obj, place) for place in places], axis=0)
+        rounds.append(pinches)
+        costs.append(cost + met)
+        # Among neighbours one cannot choose from too many, so a glance is enough where they are not met.
+        enough += int(((cost < HINDERED) & ((met == 0) | (points > GLANCE))).sum())
+        if enough >= (AMONG if crowded else ENOUGH) or (len(rounds) == FEW and (crowded or not enough)):
+            break
+        yield None
+    return Pinches.joined(rounds), np.concatenate(costs)
+
+
+def _rounds(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[tuple[Pinches, NDArray[np.float64]]]:
+    """Yield the promising pinches of each round of sampling, and what they cost were no neighbour there."""
+    for points in SURFACES:
+        yield _round(context, context.scene, obj, places, points)
+
+
+def _round(
+    context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...], points: int
+) -> tuple[Pinches, NDArray[np.float64]]:
+    pinches = roomy_pinches(workspace, obj, places, context.rng, points)
+    if not len(pinches):
+        context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke and with room for a hand")
+        return pinches, np.empty(0)
+    pinches, serves, lays = over_table(workspace, obj, pinches, places, context.rng)
+    clear = clear_of_object(workspace, obj, pinches)
+    pinches, serves, lays = pinches.at(clear), serves[:, clear], lays[:, clear]
+    if not len(pinches):
+        context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
+        return pinches, np.empty(0)
+    cost = intrinsic_cost(workspace, obj, pinches)
+    for place, usable, laid in zip(places, serves, lays, strict=True):
+        cost += placement_cost(workspace, obj, pinches, place, usable, laid)
+    promising = np.array(_spread(pinches, cost)[:PROMISING])
+    return pinches.at(promising), cost[promising]
+
+
+def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
+    """Indices, best first, the best of every neighbourhood of similar grasps before the second best of any."""
+    T = pinches.T_object_tool
+    cells = np.round(np.concatenate([T[:, :3, 3] / 0.012, T[:, :3, 2] / 0.4, T[:, :3, 0] / 0.4], axis=1))
+    seen: dict[bytes, int] = {}
+    repeats = np.zeros(len(costs), int)
+    for index in np.argsort(costs, kind="stable").tolist():
+        key = cells[index].tobytes()
+        repeats[index] = seen.get(key, 0)
+        seen[key] = repeats[index] + 1
+    order: list[int] = np.lexsort((costs, repeats > 0, costs >= HINDERED)).tolist()
+    return order
+
+
+def _firm_first(
+    workspace: Workspace, pinches: Pinches, costs: NDArray[np.float64], obj: str, places: tuple[Placement, ...]
+) -> Iterator[Grasp | None]:
+    """Yield grasps that serve every placement as they come; afterwards those that serve one only.
+
+    Those in which the object would move come between them, see `second_best`.
+    """
+    partly: list[Grasp] = []
+    loose: list[tuple[float, Grasp]] = []
+    for index in _spread(pinches, costs)[:LIMIT]:
+        width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
+        grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
+        if grasp is None:
+            pass
+        elif costs[index] >= HINDERED:
+            partly.append(grasp)
+        elif (angle := looseness(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
+            loose.append((angle, grasp))
+        else:
+            yield grasp
+            continue
+        yield None
+    yield from second_best(workspace, obj, places[0], loose, partly)

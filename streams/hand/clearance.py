@@ -1,0 +1,97 @@
+"""Room for the open hand: above the table, beside the object that it grasps, among others that stand there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.hand.candidates import DEPTHS, Pinches, in_tool_frames
+from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, lowest_point, points_hit
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Gripper, Pose
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
+TABLE_GAP = 0.002  # under the hand [m]
+HAND_MARGIN = 0.002  # between the hand and what stands around [m]
+PASSED = (0.015, 0.03, 0.06)  # depths below the hand at which an object that falls is looked at [m]
+
+
+def opening_for(gripper: Gripper, grasp: Grasp) -> float:
+    """Distance between the pads before closing on a grasp [m]."""
+    return min(gripper.stroke, grasp.width + 2 * grasp.clearance)
+
+
+def openings_of(workspace: Workspace, pinches: Pinches) -> NDArray[np.float64]:
+    """The same for each of many pinches, shape (n,)."""
+    return np.minimum(workspace.world.robot.spec.gripper.stroke, pinches.widths + 2 * pinches.clearances)
+
+
+def reach_of_hand(workspace: Workspace) -> float:
+    """How far a hand reaches, at most, beyond the box around an object that it pinches, margins included [m]."""
+    gripper, boxes = workspace.world.robot.spec.gripper, hand_boxes(workspace.world.robot)
+    corners = np.maximum(*map(np.abs, boxes.opened(np.array([gripper.stroke]))))
+    return float(np.linalg.norm(corners, axis=-1).max()) + gripper.stroke / 2 + max(DEPTHS) + HAND_MARGIN
+
+
+def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
+    """Whether the hand comes from above and stays above the table or beside it at a placement, shape (n,)."""
+    clear: NDArray[np.bool_] = pinches.T_object_tool[:, :3, 2] @ place.pose.matrix[2, :3] < FROM_BELOW
+    upright = np.flatnonzero(clear)
+    T = place.pose.matrix @ pinches.T_object_tool[upright]
+    boxes, openings, table = (
+        hand_boxes(workspace.world.robot),
+        openings_of(workspace, pinches)[upright],
+        workspace.task.table,
+    )
+    above = lowest_point(boxes, openings, T) > TABLE_GAP
+    middle, half = np.array(table.center), np.array(table.size) / 2
+    beside = ~above & (np.abs(T[:, :2, 3] - middle) > half).any(axis=1)
+    above[beside] = clear_of_slab(boxes, openings[beside], T[beside], middle - half, middle + half, TABLE_GAP)
+    clear[upright] = above
+    return clear
+
+
+def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:
+    """Whether hand and open fingers are clear of the object itself, shape (n,)."""
+    local = in_tool_frames(workspace.surface[obj], pinches.T_object_tool)
+    return ~points_hit(hand_boxes(workspace.world.robot), openings_of(workspace, pinches), local)
+
+
+def clear_of_falling(workspace: Workspace, obj: str, pinches: Pinches, let_go: Pose) -> NDArray[np.bool_]:
+    """Whether the object falls out of the open hand when it is let go at a pose, clear of the fingers, shape (n,)."""
+    down = let_go.matrix[2, :3]
+    clear = np.ones(len(pinches), bool)
+    for depth in PASSED:
+        local = in_tool_frames(workspace.surface[obj] - depth * down, pinches.T_object_tool)
+        clear &= ~points_hit(hand_boxes(workspace.world.robot), openings_of(workspace, pinches), local)
+    return clear
+
+
+def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
+    """Whether the open hand, without an arm, comes too close to the table or to anything in the scene."""
+    return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
+
+
+def hand_above_table(workspace: Workspace, pose: Pose, grasp: Grasp) -> bool:
+    """Whether the open hand is clear of the table."""
+    hand = workspace.cache.value("hand over table", lambda: workspace.world.free_hand(Scene(), HAND_MARGIN))
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    return not hand.hit(pose.matrix @ grasp.T_object_tool.matrix, opening)
+
+
+def first_clear(
+    workspace: Workspace, grasp: Grasp, poses: NDArray[np.float64], around: Mapping[str, Placement], obj: str
+) -> int:
+    """The first of some poses of `obj`, shape (n, 4, 4), where the hand that lets go of it is clear; 0 if none is."""
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    scene = Scene({name: place.pose.matrix for name, place in around.items() if name != obj})
+    tools = poses @ grasp.T_object_tool.matrix
+    return next((i for i, tool in enumerate(tools) if not hand_hits(workspace, tool, opening, scene)), 0)

@@ -1,0 +1,269 @@
+"""How firmly a grasp holds an object: forces on what lies between the pads, how far it slips and turns in the lift."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import zip_longest
+from operator import itemgetter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.surfaces import half_spaces
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Gripper, Pose
+from tamp.task.robot import PAD_FRICTION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+RAYS = (5, 13)  # across and along a pad, at which the object is felt
+BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
+GRAVITY = 9.81  # [m/s^2]
+
+
+class Squeezed:
+    """An object in a grasp, in the frame whose axes are the pads' side, closing and approach directions.
+
+    Attributes:
+        width: how far the pads are apart [m].
+        center: centre of mass, shape (3,) [m].
+        weight: of the object [N].
+        force: what each pad presses with [N].
+        friction: the most that each pad holds along its face [N].
+    """
+
+    def __init__(self, workspace: Workspace, obj: str, grasp: Grasp) -> None:
+        item, geometry = workspace.task.object(obj), workspace.world.geometries[obj]
+        gripper = workspace.world.robot.spec.gripper
+        self._R, t = _in_pads(gripper, grasp)
+        self.width = grasp.width
+        self.center = self._R @ geometry.center_of_mass + t
+        self.weight = item.mass * GRAVITY
+        self.force = gripper.holding_force(self.weight, item.friction)
+        self.friction = PAD_FRICTION * item.friction * self.force
+        near = [part for part in geometry.parts if _is_near(part.vertices @ self._R.T + t, gripper, grasp.width)]
+        parts = [(A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near)]
+        self._A = np.concatenate([A for A, _ in parts]) if parts else np.empty((0, 3))
+        self._b = np.concatenate([b for _, b in parts]) if parts else np.empty(0)
+        self._starts = np.cumsum([0, *(len(b) for _, b in parts)])[:-1]
+        sides = zip(gripper.pad[1:], RAYS, strict=True)
+        across, along = (np.linspace(-side / 2, side / 2, count) for side, count in sides)
+        self._origins = np.array([(x, 0.0, z) for x in across for z in along])
+
+    def upward(self, *poses: Pose) -> Array:
+        """The world's upward direction where the object is lifted from each of some poses, repeats left out, (n, 3)."""
+        upward = np.unique(np.round([pose.matrix[2, :3] for pose in poses], 6), axis=0)
+        return np.asarray(upward @ self._R.T)
+
+    def apart_turned(self, turns: Array) -> Array:
+        """How far apart the pads stand with all of it turned, for each of the rotations (n, 3, 3); shape (n,) [m]."""
+        A = self._A @ turns.transpose(0, 2, 1)
+        return self._apart(A, self._b[:, None] - A @ self._origins.T)
+
+    def apart_shifted(self, shifts: Array) -> Array:
+        """The same with all of it moved, for each of the vectors (n, 3) [m]."""
+        moved = self._b[:, None] - self._A @ self._origins.T + (shifts @ self._A.T)[:, :, None]
+        return self._apart(np.broadcast_to(self._A, (len(shifts), *self._A.shape)), moved)
+
+    def _apart(self, A: Array, gap: Array) -> Array:
+        """From the normals (n, m, 3) of all faces and how far inside each the rays begin, (n, m, rays) [m]."""
+        if not A.shape[1]:
+            return np.zeros(len(A))
+        speed = A[:, :, 1:2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = gap / speed
+        enter = np.maximum.reduceat(np.where(speed < -1e-9, t, -np.inf), self._starts, axis=1)
+        leave = np.minimum.reduceat(np.where(speed > 1e-9, t, np.inf), self._starts, axis=1)
+        met = (enter < leave) & (np.abs(enter + leave) < self.width + 0.002)
+        along = np.abs(speed) <= 1e-9  # faces that the rays run along
+        if along.any():
+            met &= ~np.logical_or.reduceat(along & (gap < 0), self._starts, axis=1)
+        low = np.where(met, enter, np.inf).min(axis=(1, 2))
+        high = np.where(met, leave, -np.inf).max(axis=(1, 2))
+        apart: Array = np.maximum(high - low, 0.0)
+        return apart
+
+
+def _in_pads(gripper: Gripper, grasp: Grasp) -> tuple[Array, Array]:
+    """Rotation and translation from the object's frame to one whose axes are the pads' side, closing and approach."""
+    closing = np.array(gripper.axis)
+    axes = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]])
+    T = grasp.T_object_tool.inverse().matrix
+    return axes @ T[:3, :3], axes @ T[:3, 3]
+
+
+def _is_near(points: Array, gripper: Gripper, width: float) -> bool:
+    half = np.array([gripper.pad[1], width, gripper.pad[2]]) / 2 + BESIDE
+    return bool((points.min(axis=0) < half).all() and (points.max(axis=0) > -half).all())
+
+
+SLIP_STEP = 0.001  # between the shifts looked at [m]
+GLANCE = 3  # whoever gains nothing by so many steps at once keeps still; a slip that ends sooner does no harm
+FARTHEST_SLIP = 12  # steps
+WAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+TRUSTED_SLIP = 0.8  # share of the friction that is counted on: of 662 grasps it told most of those that were lost
+
+
+def slipping(squeezed: Squeezed, *poses: Pose) -> float:
+    """How far an object slips, held by a grasp and lifted [m]; 0 where it keeps still.
+
+    Args:
+        squeezed: the object in the grasp.
+        poses: where it is lifted from; the one at which it slips farthest counts.
+    """
+    upward = squeezed.upward(*poses)
+    still = float(squeezed.apart_shifted(np.zeros((1, 3)))[0])
+
+    def gained(ways: Array, steps: Array) -> Array:
+        shifts = SLIP_STEP * ways[:, None] * steps[:, None]
+        apart = squeezed.apart_shifted(shifts.reshape(-1, 3)).reshape(len(ways), len(steps))
+        drawn = squeezed.weight * (shifts @ -upward.T).max(axis=2)
+        energies: Array = (
+            squeezed.force * (still - apart) + drawn - 2 * TRUSTED_SLIP * squeezed.friction * SLIP_STEP * steps
+        )
+        return energies
+
+    ways = WAYS[gained(WAYS, np.array([float(GLANCE)]))[:, 0] > 0.0]
+    if not len(ways):
+        return 0.0
+    return SLIP_STEP * max(map(_reached, gained(ways, np.arange(1.0, FARTHEST_SLIP + 1))))
+
+
+def _reached(gained: Array) -> int:
+    """How many steps it goes on, each gaining more than all before, alone or with the next two."""
+    reached, most = 0, 0.0
+    for count, energy in enumerate(gained, 1):
+        if energy > most:
+            reached, most = count, float(energy)
+        elif count > reached + 2:
+            break
+    return reached
+
+
+TURN_STEP = 0.04  # between the angles looked at [rad]
+FARTHEST_TURN = 0.7  # it is enough to know that it turns this far [rad]
+GLANCES = (1, 3, 7, 19)  # steps are looked at in stretches from one of these to the next; most end in the first
+TRUSTED_TURN = 0.5  # share of the friction that is counted on: lifting shakes, and pads do not touch everywhere
+
+
+def turning(squeezed: Squeezed, *poses: Pose) -> float:
+    """The angle that an object turns by, held by a grasp and lifted [rad]; 0 where it keeps still.
+
+    Args:
+        squeezed: the object in the grasp.
+        poses: where it is lifted from; the one at which it turns farthest counts.
+    """
+    resisted = TRUSTED_TURN * squeezed.friction * squeezed.width * TURN_STEP
+
+    felt: dict[bytes, Array] = {}  # wherever it is lifted from, the first turns looked at are the same
+
+    def energies(turns: Array, up: Array) -> Array:
+        key = turns.tobytes()
+        if key not in felt:
+            felt[key] = squeezed.force * squeezed.apart_turned(turns)
+        return felt[key] + squeezed.weight * (turns @ squeezed.center @ up)
+
+    return max(_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
+
+
+def _turned(energies: Callable[[Array], Array], resisted: float) -> float:
+    """How far it turns [rad]; where it has turned about one axis, it may go on about the other."""
+    ways = [(about, step) for about in (_about_side, _about_approach) for step in (TURN_STEP, -TURN_STEP)]
+    turn, steps = np.eye(3), 1
+    while steps and _angle(turn) < FARTHEST_TURN:
+        still = float(energies(turn[None])[0])
+        steps, turn = max((_slide(energies, turn, still, *way, resisted) for way in ways), key=itemgetter(0))
+    return _angle(turn)
+
+
+def _slide(
+    energies: Callable[[Array], Array],
+    turn: Array,
+    still: float,
+    about: Callable[[float], Array],
+    step: float,
+    resisted: float,
+) -> tuple[int, Array]:
+    """How many steps it goes on from a rotation, each setting free more energy than it takes, alone or with the next.
+
+    Returns:
+        The number of steps, and the rotation that they lead to, shape (3, 3).
+    """
+    reached, least = 0, still
+    for first, last in itertools.pairwise(GLANCES):
+        taken = energies(np.array([about(count * step) @ turn for count in range(first, last)]))
+        for count, spent in enumerate(taken, first):
+            if spent + count * resisted < least:
+                reached, least = count, spent + count * resisted
+            elif count > reached + 1:
+                return reached, about(reached * step) @ turn
+    return reached, about(reached * step) @ turn
+
+
+def _angle(turn: Array) -> float:
+    """By how much a rotation (3, 3) turns [rad]."""
+    return math.acos(min(1.0, max(-1.0, (float(np.trace(turn)) - 1.0) / 2.0)))
+
+
+def _about_side(angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def _about_approach(angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
+LOST = 0.5  # one in which it turns by more does not hold it at all [rad]
+AS_BAD = 0.02  # slipping so far is as bad as turning by one radian [m]
+
+
+def looseness(workspace: Workspace, obj: str, grasp: Grasp, *poses: Pose) -> float:
+    """How far an object moves in a hand that lifts it from any of some poses: the angle, or what is as bad [rad]."""
+
+    def found() -> float:
+        squeezed = Squeezed(workspace, obj, grasp)
+        return max(turning(squeezed, *poses), slipping(squeezed, *poses) / AS_BAD)
+
+    return workspace.cache.value(("looseness", obj, grasp, poses), found)
+
+
+def second_best(
+    workspace: Workspace, obj: str, place: Placement, loose: Sequence[tuple[float, Grasp]], partly: Sequence[Grasp]
+) -> Iterator[Grasp | None]:
+    """Yield by turns a grasp of all placements in which the object moves, and a firm one of some of them.
+
+    An object that moves in the hand while it is lifted costs a new plan, and so does a grasp that only serves once
+    others have moved: neither is clearly better. Grasps that are not even firm come last; those that lose the object
+    never.
+
+    Args:
+        workspace: where the object is.
+        obj: the object.
+        place: where it stands.
+        loose: grasps that serve all placements, with how loosely each holds the object [rad].
+        partly: grasps that serve some of them, best first.
+
+    Yields:
+        Grasps, and None where one was looked at for nothing.
+    """
+    shaky: list[tuple[float, Grasp]] = []
+    for one, other in zip_longest(sorted(loose, key=itemgetter(0)), partly):
+        if one is not None and one[0] < LOST:
+            yield one[1]
+        angle = LOST if other is None else looseness(workspace, obj, other, place.pose)
+        if other is not None and FIRM < angle < LOST:
+            shaky.append((angle, other))
+        yield other if angle <= FIRM else None
+    yield from (grasp for _, grasp in sorted(shaky, key=itemgetter(0)))

@@ -1,0 +1,67 @@
+"""Collision-free motions between two configurations, empty-handed or holding, in the scene as it is by then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from tamp import clock
+from tamp.streams.collisions import ARM_MARGIN
+from tamp.streams.context import Context
+from tamp.streams.values import ArmPath, Configuration, Grasp
+from tamp.streams.workspace import Workspace, standing
+from tamp.world.scene import Scene
+
+RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
+ITERATIONS = 3000  # a query that OMPL has not answered by then is given up for this state
+ROOM = 0.01  # what is held keeps so far from all else where that is easy: it may slip in the fingers [m]
+EASY = 300  # iterations in which that is found, or not sought any longer
+
+
+def plan_free_motion(context: Context, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
+    """Yield a path of the empty-handed arm among the objects as they stand in `context.fluents`."""
+    # The fingers close to the narrower opening before the motion and open to the other one after it.
+    scene = Scene(poses=_poses(context), opening=min(start.opening, goal.opening))
+    yield from _paths(context, scene, start, goal)
+
+
+def plan_holding_motion(
+    context: Context, obj: str, grasp: Grasp, start: Configuration, goal: Configuration
+) -> Iterator[ArmPath]:
+    """Yield a path of the arm holding `obj` among the objects as they stand in `context.fluents`."""
+    poses = {name: T for name, T in _poses(context).items() if name != obj}
+    scene = Scene(poses=poses).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
+    yield from _paths(context, scene, start, goal, ((ROOM, EASY), (ARM_MARGIN, ITERATIONS)))
+
+
+def _poses(context: Context) -> dict[str, Any]:
+    placed = standing(context.fluents)
+    return {name: placed[name].pose.matrix for name in sorted(placed)}
+
+
+def _paths(
+    context: Context,
+    scene: Scene,
+    start: Configuration,
+    goal: Configuration,
+    efforts: Sequence[tuple[float, int]] = ((ARM_MARGIN, ITERATIONS),),
+) -> Iterator[ArmPath]:
+    """Yield the first path that one of the efforts finds: a margin of what is held [m], and iterations at most."""
+    workspace: Workspace = context.scene
+    ends = np.asarray(start.q), np.asarray(goal.q)
+    seed = int(context.rng.integers(2**31))
+    for held_margin, iterations in efforts:
+        budget = context.deadline - clock.now()
+        if budget <= 0:
+            return
+        checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=held_margin)
+        result = workspace.world.motions.plan(
+            checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK
+        )
+        if result.path is not None:
+            yield ArmPath(result.path)
+            return
+    in_the_way = [fact for fact in context.fluents if fact[1] in result.bodies]
+    context.fail(result.reason, because=in_the_way, proven=False)  # a random search that ended proves nothing

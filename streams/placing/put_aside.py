@@ -1,0 +1,191 @@
+"""Putting aside what would lie so flat, on some faces, that no hand has room beside it.
+
+Few grasps of it leave room for the hand on any other face, and on those it can only be laid. So the grasp is chosen
+together with the place: one that the object can be taken up by, whether or not it serves its goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Sequence
+from functools import partial
+from itertools import islice
+from math import dist
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp import clock
+from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
+from tamp.streams.affordances.neighbours import within
+from tamp.streams.affordances.stable_poses import amid, resting, turned
+from tamp.streams.cache import recalled
+from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.context import Context, Detached
+from tamp.streams.grasping.sampler import grasps_in_steps
+from tamp.streams.hand.clearance import hand_above_table, reach_of_hand
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics, reaches
+from tamp.streams.placing.sampler import put_aside
+from tamp.streams.pushing.slide import plan_sliding
+from tamp.streams.releasing.tilted_release import lays
+from tamp.streams.values import Grasp, Handling, Placement
+from tamp.streams.workspace import TABLE, Workspace, standing
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LOOKED_AT = 200  # grasps, or tries at one
+TAKERS = 16  # of them, by which the arm takes the object up
+FUTILE = 8  # of those, for none of which there is a place, before no more are tried
+TRIES = 3  # places for each of them in a round
+ROUNDS = 4  # through the grasps that serve
+FAMILIAR = 0.985  # cosine of the angle between two faces that count as one
+
+Serve = Callable[[Context, str, Grasp], Placement | None]
+
+
+def sample_put_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
+    """Yield (grasp that takes an object up, place on the table out of the way where it puts it down).
+
+    There it does not lie flat, so that a hand can take it up again. Grasps by which the hand meets nothing that stands
+    there by then come first.
+    """
+    if len(flat_faces(context.scene, obj)) == len(resting(context.scene, obj)):
+        context.fail(f"{obj} would lie flat on every face")
+        return
+    yield from _aside(context, obj, start, _put)
+
+
+def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
+    """Yield (grasp that takes an object up, place on the table out of the way where it lays it down flat).
+
+    Grasps by which the hand meets nothing that stands there by then come first.
+    """
+    yield from _aside(context, obj, start, _laid)
+
+
+def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[tuple[Grasp, Placement]]:
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    free, blocked = list[Grasp](), list[Grasp]()
+    reads = within(context.scene, obj, reach_of_hand(context.scene), start, context.scene.start[obj])
+    draw = partial(_taking, obj=obj, start=start, serve=serve)
+    came = 0
+    for handling in islice(recalled(context, f"takers{serve.__name__}", (obj, start), reads, draw), TAKERS):
+        if handling_hits(context.scene, handling, around):
+            blocked.append(handling.grasp)
+        else:
+            free.append(handling.grasp)
+            came += yield from _each(context, obj, [handling.grasp], serve)
+            if len(free) == FUTILE and not came:
+                return
+    hopeful = came > 0 or not free
+    for _ in range(ROUNDS):
+        if not hopeful:  # what came to nothing for every grasp will not in another round
+            return
+        hopeful = (yield from _each(context, obj, [*free, *blocked], serve)) > 0
+
+
+def _each(
+    context: Context, obj: str, grasps: Sequence[Grasp], serve: Serve
+) -> Generator[tuple[Grasp, Placement], None, int]:
+    """Yield each of the grasps for which there is a place, with it; return how many there were."""
+    count = 0
+    for grasp in grasps:
+        place = serve(context, obj, grasp)
+        if place is not None:
+            count += 1
+            yield grasp, place
+    return count
+
+
+def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[Handling | None]:
+    """One handling for each grasp by which the arm reaches an object, were nothing else on the table.
+
+    None stands for work done without one.
+    """
+    steps = grasps_in_steps(context, obj, (start,))
+    for grasp in steps if serve is _put else islice(steps, LOOKED_AT):
+        if grasp is None or (serve is _put and not _upright(context.scene, obj, grasp)):
+            yield None
+        else:
+            found = inverse_kinematics(Detached.of(context), obj, start, grasp)
+            yield next((handling for _, _, handling in found), None)
+
+
+def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+    """Of a few places where the arm can put an object down by a grasp that which is nearest to its goal."""
+    faces = _upright(context.scene, obj, grasp)
+    for place in _places(context, obj, faces, grasp):
+        if clock.now() > context.deadline:
+            return None
+        if reaches(Detached.of(context, context.deadline), obj, place, grasp):
+            return place
+    context.fail(f"no place was found where the arm can put {obj} down")
+    return None
+
+
+def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+    """Its goal, or of a few places where the arm can lay an object down by a grasp that which is nearest to it.
+
+    What lies flat on every face can be taken up again only where it is slid over the table's edge: places from which
+    that goes come first.
+    """
+    second_best = None
+    for place in (*_free_goal(context, obj), *_places(context, obj, flat_faces(context.scene, obj))):
+        if clock.now() > context.deadline:
+            break
+        if lays(Detached.of(context, context.deadline), obj, place, grasp):
+            if place == context.scene.goals.get(obj) or _taken_up_again(context, obj, place):
+                return place
+            second_best = second_best or place
+    if second_best is None:
+        context.fail(f"no place was found where the arm can lay {obj} down")
+    return second_best
+
+
+def _taken_up_again(context: Context, obj: str, place: Placement) -> bool:
+    """Whether an object that was laid down need not be slid to be gripped, or can be."""
+    if not lies_flat(context.scene, obj):
+        return True
+    return next(plan_sliding(Detached.of(context, context.deadline), obj, place), None) is not None
+
+
+def _free_goal(context: Context, obj: str) -> Iterator[Placement]:
+    """The goal of an object, if it is another place on the table than now and nothing stands there by then."""
+    workspace: Workspace = context.scene
+    goal = workspace.goals.get(obj, workspace.start[obj])
+    others = ((name, place.pose.matrix) for name, place in standing(context.bound).items() if name != obj)
+    if goal != workspace.start[obj] and goal.on == (TABLE,):
+        T = goal.pose.matrix
+        if not any(workspace.world.overlap(obj, T, name, other, tolerance=CONTACT_DEPTH) for name, other in others):
+            yield goal
+
+
+def _upright(workspace: Workspace, obj: str, grasp: Grasp) -> list[NDArray[np.float64]]:
+    """Steady orientations (3, 3) on the table in which the hand that puts the object down is clear of it."""
+    flat = flat_faces(workspace, obj)
+    faces = [R for R in resting(workspace, obj) if not _among(R, flat)]
+    return [R for R in faces if hand_above_table(workspace, amid(workspace, obj, R).pose, grasp)]
+
+
+def _among(R: NDArray[np.float64], faces: list[NDArray[np.float64]]) -> bool:
+    return any(np.array_equal(R, other) for other in faces)
+
+
+def _places(
+    context: Context, obj: str, faces: list[NDArray[np.float64]], grasp: Grasp | None = None
+) -> list[Placement]:
+    """A few places out of the way, those first where it rests as it does now or shall, then those near its goal.
+
+    What it rests on there is known to carry it; and it may have to stay near its goal.
+    """
+    workspace: Workspace = context.scene
+    known = [place.pose.matrix[2, :3] for place in workspace.placements_of(obj)]
+    familiar = [R for R in faces if any(R[2] @ up > FAMILIAR for up in known)]
+    goal, found = workspace.goals.get(obj), []
+    for choice in (familiar or faces, *[faces] * (TRIES - 1)):
+        R = choice[int(context.rng.integers(len(choice)))]
+        place = put_aside(context, obj, turned(R, context.rng.uniform(-np.pi, np.pi)), grasp)
+        if place is not None:
+            far = 0.0 if goal is None else dist(place.pose.xyz, goal.pose.xyz)
+            found.append((not _among(R, familiar), far, place))
+    return [place for _, _, place in sorted(found, key=lambda each: each[:2])]

@@ -1,0 +1,203 @@
+"""Regrasps: an object is put down in between, so that it is put to its goal by another grasp than it was taken up by.
+
+Grasps for the start and grasps for the goal are paired where the object has a face to stand on that leaves room for
+both hands. Then a place for it is sought on the table where the arm reaches it by both. What has to be turned over may
+be laid down there, unless it would roll, and what goes into something may be dropped: it falls the last bit (see
+`laying`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
+from itertools import islice, product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp import clock
+from tamp.streams.affordances.stable_poses import amid, resting, stays, turned
+from tamp.streams.affordances.tilts import layable, tilts
+from tamp.streams.context import Context, Detached
+from tamp.streams.grasping.sampler import grasps
+from tamp.streams.hand.clearance import hand_above_table
+from tamp.streams.motion.inverse_kinematics import reaches
+from tamp.streams.placing.sampler import put_aside
+from tamp.streams.releasing.tilted_release import lays
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import Workspace, standing
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+ENDS = 80  # grasps for the start, and for the goal, that are looked at
+PAIRS = 8  # of them that are tried in turn
+ROUNDS = 6  # times at most that a place in between is sought for each pair
+BLOCKED = 24  # pairs of which none takes the object up without meeting others, before these are tried
+TRIES = 12  # places in one round
+LAID_TRIES = 4  # the same where the object is laid down, which takes long to find out
+
+Regrasp = tuple[Grasp, Placement, Grasp]
+Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
+Grasps = Callable[[Context, str, Placement], Iterable[Grasp]]
+
+
+def sample_regrasp(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
+    """Yield (grasp that takes the object up, placement in between, grasp that puts it to its goal).
+
+    Each is free of collision with the table, the robot and the object, as if nothing else stood there. The placement
+    keeps away from what the plan has placed, and from every start and goal.
+    """
+    yield from _regrasps(context, obj, start, goal, _grasps_for)
+
+
+def _grasps_for(context: Context, obj: str, place: Placement) -> Iterator[Grasp]:
+    yield from grasps(context, obj, (place,))
+
+
+def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., Iterator[Regrasp]]:
+    """The same with the grasps of another sampler for `sample-grasp`."""
+
+    def sample(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
+        yield from _regrasps(context, obj, start, goal, lambda context, obj, _: sample_grasp(context, obj))
+
+    return sample
+
+
+def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
+    pairs = _free_first(context, obj, start, _pairs(context, obj, start, goal, grasps))
+    drawn: Iterable[Pair] = islice(pairs, PAIRS)
+    for _ in range(ROUNDS):
+        found, tried = False, list[Pair]()
+        for pair in drawn:
+            tried.append(pair)
+            place = _between(context, obj, *pair)
+            if place is not None:
+                found = True
+                yield pair[0], place, pair[1]
+                continue
+            context.fail(f"no place for {obj} in between that both grasps reach")
+            if clock.now() > context.deadline:
+                return
+        if not found:
+            return
+        drawn = tried
+
+
+def _free_first(context: Context, obj: str, start: Placement, pairs: Iterable[Pair]) -> Iterator[Pair]:
+    """The pairs that take an object up without meeting what the plan has standing there; those that meet it come last.
+
+    Only so many of those are looked at.
+    """
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+
+    @cache
+    def free(grasp: Grasp) -> bool:
+        return reaches(Detached.of(context), obj, start, grasp, among=around)
+
+    blocked: list[Pair] = []
+    for pair in pairs:
+        if free(pair[0]):
+            yield pair
+        else:
+            blocked.append(pair)
+        if len(blocked) == BLOCKED:
+            break
+    yield from blocked
+
+
+def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
+    """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
+
+    An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
+    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves. Else those come
+    first that put it on a face from which it does not tip over.
+    """
+    workspace: Workspace = context.scene
+    first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
+    for found, deed in ((first, "takes it up"), (second, "puts it to its goal")):
+        if not found:
+            context.fail(f"no grasp of {obj} {deed}")
+    rotations = resting(workspace, obj)
+    midst = [amid(workspace, obj, R) for R in rotations]
+    over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
+    takes = cache(lambda grasp: _takes(context, obj, start, grasp))
+    brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
+    for laid in (False, True):
+        put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
+        first.sort(key=lambda grasp: -max(put[grasp], default=0))
+        taken_over = False
+        shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(first, second)}
+        for one, other in _each_with_others(first, second, shared):
+            if clock.now() > context.deadline:
+                return
+            taken_over = True
+            if takes(one) and brings(other):
+                yield one, other, shared[one, other], laid
+        if taken_over:
+            return
+    if first and second:
+        context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
+
+
+def _shared(rotations: list[NDArray[np.float64]], one: list[int], other: list[bool]) -> list[NDArray[np.float64]]:
+    """The faces, among `rotations` (3, 3), for which both say yes."""
+    return [R for R, *both in zip(rotations, one, other, strict=True) if all(both)]
+
+
+def _each_with_others(
+    first: list[Grasp], second: list[Grasp], shared: Mapping[tuple[Grasp, Grasp], list[NDArray[np.float64]]]
+) -> Iterator[tuple[Grasp, Grasp]]:
+    """The pairs that share a face: each of the first grasps with one partner, then each with another one, and so on.
+
+    What bars one grasp from being laid down bars those like it, whatever they are paired with.
+    """
+    partners = {one: [other for other in second if shared[one, other]] for one in first}
+    for turn in range(len(second)):
+        for index, one in enumerate(first):
+            if turn < len(partners[one]):
+                yield one, partners[one][(index + turn) % len(partners[one])]
+
+
+def _takes(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
+    return reaches(Detached.of(context), obj, place, grasp)
+
+
+def _brings(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
+    return _takes(context, obj, place, grasp) or lays(Detached.of(context), obj, place, grasp)
+
+
+def _ways_down(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> int:
+    """How many ways there are to put an object down, or else to lay it down, with the hand clear of the table.
+
+    To put it where it is sure to stay counts twice.
+    """
+    sure = _stays(workspace, obj, place.pose.matrix[:3, :3])
+    if not laid:
+        return (1 + sure) * hand_above_table(workspace, place.pose, grasp)
+    able = layable(workspace, obj, place) and sure
+    tilted = tilts(workspace, obj, place) if able else ()
+    return sum(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
+
+
+def _stays(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> bool:
+    """Whether an object that is let go of, turned by R (3, 3), is sure to stay so, even if it slipped in the hand."""
+    return workspace.cache.value(("stays", obj, R.tobytes()), lambda: stays(workspace.world.geometries[obj], R))
+
+
+def _between(
+    context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
+) -> Placement | None:
+    """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
+    faces = [R for R in faces if _stays(context.scene, obj, R)] or faces
+    for _ in range(LAID_TRIES if laid else TRIES):
+        if clock.now() > context.deadline:
+            return None
+        angle = context.rng.uniform(-np.pi, np.pi)
+        face = faces[context.rng.integers(len(faces))]
+        place = put_aside(context, obj, turned(face, angle))
+        if place is not None and _takes(context, obj, place, other):
+            brought = lays(Detached.of(context), obj, place, one) if laid else _takes(context, obj, place, one)
+            if brought:
+                return place
+    return None

@@ -1,0 +1,68 @@
+"""Grasps of what was pushed to where a hand can take it: over the table's edge, or onto another face."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping
+from itertools import islice
+
+from tamp.streams.affordances.neighbours import upon_carriers
+from tamp.streams.context import Context
+from tamp.streams.grasping.sampler import grasps, grasps_in_steps
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.pushing.push_motion import push_hits
+from tamp.streams.values import Configuration, Grasp, Placement, Slide
+from tamp.streams.workspace import Workspace, standing
+
+GRASPS, PATIENCE = 6, 60  # tried at the end of a way, and steps of the search for them after which it is given up
+
+Offer = tuple[Placement, Configuration, Configuration, Slide]
+
+
+def sample_exposed_grasp(context: Context, obj: str, placement: Placement) -> Iterator[Grasp]:
+    """Yield grasps of an object where it was pushed to, best first: those that also serve its goal."""
+    yield from grasps(context, obj, _places(context, obj, placement))
+
+
+def grippable(context: Context, obj: str, placement: Placement) -> Generator[None, None, bool]:
+    """Whether the arm can take an object where it was pushed to by one of its best grasps."""
+    tried = 0
+    for grasp in islice(grasps_in_steps(context, obj, _places(context, obj, placement)), PATIENCE):
+        if grasp is None:
+            yield None
+        elif next(inverse_kinematics(context, obj, placement, grasp), None) is not None:
+            return True
+        elif (tried := tried + 1) == GRASPS:
+            break
+    return False
+
+
+def free_first(context: Context, obj: str, found: Iterator[Slide]) -> Iterator[Offer]:
+    """Yield (placement, first configuration, last configuration, slide) for each of some slides of an object.
+
+    Those that are free of what the plan has standing there come first; the others may serve when that has moved.
+    """
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+    blocked = []
+    for slide in found:
+        if push_hits(context.scene, slide, around) is None:
+            yield offer(slide)
+        else:
+            blocked.append(offer(slide))
+    yield from blocked
+
+
+def offer(slide: Slide) -> Offer:
+    """A slide with where it ends and the configurations that it begins and ends at."""
+    before = Configuration(tuple(slide.approach[0].tolist()), slide.opening)
+    return slide.end, before, Configuration(tuple(slide.retreat[-1].tolist()), slide.opening), slide
+
+
+def table_alone(workspace: Workspace, obj: str) -> Workspace:
+    """The part of a workspace that decides whether a push is any good: the object, and what its goal rests on."""
+    return upon_carriers(workspace, obj, *workspace.placements_of(obj))
+
+
+def _places(context: Context, obj: str, placement: Placement) -> tuple[Placement, ...]:
+    """Where grasps of an object that was pushed to a placement shall serve: there, and at its goal if it has one."""
+    goals: Mapping[str, Placement] = context.scene.goals
+    return (placement, goals[obj]) if obj in goals else (placement,)

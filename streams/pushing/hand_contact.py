@@ -1,0 +1,156 @@
+"""Where the hand touches what it pushes: behind the object, by its fingertips or its side, with room for it there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.slide_path import Way
+from tamp.streams.collisions import ARM_MARGIN
+from tamp.streams.hand.finger_closing import felt
+from tamp.streams.hand.hand_boxes import hand_boxes
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.world.scene import Scene
+from tamp.world.transforms import moved
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.robot.hand import FreeHand
+
+    Array = NDArray[np.float64]
+
+ABOVE_TABLE = 0.008  # of the fingertips while they push [m]
+BELOW_TOP = 0.003  # of the object: the palm stays this far above what the fingers push [m]
+FINGERTIP = 0.016  # each finger touches the side that is pushed over at least this width [m]
+TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
+FARTHEST, HALVINGS = 0.15, 14  # of the search for that place behind the object [m]
+STEP = 0.02  # between two places of a pushed object that are looked at [m]
+
+
+def hands_at(
+    workspace: Workspace, obj: str, placement: Placement, way: Way, slim: bool
+) -> Iterator[tuple[Array, float]]:
+    """Yield the two tools, (4, 4), whose fingers nearly touch the side that a way pushes, and their openings [m].
+
+    The hand is turned one way or the other. It is as wide as it can be, with both fingers at that side, or slim: it is
+    closed, and the flat back of one finger is there.
+    """
+    wide = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, workspace.world.robot.spec.gripper.stroke))
+    across = np.array([-way.behind[1], way.behind[0]])
+    for beside in (across, -across) if slim else (way.behind, -way.behind):
+        opening = 0.0 if slim else wide
+        yield _touching(workspace, obj, placement, way, opening, beside), opening
+
+
+def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:
+    """Whether some others are in the way of an object, or of every hand that pushes it along; the arm is left out."""
+    poses = {name: place.pose.matrix for name, place in others.items()}
+    shift = np.append(way.shift, 0.0)
+    shifts = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))[:, None] * shift
+    for name, T in poses.items():
+        along = (moved(placement.pose.matrix, each) for each in shifts)
+        if any(workspace.world.overlap(obj, at, name, T, tolerance=-ARM_MARGIN) for at in along):
+            return True
+    among = workspace.world.free_hand(Scene(poses), ARM_MARGIN)
+    hands = chain.from_iterable(hands_at(workspace, obj, placement, way, slim) for slim in (False, True))
+    return all(any(among.hit(moved(T, each), opening) for each in shifts) for T, opening in hands)
+
+
+def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, beside: Array) -> Array:
+    """The tool, shape (4, 4), where its upright fingers nearly touch the side of the object that is pushed.
+
+    The line of the push through the centre of mass passes midway between the fingers, which close across `beside` (2,).
+    """
+    T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
+    fingers = boxes.side != 0.0
+    tip, root = boxes.upper[fingers, 2].max(), boxes.upper[~fingers, 2].max()
+    top = float(workspace.bounds(obj, placement.pose)[1][2])
+    tool = upright(workspace, beside)
+    tool[:2, 3] = way.touch
+    tool[2, 3] = max(ABOVE_TABLE + tip, top + BELOW_TOP + root)
+    scene, near, clear = Scene({obj: T}), 0.0, FARTHEST
+    back = np.append(way.behind, 0.0)
+    for _ in range(HALVINGS):
+        middle = (near + clear) / 2
+        if workspace.world.hand_contact(moved(tool, middle * back), opening, scene, margin=TOUCHING) == obj:
+            near = middle
+        else:
+            clear = middle
+    return moved(tool, clear * back)
+
+
+def upright(workspace: Workspace, beside: Array) -> Array:
+    """A tool at the origin, shape (4, 4), that points down, its closing axis level and across `beside` (2,)."""
+    closing, down = np.array(workspace.world.robot.spec.gripper.axis), np.array([0.0, 0.0, -1.0])
+    basis = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]], axis=1)
+    level = np.append(beside, 0.0)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([level, np.cross(down, level), down], axis=1) @ basis.T
+    return T
+
+
+OPENINGS = (0.0, 0.5, 1.0)  # of fingers of which one pushes, as shares of the stroke
+FARTHEST_FINGERTIP, FINGERTIP_HALVINGS = 0.09, 14  # of the search for where the hand touches the object from behind [m]
+FINGER = 0.008  # half of a fingertip's width [m]
+ASTRAY = 0.3  # angle between a nudge and the line from the touch to the centre of mass [rad]
+
+
+def hands_behind(
+    workspace: Workspace, obj: str, placement: Placement, ahead: Array, heights: Array
+) -> Iterator[tuple[Array, float]]:
+    """Yield upright tools, (4, 4), and openings [m] with which fingertips touch an object from behind.
+
+    Args:
+        workspace: where it is.
+        obj: the object.
+        placement: where it lies.
+        ahead: unit vector in which it shall be pushed, level, (3,).
+        heights: of the fingertips in the world, the best first [m].
+    """
+    aside, stroke = np.array([-ahead[1], ahead[0], 0.0]), workspace.world.robot.spec.gripper.stroke
+    own = workspace.world.free_hand(Scene({obj: placement.pose.matrix}), TOUCHING, ignore=(TABLE,))
+    center = (placement.pose.matrix @ np.append(workspace.world.geometries[obj].center_of_mass, 1.0))[:3]
+    boxes = hand_boxes(workspace.world.robot)
+    tip = float(boxes.upper[boxes.side != 0.0, 2].max())
+    for height in heights:
+        for beside, shares in ((ahead, (0.0,)), (-ahead, (0.0,)), (aside, OPENINGS), (-aside, OPENINGS)):
+            # Of fingers that close along the way the one behind pushes, of those that close across it both do.
+            width = FINGER if shares is OPENINGS else 2 * FINGER
+            if not _presses_straight(workspace, obj, placement, center, ahead, (width, float(height))):
+                continue
+            for opening in (share * stroke for share in shares):
+                tool = upright(workspace, beside[:2])
+                tool[:3, 3] = (*center[:2], height + tip)
+                T = _fingertips_touching(own, moved(tool, opening / 2 * ahead), opening, -ahead)
+                if T is not None:
+                    yield T, opening
+
+
+def _fingertips_touching(own: FreeHand, tool: Array, opening: float, back: Array) -> Array | None:
+    """The tool drawn back until the hand just touches the object that it is in; None where it is not or stays."""
+    if not own.hit(tool, opening) or own.hit(moved(tool, FARTHEST_FINGERTIP * back), opening):
+        return None
+    near, clear = 0.0, FARTHEST_FINGERTIP
+    for _ in range(FINGERTIP_HALVINGS):
+        middle = (near + clear) / 2
+        near, clear = (middle, clear) if own.hit(moved(tool, middle * back), opening) else (near, middle)
+    return moved(tool, clear * back)
+
+
+def _presses_straight(
+    workspace: Workspace, obj: str, placement: Placement, center: Array, ahead: Array, finger: tuple[float, float]
+) -> bool:
+    """Whether a flat finger that reaches so far to both sides and down to a height [m] touches behind the centre."""
+    T = placement.pose.matrix
+    points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
+    aside = (points - center) @ [-ahead[1], ahead[0], 0.0]
+    touched = np.flatnonzero((np.abs(aside) < finger[0]) & (points[:, 2] > finger[1]))
+    if not len(touched):
+        return False
+    first = touched[((points - center) @ ahead)[touched].argmin()]
+    return bool(abs(aside[first]) < np.tan(ASTRAY) * -((points[first] - center) @ ahead))

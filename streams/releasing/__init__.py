@@ -1,0 +1,4 @@
+"""Letting go before the end: tilted releases and drops, and what the object does until it lies.
+
+May import tamp.world, tamp.task, and what grasping may, and grasping.
+"""

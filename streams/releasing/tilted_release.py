@@ -1,0 +1,115 @@
+"""Tilted release: an object that the hand cannot bring all the way is let go, and falls what is left of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from tamp import clock
+from tamp.streams.affordances.falls import drops
+from tamp.streams.affordances.neighbours import carriers, standing_around
+from tamp.streams.affordances.stable_poses import midtable, moved
+from tamp.streams.affordances.tilts import layable, tilts
+from tamp.streams.context import Context
+from tamp.streams.hand.clearance import hand_hits, opening_for
+from tamp.streams.motion.inverse_kinematics import handlings, reaches
+from tamp.streams.releasing.edge_contact import aimed, dragged, held_up
+from tamp.streams.values import Configuration, Grasp, Handling, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+from tamp.world.scene import Scene
+
+TRIED = 3  # falls from the least to the farthest that tell whether an object can be laid down at all
+ON_EDGE = 0.004  # the edge is at most this far above what it is set on [m]
+
+
+def plan_laying(
+    context: Context, obj: str, placement: Placement, grasp: Grasp
+) -> Iterator[tuple[Configuration, Configuration, Handling]]:
+    """Yield (approach configuration, lift configuration, handling) that let an object fall to a placement.
+
+    Read as those of `inverse_kinematics`: the handling ends where the object is let go.
+    """
+    for fall in _falls(context, obj, placement, grasp):
+        if clock.now() > context.deadline:
+            return
+        yield from handlings(context, obj, placement, grasp, fall)
+
+
+def plan_bringing(
+    context: Context, obj: str, placement: Placement, grasp: Grasp
+) -> Iterator[tuple[Configuration, Configuration, Handling]]:
+    """Yield (approach configuration, lift configuration, handling) that put an object down, then those that lay it."""
+    yield from handlings(context, obj, placement, grasp)
+    yield from plan_laying(context, obj, placement, grasp)
+
+
+def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool:
+    """Whether an object can be let fall to a placement, were nothing else on the table than what carries it there."""
+    falls = _falls(context, obj, placement, grasp, TRIED)
+    return any(reaches(context, obj, placement, grasp, fall) for fall in falls)
+
+
+def _falls(
+    context: Context, obj: str, placement: Placement, grasp: Grasp, most: int | None = None
+) -> Iterator[tuple[Pose, ...]]:
+    """Ways to fall to a placement that leave room for the hand that lets go; a reason is told where there are none.
+
+    At most so many are taken, from the least to the farthest.
+    """
+    workspace: Workspace = context.scene
+    on_table = placement.on == (TABLE,)
+    at = midtable(workspace, placement) if on_table else placement
+    found, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
+    if not found:
+        context.fail(reason)
+    for fall in found[:: -(-len(found) // most) if most and found else 1]:
+        yield moved(fall, placement) if on_table else fall
+
+
+def _roomy(
+    workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, able: bool
+) -> tuple[list[tuple[Pose, ...]], str]:
+    """The same, and why there are none; `able` says whether the object may be laid down there at all.
+
+    The hand must not drag the object along either as it draws back; what lies in something is kept there by its walls.
+    """
+
+    def found() -> tuple[list[tuple[Pose, ...]], str]:
+        straight = drops(workspace, obj, placement)
+        ways = [*straight, *(_over_edges(workspace, obj, placement) if able else ())]
+        roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
+        left = roomy if straight else [fall for fall in roomy if not dragged(workspace, obj, placement, grasp, fall[0])]
+        reason = f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
+        return left, f"the hand would drag {obj} along as it draws back" if roomy else reason
+
+    below = carriers(workspace, obj, placement)
+    return workspace.cache.value(("falls", obj, placement, grasp, able, *below.items()), found)
+
+
+def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[tuple[Pose, ...], ...]:
+    """Ways to fall flat from an edge that is set on what the object is to lie on, the least tilted first."""
+    around = standing_around(workspace, obj, placement)
+    below = {name: around[name] for name in placement.on if name in around}
+
+    def kept() -> tuple[tuple[Pose, ...], ...]:
+        found = tilts(workspace, obj, placement) if below or TABLE in placement.on else ()
+        falls = (aimed(workspace, obj, placement, tilt.fall) for tilt in found)
+        return tuple(fall for fall in falls if TABLE in placement.on or _on_edge(workspace, obj, fall, below))
+
+    return workspace.cache.value(("over edges", obj, placement, *below.items()), kept)
+
+
+def _on_edge(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
+    """Whether the object as it is let go touches what it is to lie on, and may turn about its edge there."""
+    return any(
+        workspace.world.separation(obj, fall[0].matrix, name, place.pose.matrix) < ON_EDGE
+        for name, place in below.items()
+    ) and not held_up(workspace, obj, fall, below)
+
+
+def _room(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, let_go: Pose) -> bool:
+    """Whether the open hand is clear of the table and of what the object is to lie on or in."""
+    below = carriers(workspace, obj, placement)
+    supports = Scene(poses={name: place.pose.matrix for name, place in below.items()})
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    return not hand_hits(workspace, let_go.matrix @ grasp.T_object_tool.matrix, opening, supports)

@@ -1,0 +1,5 @@
+"""`python -m tamp`."""
+
+from tamp.cli.command_line import run
+
+run()

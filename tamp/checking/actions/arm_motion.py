@@ -1,0 +1,203 @@
+"""Checks of one arm motion: continuity, limits, what it says it holds, collisions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, standing, touches
+from tamp.checking.robot.trajectory_limits import malformed, violations
+from tamp.checking.scene import ROBOT, TABLE, Scene, State
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Attachment, Move
+
+    Array = NDArray[np.float64]
+    Report = Callable[..., None]
+
+EMPTY = ("transit", "approach", "retreat", "push")
+HOLDING = ("transfer", "lift", "lower")
+FREE = ("transit", "transfer")
+MAX_LOOKS = 100_000
+TOO_WILD = "the {} motion is too wild or too long to be judged"
+
+
+def check_move(
+    scene: Scene, state: State, move: Move, allow: Tolerances, report: Report, seen: Looks | None = None
+) -> None:
+    """Judge a motion and bring the state to its end.
+
+    Args:
+        scene: the world.
+        state: what is where; changed.
+        move: the motion.
+        allow: tolerances.
+        report: called as report(kind, sentence, bodies=(), depth=0.0, after=seconds into the motion).
+        seen: the motion as `look` sees it, where it was looked at already.
+    """
+    spec = scene.links.tree.spec
+    if (reason := malformed(move.trajectory, spec)) is not None:
+        report("limits", f"the {move.phase} motion is no trajectory: {reason}")
+        return
+    if not -1e-9 <= move.opening <= spec.gripper.stroke + 1e-6:
+        stroke = f"the gripper's stroke of 0 to {spec.gripper.stroke} m"
+        report("limits", f"an opening of {move.opening:.4f} m is outside {stroke}")
+        move = replace(move, opening=spec.gripper.stroke)
+    _check_phase(state, move, report)
+    _check_joined(state, move, spec.joints, allow, report)
+    _check_fingers(scene, state, move, allow, report)
+    for time, sentence in violations(move.trajectory, spec, allow):
+        report("limits", sentence, after=time)
+    found = seen or look(scene, move, state.held or move.pushed, allow.step)
+    if found is None:
+        report("limits", TOO_WILD.format(move.phase))
+    for time, touch in () if found is None else collisions(scene, state, move, found, allow):
+        report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=time)
+    state.q = move.trajectory.positions[-1]
+    state.opening = move.opening
+    state.time += move.trajectory.duration
+    _carry(scene, state)
+
+
+def sentence_of(touch: Touch) -> str:
+    """A touch in words."""
+    return f"{touch.bodies[1]} and {touch.bodies[0]} interpenetrate by {1000 * touch.depth:.1f} mm"
+
+
+def _carry(scene: Scene, state: State) -> None:
+    """Move the held object to where the tool now is."""
+    if state.held is not None:
+        T_world_tool = scene.links.tree.tool(state.q[None])[0]
+        state.poses[state.held.object] = T_world_tool @ state.held.T_tool_object.matrix
+
+
+def _check_phase(state: State, move: Move, report: Report) -> None:
+    if move.phase not in (*EMPTY, *HOLDING):
+        report("continuity", f"unknown phase {move.phase!r}; valid are {', '.join((*EMPTY, *HOLDING))}")
+    claimed = None if move.held is None else move.held.object
+    actual = None if state.held is None else state.held.object
+    if claimed != actual:
+        report(
+            "continuity",
+            f"the {move.phase} motion claims to hold {claimed or 'nothing'}, the gripper holds {actual or 'nothing'}",
+            bodies=tuple(name for name in (claimed, actual) if name),
+        )
+    elif move.held is not None and move.held != state.held:
+        report("continuity", f"{claimed} changes its place in the gripper while held", bodies=(str(claimed),))
+    if move.phase in (EMPTY if actual else HOLDING):
+        report("continuity", f"a {move.phase} motion while the gripper holds {actual or 'nothing'}")
+    if (move.phase == "push") != (move.pushed is not None):
+        report("continuity", f"a {move.phase} motion that pushes {move.pushed.object if move.pushed else 'nothing'}")
+
+
+def _check_joined(state: State, move: Move, joints: tuple[str, ...], allow: Tolerances, report: Report) -> None:
+    jump = np.abs(move.trajectory.positions[0] - state.q)
+    if jump.max() > allow.joint:
+        name = joints[int(jump.argmax())]
+        report("continuity", f"the {move.phase} motion starts {jump.max():.4f} rad from where {name} is")
+
+
+def _check_fingers(scene: Scene, state: State, move: Move, allow: Tolerances, report: Report) -> None:
+    """The fingers keep their opening; an empty gripper may change it where nothing is in their way."""
+    before = move.opening if state.opening is None else state.opening
+    if abs(before - move.opening) <= 1e-6:
+        return
+    if state.held is not None:
+        report("continuity", f"the fingers move from {before:.4f} m to {move.opening:.4f} m while holding")
+        return
+    for touch in finger_touches(scene, state, before, move.opening, {}, allow):
+        report("collision", f"the fingers change their opening: {sentence_of(touch)}", touch.bodies, touch.depth)
+
+
+def finger_touches(
+    scene: Scene, state: State, before: float, after: float, near: dict[str, float], allow: Tolerances
+) -> list[Touch]:
+    """What the fingers touch while they change their opening and the arm stands still.
+
+    `near` gives the penetration [m] allowed for certain objects; all others get the numerical tolerance.
+    """
+    count = max(2, int(np.ceil(abs(after - before) / 2 / allow.step)) + 1)
+    openings = np.linspace(before, after, count)
+    fingers = {s.name: s for s in scene.links.solids if s.name in scene.links.gripper}
+    T = {name: [] for name in fingers}  # type: dict[str, list[Array]]
+    for opening in openings:
+        placed = scene.links.tree.forward(state.q[None], float(opening))
+        for name in fingers:
+            T[name].append(placed[name][0])
+    movers = [Mover(solid, np.array(T[name])) for name, solid in fingers.items()]
+    others = standing(scene.solids, state.standing(scene))
+    return touches((o, m, near.get(o.solid.name, allow.collision)) for o in others for m in movers)
+
+
+def look(scene: Scene, move: Move, carried: Attachment | None, step: float) -> Looks | None:
+    """A motion, looked at so often that nothing moves by more than `step` [m] in between; None where that is too often.
+
+    What moves are the links, and `carried` after them, which is at rest in the tool frame.
+    """
+    links = scene.links
+    reach = links.reach
+    if carried is not None:
+        reach = links.reach_with(scene.solids[carried.object], carried.T_tool_object.matrix)
+
+    def movers(q: Array) -> list[Mover]:
+        placed = links.tree.forward(q, move.opening)
+        moving = [Mover(solid, placed[solid.name]) for solid in links.solids]
+        if carried is not None:
+            T_world_tool = placed[links.tree.spec.tool_parent] @ links.tree.spec.T_parent_tool.matrix
+            moving.append(Mover(scene.solids[carried.object], T_world_tool @ carried.T_tool_object.matrix))
+        return moving
+
+    return looks(move.trajectory, movers, step, reach, MAX_LOOKS)
+
+
+def collisions(
+    scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances
+) -> Iterator[tuple[float, Touch]]:
+    """Time [s] within the motion and bodies of everything that touches and must not, as seen at certain looks."""
+    carried = state.held or move.pushed
+    moving = {body.solid.name: body for body in found.bodies[: len(scene.links.solids)]}
+    taken = found.bodies[-1] if carried is not None else None
+    others = standing(
+        scene.solids, {o: T for o, T in state.standing(scene).items() if carried is None or o != carried.object}
+    )
+    for touch in touches(_pairs(scene, move, moving, taken, others, allow), found.swing):
+        yield float(found.times[touch.sample]), touch
+
+
+def _pairs(
+    scene: Scene, move: Move, moving: dict[str, Mover], taken: Mover | None, others: list[Mover], allow: Tolerances
+) -> Iterator[tuple[Mover, Mover, float]]:
+    robot = scene.links
+    for other in others:
+        for solid in robot.solids:
+            if other.solid.name != TABLE or solid.name not in robot.fixed:
+                within = _allowed(move, ROBOT, other.solid.name, solid.name in robot.gripper, allow)
+                yield other, moving[solid.name], within
+        if taken is not None:
+            yield other, taken, _allowed(move, taken.solid.name, other.solid.name, False, allow)
+    for a, b in robot.pairs:
+        yield moving[a.name], moving[b.name], allow.collision
+    if taken is not None:
+        for solid in robot.solids:
+            yield moving[solid.name], taken, allow.contact if solid.name in robot.gripper else allow.collision
+
+
+def _allowed(move: Move, body: str, other: str, is_gripper: bool, allow: Tolerances) -> float:
+    """Depth to which the robot, or what it carries, may enter another body during a motion.
+
+    A motion's word counts only where a contact makes sense: never on a free motion, and of the robot only for the
+    gripper, and not with the table.
+    """
+    claimed = (body, other) in move.contacts or (other, body) in move.contacts
+    if not claimed or move.phase in FREE:
+        return allow.collision
+    if body == ROBOT and (not is_gripper or other == TABLE):
+        return allow.collision
+    return allow.contact

@@ -1,0 +1,109 @@
+"""Rules of what a hand does that carries: pick, move, place, and lay, which lets go of what then falls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from tamp.checking.actions.rule import carry_out, has_steps, needs_empty_hand, needs_in_hand, stands_on
+from tamp.checking.geometry.pad_region import between_pads
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.support import carriers
+from tamp.checking.scene import TABLE
+from tamp.task.plan import Fall, Move, Release
+
+if TYPE_CHECKING:
+    from tamp.checking.replay import Replay
+    from tamp.task.plan import Action
+
+
+@dataclass(frozen=True)
+class Transport:
+    """The arm moves without touching anything, its hand empty or with the object that the action names."""
+
+    def check(self, replay: Replay, action: Action) -> None:
+        """Judge the motion."""
+        if has_steps(replay, action):
+            if action.arguments:
+                needs_in_hand(replay, action.arguments[0])
+            for step in action.steps:
+                carry_out(replay, step)
+
+
+@dataclass(frozen=True)
+class Pick:
+    """The hand closes on an object and lifts it off what the action names.
+
+    Attributes:
+        from_table: whether the table must be among that.
+    """
+
+    from_table: bool
+
+    def check(self, replay: Replay, action: Action) -> None:
+        """Judge grip and lift; afterwards the object is held."""
+        if not has_steps(replay, action, "grip"):
+            return
+        if needs_empty_hand(replay, action) and action.arguments:
+            self._check_place(replay, *action.arguments)
+        for step in action.steps:
+            carry_out(replay, step)
+
+    def _check_place(self, replay: Replay, name: str, *named: str) -> None:
+        if name not in replay.state.poses:
+            return
+        under = carriers(replay.scene, replay.state, name, replay.allow).bodies
+        if self.from_table and under and TABLE not in under:
+            replay.report("precondition", f"{name} stands on {', '.join(under)}, not on the table", (name, *under))
+        stands_on(replay, name, named)
+
+
+@dataclass(frozen=True)
+class Place:
+    """The hand lets go of what it holds, which stands on what the action names.
+
+    Attributes:
+        falls: whether the object falls over, or down, when it is let go.
+    """
+
+    falls: bool = False
+
+    def check(self, replay: Replay, action: Action) -> None:
+        """Judge release and fall; afterwards the hand is empty and away."""
+        if not has_steps(replay, action, "release", *(("drop",) if self.falls else ())):
+            return
+        name = action.arguments[0] if action.arguments else ""
+        if name in replay.state.poses:
+            needs_in_hand(replay, name)
+        falling = next((step.object for step in action.steps if isinstance(step, Fall)), "")
+        if falling:
+            _check_prompt(replay, action)
+        for step in action.steps:
+            carry_out(replay, step, falls=falling)
+        if name in replay.state.poses and replay.state.held is None:
+            stands_on(replay, name, action.arguments[1:])
+            _check_clear(replay, name)
+
+
+def _check_prompt(replay: Replay, action: Action) -> None:
+    """What is let go falls at once, or as the fingers that it leans on leave: nothing else comes in between."""
+    steps = [step for step in action.steps if not isinstance(step, Move) or step.phase != "retreat"]
+    if not any(isinstance(a, Release) and isinstance(b, Fall) for a, b in pairwise(steps)):
+        replay.report("fall", "what is let go falls at once, not after other motions")
+    waited = 0.0
+    for before, step in pairwise(action.steps):
+        waited = 0.0 if isinstance(before, Release) else waited
+        if isinstance(step, Move):
+            waited += step.trajectory.duration
+        if isinstance(step, Fall) and waited > replay.allow.leaving:
+            replay.report("fall", f"what is let go falls at once, not {waited:.1f} s later")
+
+
+def _check_clear(replay: Replay, name: str) -> None:
+    """After letting go, the gripper has left: the object is no longer between the pads."""
+    tree = replay.scene.links.tree
+    T_tool_object = inverse(tree.tool(replay.state.q[None])[0]) @ replay.state.poses[name]
+    gripper = tree.spec.gripper
+    if between_pads(replay.scene.solids[name], T_tool_object, gripper, gripper.stroke) is not None:
+        replay.report("release", f"the gripper does not retreat from {name}", (name,))

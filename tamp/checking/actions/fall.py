@@ -1,0 +1,136 @@
+"""Check of a fall: what is let go on one edge turns over it and lands flat, what is let go in the air falls straight.
+
+Neither meets anything on its way, and both rest where they land.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.actions.grip_and_release import check_rest, check_strayed
+from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.physics.support import carriers
+from tamp.checking.robot.sweep import Mover, standing, touches, travelled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Fall
+
+    Array = NDArray[np.float64]
+
+STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
+
+
+def check_fall(
+    scene: Scene, state: State, fall: Fall, allow: Tolerances, report: Report, *, toppled: bool = False
+) -> None:
+    """Judge the fall of what was let go or toppled; afterwards the object lies where the step says."""
+    name, before, after = fall.object, state.poses[fall.object], fall.pose.matrix
+    if state.held is not None and state.held.object == name:
+        report("precondition", f"{name} cannot fall while the gripper holds it", bodies=(name,))
+        return
+    straight = _turn(before, after)[1] < STRAIGHT
+    farthest = allow.topple if toppled else allow.tilt
+    turning = _not_turning(scene, state, name, after, farthest, allow)
+    for sentence in _not_dropping(name, before, after, allow) if straight else turning:
+        report("fall", sentence, bodies=(name,))
+    if straight:
+        check_strayed(scene, state, name, before, after, allow, report)
+    path = _turned(before, after)
+    while travelled(scene.solids[name], path).max(initial=0.0) > allow.step:
+        path = _turned(before, after, 2 * len(path))
+    body = Mover(scene.solids[name], path)
+    others = [mover for mover in standing(scene.solids, state.standing(scene)) if mover.solid.name != name]
+    for touch in touches((other, body, allow.contact) for other in others):
+        sentence = f"{name} falls {1000 * touch.depth:.1f} mm into {touch.bodies[0]}"
+        report("fall", sentence, bodies=touch.bodies, depth=touch.depth)
+    placed = scene.links.tree.forward(state.q[None], state.opening or 0.0)
+    for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
+        report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
+    state.poses[name] = after
+    check_rest(scene, state, name, allow, report)
+
+
+def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:
+    """Why an object would not get from where it was let go to where it is said to come to rest by falling straight."""
+    way = after[:3, 3] - before[:3, 3]
+    aside = float(np.linalg.norm(way[:2]))
+    if aside > allow.grasp:
+        yield f"{name} is said to move {1000 * aside:.0f} mm aside while it falls"
+    if way[2] > 0.0:
+        yield f"{name} is said to fall {1000 * way[2]:.0f} mm upwards"
+    if -way[2] > allow.fall:
+        yield f"{name} falls {1000 * -way[2]:.0f} mm: nobody knows where it comes to rest"
+
+
+def _not_turning(
+    scene: Scene, state: State, name: str, after: Array, farthest: float, allow: Tolerances
+) -> Iterator[str]:
+    """Why an object would not get from where it was let go to where it is said to come to rest by falling alone."""
+    before = state.poses[name]
+    axis, angle = _turn(before, after)
+    if angle > farthest:
+        yield f"{name} cannot fall flat by a turn of {np.degrees(angle):.0f} degrees"
+        return
+    if abs(axis[2]) > np.sin(allow.level):
+        yield f"{name} is said to turn sideways while it falls"
+    points = carriers(scene, state, name, allow).points
+    if not points:
+        yield f"{name} is let go in the air: no edge of it stands on anything"
+        return
+    edge = np.concatenate(list(points.values()))
+    lever = scene.center_of_mass(name, before)[:2] - edge[:, :2]
+    torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
+    if torque < allow.balance:
+        yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
+    # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
+    center = scene.center_of_mass(name, before)
+    slid = min(_slid(on, after @ inverse(before), center) for on in points.values())
+    if slid > allow.skid:
+        yield f"{name} is said to slide {1000 * slid:.0f} mm farther than it can while it falls"
+
+
+def _slid(points: Array, T: Array, center: Array) -> float:
+    """How much farther aside the fastest point of an edge, shape (n, 3), goes where T takes a body than it may [m].
+
+    Where friction holds it, it stays, and the turn takes the centre of mass (3,) aside. On ice that falls straight
+    down, and the edge slides as far to the other side. All else is between.
+    """
+    edge, middle = ((each @ T[:3, :3].T + T[:3, 3] - each)[..., :2] for each in (points, center))
+    turned = middle - edge
+    share = -(edge * turned).sum(axis=1) / np.maximum((turned**2).sum(axis=1), 1e-12)
+    return float(np.linalg.norm(edge + np.clip(share, 0.0, 1.0)[:, None] * turned, axis=1).max())
+
+
+def _turn(before: Array, after: Array) -> tuple[Array, float]:
+    """Axis, a unit vector in the world, and angle of the turn between two poses [rad]."""
+    R = after[:3, :3] @ before[:3, :3].T
+    skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    sine = float(np.linalg.norm(skew))
+    return skew / max(sine, 1e-12), float(np.arctan2(sine, (np.trace(R) - 1) / 2))
+
+
+def _turned(before: Array, after: Array, count: int = 8) -> Array:
+    """`count` poses, shape (count, 4, 4), between two: the turn about a fixed axis that takes one to the other."""
+    axis, angle = _turn(before, after)
+    if angle < STRAIGHT:
+        straight = np.tile(after, (count, 1, 1))
+        straight[:, :3, 3] = np.linspace(before[:3, 3], after[:3, 3], count)
+        return straight
+    # The point that stays where it is, in the plane across the axis; what is left is a shift along the axis.
+    shift = after[:3, 3] - rotation(axis, angle) @ before[:3, 3]
+    along = axis * (axis @ shift)
+    center = np.linalg.lstsq(np.eye(3) - rotation(axis, angle), shift - along, rcond=None)[0]
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    for k, share in enumerate(np.linspace(0.0, 1.0, count)):
+        poses[k, :3, :3] = rotation(axis, share * angle) @ before[:3, :3]
+        poses[k, :3, 3] = center + rotation(axis, share * angle) @ (before[:3, 3] - center) + share * along
+    return poses

@@ -1,0 +1,182 @@
+"""Checks of the two moments that change hands: the grip and the release."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.actions.arm_motion import finger_touches, sentence_of
+from tamp.checking.geometry.pad_region import between_pads
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.stacks import stack_of, upset
+from tamp.checking.physics.support import balanced, carriers, overlaps, slumps, unrest
+from tamp.checking.scene import Scene, State
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Grip, Release
+
+    Array = NDArray[np.float64]
+
+
+def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report: Report) -> None:
+    """Judge the closing of the fingers; afterwards the object is held."""
+    name = grip.attachment.object
+    if state.held is not None:
+        report("precondition", f"grips {name} while holding {state.held.object}", bodies=(name, state.held.object))
+        return
+    gripper = scene.links.tree.spec.gripper
+    opening = gripper.stroke if state.opening is None else state.opening
+    T_world_tool = scene.links.tree.tool(state.q[None])[0]
+    T_tool_object = inverse(T_world_tool) @ state.poses[name]
+    check_attachment(scene, name, T_tool_object, grip.attachment.T_tool_object.matrix, allow, report)
+    if not 0.0 <= grip.width <= gripper.stroke:
+        report("grasp", f"a width of {grip.width:.4f} m is outside the stroke of {gripper.stroke} m", bodies=(name,))
+    elif grip.width > opening + 1e-6:
+        report("grasp", f"the fingers are {opening:.4f} m apart and cannot close to {grip.width:.4f} m", bodies=(name,))
+    else:
+        _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report)
+        for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
+            report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
+    check_uncovered(scene, state, name, allow, report)
+    gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
+    check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
+    state.held = grip.attachment
+    state.opening = grip.width if 0.0 <= grip.width <= opening else opening
+    state.poses[name] = gripped
+
+
+def check_release(
+    scene: Scene, state: State, release: Release, allow: Tolerances, report: Report, *, falls: bool = False
+) -> None:
+    """Judge the opening of the fingers; afterwards the object stands where the release says, or `falls` from there."""
+    name = release.object
+    gripper = scene.links.tree.spec.gripper
+    if state.held is None or state.held.object != name:
+        holds = "nothing" if state.held is None else state.held.object
+        report("precondition", f"releases {name} while the gripper holds {holds}", bodies=(name,))
+        return
+    if not 0.0 <= release.opening <= gripper.stroke + 1e-6:
+        report("limits", f"an opening of {release.opening:.4f} m is outside the stroke of {gripper.stroke} m")
+        release = replace(release, opening=gripper.stroke)
+    elif release.opening <= (state.opening or 0.0):
+        report("release", f"the fingers do not open: {name} is not let go", bodies=(name,))
+    T = release.pose.matrix
+    for sentence, far in _not_let_go(scene, name, state.poses[name], T, 0.0 if falls else allow.drop, allow):
+        report("release", sentence, bodies=(name,), depth=far)
+    check_strayed(scene, state, name, state.poses[name], T, allow, report)
+    before = gripper.stroke if state.opening is None else state.opening
+    state.held = None
+    state.opening = release.opening
+    state.poses[name] = T
+    for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
+        report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
+    if not falls:
+        check_rest(scene, state, name, allow, report)
+        return
+    for sentence, bodies, depth in overlaps(scene, state, name, allow):
+        report("support", sentence, bodies=bodies, depth=depth)
+
+
+def _not_let_go(
+    scene: Scene, name: str, held: Array, said: Array, drop: float, allow: Tolerances
+) -> Iterator[tuple[str, float]]:
+    """Why an object that is let go where it is held would not stand where it is said to: it only drops a little."""
+    way = scene.center_of_mass(name, said) - scene.center_of_mass(name, held)
+    aside, angle = float(np.hypot(way[0], way[1])), _angle(held, said)
+    if aside > allow.grasp or angle > allow.grasp_angle:
+        yield (
+            f"{name} is let go {1000 * aside:.1f} mm beside and {np.degrees(angle):.1f} degrees from where it lies",
+            aside,
+        )
+    if way[2] > allow.grasp:
+        yield f"{name} is let go {1000 * way[2]:.1f} mm below where it is said to stand", float(way[2])
+    if -way[2] > drop + allow.grasp:
+        yield f"{name} is let go {-1000 * way[2]:.1f} mm above where it is said to stand", float(-way[2])
+
+
+def check_strayed(
+    scene: Scene, state: State, name: str, actual: Array, said: Array, allow: Tolerances, report: Report
+) -> None:
+    """Shifts aside that each are within tolerance do not add up over a plan to more than it."""
+    way = scene.center_of_mass(name, said) - scene.center_of_mass(name, actual)
+    state.strayed[name] = state.strayed.get(name, 0.0) + float(np.hypot(way[0], way[1]))
+    if state.strayed[name] > allow.strayed:
+        far = state.strayed[name]
+        report("release", f"shifts of {name} that nothing explains add up to {1000 * far:.1f} mm", (name,), far)
+
+
+def _angle(A: Array, B: Array) -> float:
+    """Angle between the orientations of two poses [rad]."""
+    return float(np.arccos(np.clip((np.trace(A[:3, :3].T @ B[:3, :3]) - 1) / 2, -1.0, 1.0)))
+
+
+def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, allow: Tolerances, report: Report) -> None:
+    """An object lies in the tool frame, T_tool_object of shape (4, 4), where a step claims that it does."""
+    center = np.append((scene.solids[name].lower + scene.solids[name].upper) / 2, 1.0)
+    shift = float(np.linalg.norm(((actual - claimed) @ center)[:3]))
+    angle = _angle(actual, claimed)
+    if shift > allow.grasp or angle > allow.grasp_angle:
+        sentence = f"{name} lies {1000 * shift:.1f} mm and {np.degrees(angle):.1f} degrees from where the plan says"
+        report("grasp", sentence, bodies=(name,), depth=shift)
+
+
+def _check_closing(
+    scene: Scene, name: str, T_tool_object: Array, width: float, opening: float, allow: Tolerances, report: Report
+) -> None:
+    found = between_pads(scene.solids[name], T_tool_object, scene.links.tree.spec.gripper, opening)
+    if found is None:
+        report("grasp", f"the fingers close on nothing: {name} is not between the pads", bodies=(name,))
+        return
+    astray = max(abs(found[1] - width / 2), abs(found[0] + width / 2))
+    if astray > allow.pad:
+        sentence = (
+            f"{name} fills {1000 * found[0]:.1f} to {1000 * found[1]:.1f} mm between the pads, which close to "
+            f"{1000 * width:.1f} mm"
+        )
+        report("grasp", sentence, bodies=(name,), depth=astray)
+
+
+def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """Nothing that stands on the object, leans on it, or is held down by it, may fall when it leaves.
+
+    What stands on it may slump to where the rest carries it.
+    """
+    beside, slumped = list[str](), set[str]()
+    for other in sorted(state.poses):
+        T = inverse(state.poses[name]) @ state.poses[other]
+        if other == name or clearance(scene.solids[name], scene.solids[other], T, allow.contact) > allow.standing:
+            continue
+        beside.append(other)
+        touching = carriers(scene, state, other, allow)
+        if (
+            name not in touching.patches
+            or balanced(scene, state, other, touching.without(name), allow) >= allow.balance
+        ):
+            continue
+        if name not in touching.bodies and balanced(scene, state, other, touching, allow) < allow.balance:
+            continue  # it leans on nothing: it was no better off before
+        slumped.add(other)
+        if not slumps(scene, state, other, name, allow):
+            verb = "stands" if name in touching.bodies else "leans"
+            report("precondition", f"{other} {verb} on {name}, which is taken away", bodies=(name, other))
+    rest = state.without(name)
+    steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
+    for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
+        report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
+
+
+def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """An object that has come to a place stays there, and so does all that it now stands on or touches."""
+    for sentence, bodies, depth in unrest(scene, state, name, allow):
+        report("support", sentence, bodies=bodies, depth=depth)
+    for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
+        report("support", sentence, bodies=bodies, depth=depth)

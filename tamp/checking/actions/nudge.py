@@ -1,0 +1,89 @@
+"""Check of a nudge: a push of a few centimetres within what the object lies in, by the tip of the hand at its flank.
+
+A single contact keeps an object before it as long as the line from there to the centre of mass lies within its cone of
+friction (Mason, International Journal of Robotics Research 5, 1986); what it presses down a little slides along all the
+same, as friction under the object grows less than the push does.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.actions.arm_motion import check_move
+from tamp.checking.actions.grip_and_release import check_rest
+from tamp.checking.actions.push import check_path, direction, founded, touched_behind, watch
+from tamp.checking.physics.support import balanced, carriers
+from tamp.checking.robot.trajectory_limits import malformed
+from tamp.checking.scene import TABLE, Scene, State
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Attachment, Move
+
+    Array = NDArray[np.float64]
+
+
+def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
+    """Judge a motion that nudges an object; afterwards the object rests where the hand has left it."""
+    name, under = pushed.object, carriers(scene, state, pushed.object, allow).bodies
+    move = founded(move, name, under)
+    if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
+        check_move(scene, state, move, allow, report)
+        return
+    seen = watch(scene, move, pushed, allow, report)
+    if seen is None:
+        return
+    path = check_path(scene, state, move, pushed, under, seen, allow, report)
+    wrong = (*_loose(scene, move, name, path, allow), *_dragged(scene, state, name, under, allow))
+    for sentence in wrong:
+        report("push", sentence, bodies=(name,))
+    check_move(scene, state, move, allow, report, seen)
+    _check_way(scene, state, name, path, allow, report)
+    check_rest(scene, state, name, allow, report)
+    after = carriers(scene, state, name, allow).bodies
+    if not {*after} & {*under}:
+        report("push", f"{name} is nudged off {' and '.join(under) or 'nothing'}", bodies=(name, *under))
+
+
+def _check_way(scene: Scene, state: State, name: str, path: Array, allow: Tolerances, report: Report) -> None:
+    """The object stays in balance on what carries it all the way; afterwards it is at the end."""
+    travel = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1))])
+    for k in np.unique(np.searchsorted(travel, np.arange(allow.step, travel[-1], allow.step))):
+        state.poses[name] = path[k]
+        if balanced(scene, state, name, carriers(scene, state, name, allow), allow) < 0.0:
+            report("support", f"{name} loses its balance on its way", bodies=(name,))
+            break
+    state.poses[name] = path[-1]
+
+
+def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+    """Why a fingertip would not keep an object before it on all of its way."""
+    ahead, length = direction(path), float(np.linalg.norm(path[-1, :3, 3] - path[0, :3, 3]))
+    if length > allow.nudged:
+        yield f"{name} is nudged by {1000 * length:.0f} mm: nobody knows where it comes to rest"
+    lever = scene.center_of_mass(name, path[0]) - touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
+    if not len(lever):
+        yield f"no finger touches {name} on the side away from where it is nudged"
+        return
+    across = np.abs(lever @ [-ahead[1], ahead[0], 0.0])
+    if not (across < np.tan(allow.push) * (lever @ ahead)).any():
+        yield f"{name} would turn away: the finger does not press towards its centre of mass"
+
+
+def _dragged(scene: Scene, state: State, name: str, under: tuple[str, ...], allow: Tolerances) -> Iterator[str]:
+    """Why what an object lies in would come along with it, if it would."""
+    for carrier in under:
+        if carrier == TABLE:
+            continue
+        held = [
+            scene.friction(carrier) * scene.friction(other) for other in carriers(scene, state, carrier, allow).bodies
+        ]
+        if scene.friction(name) * scene.friction(carrier) > min(held, default=0.0):
+            yield f"{carrier} would come along when {name} is nudged in it"

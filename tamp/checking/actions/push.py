@@ -1,0 +1,164 @@
+"""Check of a push along the table: the object stays before the fingers, and comes to rest where it is left.
+
+While it slides evenly, the table's friction acts as one force through the object's centre of mass against its motion
+(Mason, International Journal of Robotics Research 5, 1986). Fingers that touch it on both sides of the line of that
+force, within their own cone of friction, neither turn it nor slip along it (Lynch and Mason, same journal 15, 1996).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
+from tamp.checking.actions.grip_and_release import check_attachment, check_strayed, check_uncovered
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.contacts import contacts
+from tamp.checking.physics.support import carriers
+from tamp.checking.robot.trajectory_limits import malformed
+from tamp.checking.scene import ROBOT, TABLE, Scene, State
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.robot.sweep import Looks
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Attachment, Move
+
+    Array = NDArray[np.float64]
+
+GRAVITY = 9.81  # [m/s^2]
+
+
+def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
+    """Judge a motion that pushes an object; afterwards the object stands where the hand has left it."""
+    name, move = pushed.object, founded(move, pushed.object, (TABLE,))
+    if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
+        check_move(scene, state, move, allow, report)
+        return
+    seen = watch(scene, move, pushed, allow, report)
+    if seen is None:
+        return
+    path = check_path(scene, state, move, pushed, (TABLE,), seen, allow, report)
+    for sentence in _loose(scene, state, move, name, path, allow):
+        report("push", sentence, bodies=(name,))
+    _check_stand(scene, state, name, allow, report)
+    check_move(scene, state, move, allow, report, seen)
+    state.poses[name] = path[-1]
+    _check_stand(scene, state, name, allow, report)
+
+
+def founded(move: Move, name: str, under: Iterable[str]) -> Move:
+    """The motion with a word on contacts only that makes sense: what is pushed may touch what carries it, no others."""
+    sense = {name, ROBOT, *under}
+    return replace(move, contacts=frozenset(pair for pair in move.contacts if name not in pair or sense >= {*pair}))
+
+
+def watch(scene: Scene, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> Looks | None:
+    """A motion that pushes something, which is the last of its bodies; None, and a report, where it is too wild."""
+    seen = look(scene, move, pushed, allow.step)
+    if seen is None:
+        report("limits", TOO_WILD.format(move.phase))
+    return seen
+
+
+def check_path(
+    scene: Scene,
+    state: State,
+    move: Move,
+    pushed: Attachment,
+    under: Iterable[str],
+    seen: Looks,
+    allow: Tolerances,
+    report: Report,
+) -> Array:
+    """Judge how an object is said to be pushed over `under`, and return the poses on its way, shape (n, 4, 4)."""
+    name, path = pushed.object, seen.bodies[-1].T
+    start = inverse(scene.links.tree.tool(move.trajectory.positions[:1])[0]) @ state.poses[name]
+    check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
+    check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
+    for sentence in _astray(name, path, float(seen.swing.max()), allow):
+        report("push", sentence, bodies=(name,))
+    ahead = _deceleration(path, seen.times)
+    if ahead > GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0):
+        report("push", f"{name} slides on when the hand slows down by {ahead:.1f} m/s^2", bodies=(name,))
+    check_uncovered(scene, state, name, allow, report)
+    return path
+
+
+def _astray(name: str, path: Array, swing: float, allow: Tolerances) -> Iterator[str]:
+    """Why poses (n, 4, 4) are not those of an object that slides straight ahead over the table, without turning.
+
+    Between two of them it leaves the straight line by at most `swing` [m].
+    """
+    shift = path[:, :3, 3] - path[0, :3, 3]
+    ahead = direction(path)
+    turned = float(np.linalg.norm(path[:, :3, :3] - path[0, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0))
+    beside = float(np.linalg.norm(shift - np.outer(shift @ ahead, ahead), axis=1).max()) + swing
+    if turned > allow.grasp_angle:
+        yield f"{name} is said to turn by {np.degrees(turned):.1f} degrees while it is pushed"
+    if beside > allow.grasp:
+        yield f"{name} is said to leave a straight line by {1000 * beside:.1f} mm while it is pushed"
+    if (np.maximum.accumulate(shift @ ahead) - shift @ ahead).max() > allow.grasp:
+        yield f"{name} does not come back with a hand that pushes it"
+
+
+def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+    """Why the fingers would not keep an object before them, as they touch it at the start."""
+    ahead = direction(path)
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
+    if not len(touching):
+        yield f"no finger touches {name} on the side away from where it is pushed"
+        return
+    across = np.array([-ahead[1], ahead[0], 0.0])
+    beside = (touching - scene.center_of_mass(name, path[0])) @ across
+    if beside.min() > -allow.lever or beside.max() < allow.lever:
+        yield f"{name} would turn away: its centre of mass is not between the contacts that push it"
+
+
+def touched_behind(
+    scene: Scene, move: Move, name: str, T: Array, ahead: Array, within: float, allow: Tolerances
+) -> Array:
+    """Where, shape (n, 3), fingers touch an object at T when a motion starts, and press within an angle [rad] of ahead.
+
+    `ahead` is a unit vector, shape (3,).
+    """
+    placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
+    hand = {s.name: (s, placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
+    patches = contacts(scene.solids[name], T, hand, allow.standing).patches
+    cosine = {link: patch.normals @ ahead for link, patch in patches.items()}
+    points = [patches[link].points[cosine[link] > np.cos(within)] for link in sorted(patches)]
+    return np.concatenate([np.empty((0, 3)), *points])
+
+
+def _deceleration(path: Array, times: Array) -> float:
+    """The largest rate at which a pushed object is slowed down [m/s^2]."""
+    dt = np.diff(times)
+    speed = np.append(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1) / dt, 0.0)  # at rest in the end
+    between = np.append((dt[1:] + dt[:-1]) / 2, dt[-1] / 2)
+    return float(-(np.diff(speed) / between).min())
+
+
+def direction(path: Array) -> Array:
+    """Unit vector from the first to the last position."""
+    shift = path[-1, :3, 3] - path[0, :3, 3]
+    ahead: Array = shift / max(float(np.linalg.norm(shift)), 1e-9)
+    return ahead
+
+
+def _check_stand(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """The object rests on the table and on nothing else, its centre of mass well inside the table's edge."""
+    touching = carriers(scene, state, name, allow)
+    if touching.bodies != (TABLE,):
+        report("push", f"{name} stands on {', '.join(touching.bodies) or 'nothing'}, not on the table alone", (name,))
+        return
+    friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
+    inside = touching.balance(scene.center_of_mass(name, state.poses[name]), friction, allow.edge)
+    if inside < allow.edge:
+        sentence = f"{name} may tip over: its centre of mass is {1000 * inside:.0f} mm inside what carries it"
+        report("support", sentence, (name, TABLE))

@@ -1,0 +1,68 @@
+"""Do the pads really close on the object? What of it lies in the region between them, clipped polygon by polygon."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.checking.geometry.solids import Solid
+    from tamp.task.robot import Gripper
+
+    Array = NDArray[np.float64]
+
+EDGE = 0.001
+"""The outermost part of a pad that is not trusted to hold anything [m]."""
+
+
+def between_pads(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float) -> tuple[float, float] | None:
+    """What of an object lies between the pads, along the closing axis.
+
+    Args:
+        solid: the object.
+        T_tool_object: where it lies in the tool frame, shape (4, 4).
+        gripper: whose pads' centres close along `gripper.axis` through the tool frame's origin.
+        opening: distance between the pads [m].
+
+    Returns:
+        Least and largest coordinate along the closing axis [m], or None where nothing lies between the pads.
+    """
+    R = _pad_frame(gripper)
+    half = (opening / 2, gripper.pad[1] / 2 - EDGE, gripper.pad[2] / 2 - EDGE)
+    found: list[float] = []
+    for piece in solid.pieces:
+        points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]) @ R.T
+        if (points.min(axis=0) >= half).any() or (points.max(axis=0) <= np.negative(half)).any():
+            continue
+        for face in piece.part.faces:
+            polygon = _clipped(points[face], half)
+            found += [float(corner[0]) for corner in polygon]
+    return (min(found), max(found)) if found else None
+
+
+def _pad_frame(gripper: Gripper) -> Array:
+    """Rows: closing axis, width and approach of the pads in the tool frame; the approach is the tool's z."""
+    along = np.array(gripper.axis) / np.linalg.norm(gripper.axis)
+    approach = np.array([0.0, 0.0, 1.0])
+    return np.stack([along, np.cross(approach, along), approach])
+
+
+def _clipped(polygon: Array, half: tuple[float, float, float]) -> list[Array]:
+    """A polygon cut to the box |x_i| <= half_i (Sutherland and Hodgman 1974)."""
+    corners = list(polygon)
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            kept: list[Array] = []
+            for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+                da, db = half[axis] - sign * a[axis], half[axis] - sign * b[axis]
+                if da >= 0.0:
+                    kept.append(a)
+                if da * db < 0.0:
+                    kept.append(a + (b - a) * (da / (da - db)))
+            corners = kept
+            if not corners:
+                return corners
+    return corners

@@ -1,0 +1,246 @@
+"""Rigid bodies made of convex parts: surfaces, centres of mass, and the signed distance of two, by python-fcl (GJK)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import fcl
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from tamp.task.mesh.parts import Part, convex_hull
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Mask = NDArray[np.bool_]
+
+
+def collision_object(part: Part) -> Any:
+    """A convex part as fcl sees it."""
+    faces = np.column_stack([np.full(len(part.faces), 3), part.faces]).ravel().astype(np.int64)
+    return fcl.CollisionObject(fcl.Convex(np.array(part.vertices), len(part.faces), faces))
+
+
+def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
+    """A lower bound of the signed distance between two solids [m]; negative values are depths.
+
+    Where the hulls are apart it is their distance, else the least over pairs of pieces. Depths up to `tolerance` are
+    fcl's, which never understate; deeper ones are computed exactly before anybody is accused.
+
+    Args:
+        a: one solid.
+        b: the other.
+        T_a_b: frame of b in the frame of a, shape (4, 4).
+        tolerance: depth from which it must be exact [m].
+    """
+    transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
+    if len(a.pieces) > 1 or len(b.pieces) > 1:
+        apart = _gap(a.hull, b.hull, transform, T_a_b)
+        if apart > 0.0:
+            return apart
+    centers = b.centers @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    gaps = np.linalg.norm(a.centers[:, None] - centers[None], axis=2) - a.radii[:, None] - b.radii[None]
+    least = np.inf
+    for flat in np.argsort(gaps, axis=None):
+        i, j = divmod(int(flat), len(b.pieces))
+        if gaps[i, j] >= max(least, 0.0):
+            break
+        least = min(least, _signed(a.pieces[i], b.pieces[j], transform, T_a_b, tolerance))
+    return float(least) if np.isfinite(least) else float(gaps.min())
+
+
+def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> float:
+    """A lower bound of the distance between two pieces, and the distance almost always; -1 where they may touch.
+
+    fcl sometimes stops early and overstates a distance by some percent. The line between the nearest points it names
+    is the normal of a slab, and what lies between the pieces along it is a distance that is certain.
+    """
+    b.moving.setTransform(transform)
+    result = fcl.DistanceResult()
+    if fcl.distance(a.still, b.moving, fcl.DistanceRequest(enable_nearest_points=True), result) <= 0.0:
+        return -1.0
+    on_a, on_b = result.nearest_points
+    normal = on_b - on_a
+    normal = normal / np.linalg.norm(normal)
+    nearest = (b.part.vertices @ (T_a_b[:3, :3].T @ normal)).min() + normal @ T_a_b[:3, 3]
+    certain = float(nearest - (a.part.vertices @ normal).max())
+    return certain if certain > 0.0 else -1.0
+
+
+def _signed(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -> float:
+    apart = _gap(a, b, transform, T_a_b)
+    if apart > 0.0:
+        return apart
+    result = fcl.CollisionResult()
+    if not fcl.collide(a.still, b.moving, fcl.CollisionRequest(num_max_contacts=1, enable_contact=True), result):
+        return 0.0
+    depth = float(result.contacts[0].penetration_depth)
+    return -depth if depth <= tolerance else -penetration(a.part, b.part, T_a_b)
+
+
+def penetration(a: Part, b: Part, T_a_b: Array) -> float:
+    """Depth to which two convex parts interpenetrate [m]; negative where they are apart.
+
+    The distance of the origin from the boundary of their Minkowski difference (Cameron and Culley, "Determining the
+    minimum translational distance between two convex polyhedra", ICRA 1986), whose hull is computed outright.
+    """
+    moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    difference = (a.vertices[:, None] - moved[None]).reshape(-1, 3)
+    return float(-ConvexHull(difference).equations[:, 3].max())
+
+
+SPACING = 0.006
+"""Distance between the points that stand for a surface [m]."""
+BEND = 0.05
+"""Angle between two faces from which they meet in an edge [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One convex part as fcl sees it, with its bounding sphere.
+
+    fcl measures in the frame of the first body of a pair, which therefore never moves: each piece keeps one collision
+    object that stays at the identity and one that is moved.
+    """
+
+    part: Part
+    center: Array
+    radius: float
+    still: Any
+    moving: Any
+
+    @staticmethod
+    def of(part: Part) -> Piece:
+        """The piece of a convex part."""
+        center = (part.vertices.min(axis=0) + part.vertices.max(axis=0)) / 2
+        radius = float(np.linalg.norm(part.vertices - center, axis=1).max())
+        return Piece(part, center, radius, collision_object(part), collision_object(part))
+
+    @cached_property
+    def planes(self) -> tuple[Array, Array]:
+        """Outward unit normals, shape (m, 3), and offsets, shape (m,), of the faces; slivers left out."""
+        a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        length = np.linalg.norm(normals, axis=1)
+        wide = length > 1e-14
+        normals = normals[wide] / length[wide, None]
+        return normals, np.einsum("ij,ij->i", normals, a[wide])
+
+    @cached_property
+    def surface(self) -> tuple[Array, Array, Mask]:
+        """Points all over the surface, the outward normals there, each of shape (n, 3), and which lie on an edge, (n,).
+
+        A lattice on every face, in the order of x; an edge between two faces of about the same direction is none.
+        """
+        a, b, c = (self.part.vertices[self.part.faces[:, i]] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-14)[:, None]
+        sharp = _sharp(self.part.faces, normals)
+        longest = np.max([np.linalg.norm(e, axis=1) for e in (b - a, c - b, a - c)], axis=0)
+        count = np.clip(np.ceil(longest / SPACING).astype(np.int64), 1, 100)
+        points, directions, edges = [], [], []
+        for n in np.unique(count):
+            i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+            u, v = (i[i + j <= n] / n)[:, None, None], (j[i + j <= n] / n)[:, None, None]
+            chosen = count == n
+            lattice = a[chosen] * (1 - u - v) + b[chosen] * u + c[chosen] * v
+            points.append(lattice.reshape(-1, 3))
+            directions.append(np.broadcast_to(normals[chosen], lattice.shape).reshape(-1, 3))
+            on_side = np.concatenate([v < 1e-9, 1 - u - v < 1e-9, u < 1e-9], axis=2)  # ab, bc, ca
+            edges.append((on_side & sharp[chosen]).any(axis=2).reshape(-1))
+        order = np.argsort(np.vstack(points)[:, 0], kind="stable")
+        return np.vstack(points)[order], np.vstack(directions)[order], np.concatenate(edges)[order]
+
+    def surface_within(self, center: Array, radius: float) -> tuple[Array, Array, Mask]:
+        """Of `surface`, what lies in a ball."""
+        points, directions, edges = self.surface
+        slab = slice(*np.searchsorted(points[:, 0], [center[0] - radius, center[0] + radius]))
+        inside = np.einsum("ij,ij->i", points[slab] - center, points[slab] - center) <= radius * radius
+        return points[slab][inside], directions[slab][inside], edges[slab][inside]
+
+    @cached_property
+    def volume_and_centroid(self) -> tuple[float, Array]:
+        """Volume [m^3] and centroid, shape (3,): the sum of tetrahedra from one inner point."""
+        inner = self.part.vertices.mean(axis=0)
+        a, b, c = (self.part.vertices[self.part.faces[:, i]] - inner for i in range(3))
+        volume = np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6
+        return float(volume.sum()), inner + (volume[:, None] * (a + b + c) / 4).sum(axis=0) / volume.sum()
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A rigid body: its pieces, the hull of all of them, and a sphere round it (centre in the body's frame)."""
+
+    name: str
+    pieces: tuple[Piece, ...]
+    hull: Piece
+
+    @staticmethod
+    def of(name: str, parts: Sequence[Part]) -> Solid:
+        """The solid of convex parts."""
+        pieces = tuple(Piece.of(part) for part in parts)
+        if len(pieces) == 1:
+            return Solid(name, pieces, pieces[0])
+        return Solid(name, pieces, Piece.of(convex_hull(np.concatenate([part.vertices for part in parts]))))
+
+    @property
+    def center(self) -> Array:
+        """Centre of the bounding sphere, shape (3,)."""
+        return self.hull.center
+
+    @property
+    def radius(self) -> float:
+        """Radius of the bounding sphere [m]."""
+        return self.hull.radius
+
+    @cached_property
+    def centers(self) -> Array:
+        """Centres of the pieces' spheres, shape (pieces, 3)."""
+        return np.array([piece.center for piece in self.pieces])
+
+    @cached_property
+    def radii(self) -> Array:
+        """Radii of the pieces' spheres, shape (pieces,)."""
+        return np.array([piece.radius for piece in self.pieces])
+
+    @cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Lower and upper corners of the pieces' bounding boxes in the body's frame, each of shape (pieces, 3)."""
+        lower = np.array([piece.part.vertices.min(axis=0) for piece in self.pieces])
+        return lower, np.array([piece.part.vertices.max(axis=0) for piece in self.pieces])
+
+    @cached_property
+    def center_of_mass(self) -> Array:
+        """Centre of mass, shape (3,), of uniform pieces whose overlaps count twice."""
+        volumes, centers = zip(*(piece.volume_and_centroid for piece in self.pieces), strict=True)
+        center: Array = np.average(np.array(centers), axis=0, weights=np.array(volumes))
+        return center
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower corner of the bounding box in the body's frame."""
+        corner: Array = self.hull.part.vertices.min(axis=0)
+        return corner
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper corner of the bounding box in the body's frame."""
+        corner: Array = self.hull.part.vertices.max(axis=0)
+        return corner
+
+
+def _sharp(faces: NDArray[np.int64], normals: Array) -> Mask:
+    """Whether a closed surface bends at the sides ab, bc, ca of each triangle, shape (m, 3)."""
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    _, pair = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+    total = np.zeros((pair.max() + 1, 3))
+    np.add.at(total, pair.reshape(-1), np.repeat(normals, 3, axis=0))
+    # Two unit normals an angle apart add up to 2 cos(angle / 2).
+    bent: Mask = np.linalg.norm(total, axis=1) < 2 * np.cos(BEND / 2)
+    return bent[pair.reshape(-1)].reshape(-1, 3)

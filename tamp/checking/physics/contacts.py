@@ -1,0 +1,145 @@
+"""What does an object touch, and what carries it? Contact points and their normals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics import equilibrium
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.geometry.solids import Piece, Solid
+
+    Array = NDArray[np.float64]
+
+BESIDE = 2e-4
+"""How far beside a touched face a point still counts as over it [m]."""
+FACING = 0.2
+"""Least cosine between a face and that of an edge which touches it: an edge's faces lean up to 78 degrees."""
+PARALLEL = 0.98
+"""The same for two faces that touch all over: those more than 11 degrees apart touch only where one has an edge."""
+UPWARD = 0.2
+"""Least vertical component of a contact normal that carries weight: walls up to 78 degrees do not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Points at which one body touches another, and unit normals into the other there, each of shape (n, 3)."""
+
+    points: Array
+    normals: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Where a body is touched: for each other body its patch, in the world frame."""
+
+    patches: Mapping[str, Patch]
+
+    @property
+    def points(self) -> Mapping[str, Array]:
+        """For each body that carries, the points at which it does, shape (n, 3)."""
+        carrying = {name: patch.points[patch.normals[:, 2] >= UPWARD] for name, patch in self.patches.items()}
+        return {name: points for name, points in carrying.items() if len(points)}
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies that carry, sorted."""
+        return tuple(sorted(self.points))
+
+    def without(self, name: str) -> Contacts:
+        """The contacts with all other bodies."""
+        return Contacts({other: patch for other, patch in self.patches.items() if other != name})
+
+    def balance(self, center: Array, friction: Mapping[str, float], wanted: float) -> float:
+        """How well the body rests [m], see `equilibrium.balance`; `friction` is the coefficient with each body."""
+        names = sorted(self.patches)
+        points = [self.patches[name].points for name in names]
+        normals = [self.patches[name].normals for name in names]
+        if not names:
+            return -np.inf
+        mu = np.repeat([friction[name] for name in names], [len(p) for p in points])
+        return equilibrium.balance(np.concatenate(points), np.concatenate(normals), mu, center, wanted)
+
+
+def contacts(solid: Solid, T: Array, others: Mapping[str, tuple[Solid, Array]], gap: float) -> Contacts:
+    """Where other bodies touch a body.
+
+    Surface points of either body that are nearer than `gap` to the other are contacts; the normal is that of the face
+    they are nearest to. Points, not fcl's contacts, because fcl names one point a pair and a balance needs all.
+
+    Args:
+        solid: the body.
+        T: where it is, T_world_body, shape (4, 4).
+        others: name -> (solid, T_world_other) of the bodies that it may touch.
+        gap: largest distance that counts as contact [m].
+    """
+    found = {}
+    for name, (other, T_other) in others.items():
+        T_other_body = inverse(T_other) @ T
+        reach = np.linalg.norm(T_other_body[:3, :3] @ solid.center + T_other_body[:3, 3] - other.center)
+        if reach > solid.radius + other.radius + gap:
+            continue
+        onto, up = _near(solid, other, T_other_body, gap)
+        under, down = _near(other, solid, inverse(T_other_body), gap)
+        points = np.vstack([_world(onto, T_other), _world(under, T)])
+        if len(points):
+            found[name] = Patch(points, np.vstack([up @ T_other[:3, :3].T, -down @ T[:3, :3].T]))
+    return Contacts(found)
+
+
+def _world(points: Array, T: Array) -> Array:
+    moved: Array = points @ T[:3, :3].T + T[:3, 3]
+    return moved
+
+
+def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[Array, Array]:
+    """Surface points of `body` near faces of `other` that look back at them, and those faces' normals.
+
+    Both in the frame of `other`, shape (n, 3).
+    """
+    points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    ball = _world(other.center[None], inverse(T_other_body))[0], other.radius + gap
+    lower, upper = other.boxes[0] - gap, other.boxes[1] + gap
+    for a in body.pieces:
+        corners = _world(a.part.vertices, T_other_body)
+        reach = np.flatnonzero(((corners.min(axis=0) <= upper) & (corners.max(axis=0) >= lower)).all(axis=1))
+        if not len(reach):
+            continue
+        surface, directions, edges = a.surface_within(*ball)
+        if not len(surface):
+            continue
+        moved, turned = _world(surface, T_other_body), directions @ T_other_body[:3, :3].T
+        least = np.where(edges, FACING, PARALLEL)
+        for j in reach:
+            near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
+            over, facing = _over(moved[near], turned[near], least[near], other.pieces[j], gap)
+            points.append(over)
+            normals.append(facing)
+    return np.vstack(points), np.vstack(normals)
+
+
+def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: float) -> tuple[Array, Array]:
+    """Those points that lie within `gap` of faces of a piece that look back at them, over them, and their normals.
+
+    A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
+    """
+    normals, offsets = piece.planes
+    height = points @ normals.T - offsets
+    outermost = height.max(axis=1)
+    near = (outermost <= gap) & (outermost >= -2 * gap)
+    points, directions, least, height = points[near], directions[near], least[near], height[near]
+    facing = directions @ normals.T <= -least[:, None]
+    above = np.where(facing, height, -np.inf)
+    beside = np.where(facing, -np.inf, height).max(axis=1, initial=-np.inf)
+    nearest = above.argmax(axis=1)
+    highest = above[np.arange(len(points)), nearest]
+    kept = (highest <= gap) & (highest >= -2 * gap) & (beside <= BESIDE)
+    return points[kept], normals[nearest[kept]]

@@ -1,0 +1,144 @@
+"""Does a body rest on what it touches? Contact forces within friction cones that balance its weight.
+
+The places of the centre of mass at which such forces exist form a convex region (Bretl and Lall, "Testing static
+equilibrium for legged robots", IEEE Transactions on Robotics 24(4), 2008). Where all contacts are level it is the
+support polygon; else each question is a linear program over the edges of linearised friction cones, solved by HiGHS.
+What the body touches is taken not to give way.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+LEVEL = 0.9999
+"""Vertical component from which a contact normal counts as vertical: within 0.8 degrees."""
+EDGES = 12
+"""Edges of a linearised cone, which lies inside the true one and leaves out at most 3.4 % of the friction."""
+DIRECTIONS = 16
+"""Of the fan in which the outermost contacts are kept: those between them change nothing."""
+ZERO = 1e-6
+"""Distances of a program's solution that are rounding [m]."""
+FEW = 96
+"""Pushes that are asked at first, and added at a time."""
+GAIN = 1e-9
+"""Reduced costs that are rounding [m]."""
+SCALE = 0.05
+"""Length by which moments are divided, so that they are of the order of the forces [m]."""
+
+SHIFTS = np.array([[0.0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, -1, 1], [1, -1, 0, 0], [0, 0, 0, 0]])
+"""Scaled moments that a unit weight gains where its centre of mass shifts along x, -x, y, -y, shape (6, 4)."""
+
+
+def balance(points: Array, normals: Array, friction: Array, center: Array, wanted: float) -> float:
+    """How well a body rests on its contacts.
+
+    Args:
+        points: where it is touched, shape (n, 3) [m], in the world.
+        normals: unit normals there, into the body, shape (n, 3).
+        friction: coefficient at each contact, shape (n,).
+        center: its centre of mass, shape (3,).
+        wanted: how far the centre of mass may shift, along x and y, without the body losing its balance [m].
+
+    Returns:
+        At least `wanted` where it rests so well; else minus the distance by which the centre of mass would have to lie
+        elsewhere [m], or how far it may shift where that is positive; minus infinity where no place of it helps.
+    """
+    if not len(points):
+        return -np.inf
+    if (normals[:, 2] > LEVEL).all():
+        return _inside(points[:, :2] - center[:2])
+    kept = outermost(points, normals)
+    pushes = wrenches(points[kept] - center, normals[kept], friction[kept])
+    missing = max(_shortfall(pushes, (x, y)) for x in (-wanted, wanted) for y in (-wanted, wanted))
+    if missing < ZERO:
+        return wanted
+    outside = _shortfall(pushes, (0.0, 0.0))
+    return -outside if outside > ZERO else wanted - missing
+
+
+def _inside(points: Array) -> float:
+    """Signed distance of the origin from the convex hull of points in the plane; positive inside.
+
+    The hull holds the origin by a margin m just if for every direction some point lies at least m that way; directions
+    worth asking are the normals of the hull's edges, which a fine fan of directions stands for.
+    """
+    angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+    fan = np.stack([np.cos(angle), np.sin(angle)])
+    corners = points[np.unique((points @ fan[:, ::6]).argmax(axis=0))]  # the hull but for 0.1 % of its size
+    return float((corners @ fan).max(axis=0).min())
+
+
+def outermost(points: Array, normals: Array) -> Array:
+    """Indices of the contacts that span those with the same normal."""
+    _, groups = np.unique(np.round(normals, 3), axis=0, return_inverse=True)
+    angle = np.linspace(0.0, 2 * np.pi, DIRECTIONS, endpoint=False)
+    kept = []
+    for group in range(groups.max() + 1):
+        members = np.flatnonzero(groups.reshape(-1) == group)
+        along, across = _tangents(normals[members[:1]])
+        fan = np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * across
+        kept.append(members[np.unique((points[members] @ fan.T).argmax(axis=0))])
+    return np.concatenate(kept)
+
+
+def wrenches(arms: Array, normals: Array, friction: Array) -> Array:
+    """Force and scaled moment of unit pushes along the edges of each contact's cone, shape (6, n * EDGES)."""
+    along, across = _tangents(normals)
+    angle = np.linspace(0.0, 2 * np.pi, EDGES, endpoint=False)[None, :, None]
+    slip = np.cos(angle) * along[:, None] + np.sin(angle) * across[:, None]
+    forces = (normals[:, None] + friction[:, None, None] * slip).reshape(-1, 3)
+    moments = np.cross(np.repeat(arms, EDGES, axis=0), forces) / SCALE
+    return np.concatenate([forces.T, moments.T])
+
+
+def _tangents(normals: Array) -> tuple[Array, Array]:
+    """Two unit vectors across each normal and each other, each of shape (n, 3)."""
+    helper = np.where(np.abs(normals[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    along = np.cross(helper, normals)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    return along, np.cross(normals, along)
+
+
+def _shortfall(wrenches: Array, shift: tuple[float, float]) -> float:
+    """Least further shift |x| + |y| of the centre of mass at which pushes balance a unit weight [m]; inf without one.
+
+    The weight (0, 0, -1) at (x, y, 0) has the moment (-y, x, 0) about the origin. Few pushes carry it, so that few are
+    asked at first, and of the others those whose reduced cost is negative, until there is none (column generation;
+    Dantzig and Wolfe, "Decomposition principle for linear programs", Operations Research 8(1), 1960).
+    """
+    target = np.array([0.0, 0.0, 1.0, shift[1] / SCALE, -shift[0] / SCALE, 0.0])
+    asked = np.arange(0, wrenches.shape[1], max(1, wrenches.shape[1] // FEW))
+    while True:
+        least, prices = _program(wrenches[:, asked], target)
+        gains = prices @ wrenches
+        gains[asked] = 0.0
+        better = np.argsort(-gains)[:FEW]
+        better = better[gains[better] > GAIN]
+        if np.isinf(least) and len(asked) < wrenches.shape[1]:
+            asked = np.arange(wrenches.shape[1])
+        elif np.isinf(least) or not len(better):
+            return least
+        else:
+            asked = np.concatenate([asked, better])
+
+
+def _program(wrenches: Array, target: Array) -> tuple[float, Array]:
+    """The least shift with some pushes only, infinite without one, and the dual prices of the six balances."""
+    cost = np.concatenate([np.zeros(wrenches.shape[1]), np.full(4, SCALE)])
+    found = least(cost, np.hstack([wrenches, SHIFTS]), target)
+    return (float(cost @ found[0]), found[1]) if found is not None else (np.inf, np.zeros(6))
+
+
+def least(cost: Array, columns: Array, target: Array) -> tuple[Array, Array] | None:
+    """Least cost @ x where columns @ x == target and x >= 0, by HiGHS: x and dual prices; None without such an x."""
+    from scipy.optimize import linprog
+
+    found = linprog(cost, A_eq=columns, b_eq=target, method="highs")
+    return (found.x, found.eqlin.marginals) if found.status == 0 else None

@@ -1,0 +1,174 @@
+"""Does a whole stack stay where it stands? Forces between all its bodies, within friction, that balance all weights.
+
+What carries must itself stay: a plank on a block tips when one of two counterweights on it is taken away. Where each
+body stands on one other, the weight of all that a body carries acts as one force through their common centre of mass;
+else the forces are those of a linear program, whose answer is how far the centres of mass would have to lie elsewhere.
+Friction makes such forces ambiguous: that some balance is what rigid bodies at rest need, and what is asked here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.physics import equilibrium
+from tamp.checking.physics.contacts import Contacts, Patch
+from tamp.checking.physics.support import patch_between
+from tamp.checking.scene import TABLE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Bodies that touch each other, and all contacts among them and with the table.
+
+    Attributes:
+        names: the bodies, sorted.
+        touching: for each pair (a, b), a in the stack, where they touch: points, and normals into a.
+    """
+
+    names: tuple[str, ...]
+    touching: Mapping[tuple[str, str], Patch]
+
+    def below(self, name: str) -> dict[str, Patch]:
+        """What carries a body, from below."""
+        found = {}
+        for (a, b), patch in self.touching.items():
+            if name in (a, b):
+                normals = patch.normals if name == a else -patch.normals
+                found[b if name == a else a] = Patch(patch.points, normals)
+        return {other: patch for other, patch in found.items() if other in Contacts({other: patch}).bodies}
+
+
+def stack_of(scene: Scene, state: State, name: str, allow: Tolerances) -> Stack:
+    """The bodies that a body touches, those that they touch, and so on; the table holds nothing together."""
+    standing = state.standing(scene)
+    waiting, seen, touching = [name], {name}, {}
+    while waiting:
+        a = waiting.pop()
+        for b in sorted(standing):
+            if b == a or (b, a) in touching or (a, b) in touching:
+                continue
+            patch = patch_between(scene, state, a, b, allow)
+            if patch is None:
+                continue
+            touching[a, b] = patch
+            if b != TABLE and b not in seen:
+                seen.add(b)
+                waiting.append(b)
+    return Stack(tuple(sorted(seen)), touching)
+
+
+def upset(
+    scene: Scene, before: State, after: State, names: Iterable[str], allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """Which bodies lose their balance by a change to the stacks of certain bodies: sentence, bodies, depth [m].
+
+    What was off balance before, as far as anybody can tell, is not what the change is to blame for. What tips by no
+    more than `allow.slack` until something else carries it has not lost its balance.
+    """
+    wider = replace(allow, standing=allow.standing + allow.slack)
+    waiting = sorted(names)
+    while waiting:
+        stack = stack_of(scene, after, waiting[0], allow)
+        waiting = [name for name in waiting if name not in stack.names]
+        wrong = {name: far for name, far in off_balance(scene, after, stack).items() if far > allow.balance}
+        if wrong:
+            tilted = replace(after, touching={})
+            found = off_balance(scene, tilted, stack_of(scene, tilted, min(wrong), wider))
+            wrong = {name: far for name, far in wrong.items() if found.get(name, 0.0) > allow.balance}
+        for name, far in wrong.items():
+            was = 0.0
+            if name in before.poses:
+                was = off_balance(scene, before, stack_of(scene, before, name, allow)).get(name, 0.0)
+            if far > was + allow.balance:
+                how = "slides" if np.isinf(far) else "tips over"
+                yield f"{name} {how} with what it stands among ({', '.join(stack.names)})", (name,), min(far, 1.0)
+
+
+def off_balance(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
+    """How far elsewhere the centres of mass of a stack's bodies would have to lie to be at rest [m], where not at 0.
+
+    Infinite for all of them where no place of the centres of mass would help: they slide.
+    """
+    below = {name: stack.below(name) for name in stack.names}
+    if all(set(carrying) <= {TABLE} for carrying in below.values()):
+        return {}  # what stands on the table alone is judged by itself
+    return {} if _each_on_one(scene, state, below) else _least_shifts(scene, state, stack)
+
+
+def _each_on_one(scene: Scene, state: State, below: Mapping[str, Mapping[str, Patch]]) -> bool:
+    """Whether each body stands on one other, which holds up all that it carries: enough for balance, not needed."""
+    above: dict[str, list[str]] = {name: [] for name in (*below, TABLE)}
+    for name, carrying in below.items():
+        if len(carrying) != 1:
+            return False
+        above[next(iter(carrying))].append(name)
+    order = [TABLE]  # a body after what carries it; bodies that carry each other in a circle are never reached
+    for name in order:
+        order += above[name]
+    if len(order) != len(above):
+        return False
+    load = {name: _weighted(scene, state, name) for name in below}
+    for name in reversed(order[1:]):
+        ((carrier, patch),) = below[name].items()
+        mass, center = load[name]
+        friction = np.full(len(patch.points), scene.friction(name) * scene.friction(carrier))
+        if equilibrium.balance(patch.points, patch.normals, friction, center, 0.0) < 0.0:
+            return False
+        if carrier != TABLE:
+            more, middle = load[carrier]
+            load[carrier] = mass + more, (mass * center + more * middle) / (mass + more)
+    return True
+
+
+def _weighted(scene: Scene, state: State, name: str) -> tuple[float, Array]:
+    return scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
+
+
+def _least_shifts(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
+    """The linear program: least shifts |x| + |y| of the centres of mass with which forces balance all weights.
+
+    Unknown are pushes along the edges of each contact's friction cone, equal and opposite for its two bodies, and for
+    each body the moments that shifts of its weight would add.
+    """
+    bodies = {name: _weighted(scene, state, name) for name in stack.names}
+    mean = float(np.mean([mass for mass, _ in bodies.values()]))
+    row = {name: 6 * index for index, name in enumerate(bodies)}
+    blocks, costs = [], []
+    for (a, b), patch in stack.touching.items():
+        kept = equilibrium.outermost(patch.points, patch.normals)
+        points, normals = patch.points[kept], patch.normals[kept]
+        mu = np.full(len(kept), scene.friction(a) * scene.friction(b))
+        block = np.zeros((6 * len(bodies), len(kept) * equilibrium.EDGES))
+        for name, sign in ((a, 1.0), (b, -1.0)):
+            if name in row:
+                wrench = equilibrium.wrenches(points - bodies[name][1], normals, mu)
+                block[row[name] : row[name] + 6] = sign * wrench
+        blocks.append(block)
+        costs.append(np.zeros(block.shape[1]))
+    wanted = np.zeros(6 * len(bodies))
+    for name, (mass, _) in bodies.items():
+        wanted[row[name] + 2] = mass / mean
+        shifts = np.zeros((6 * len(bodies), 4))
+        shifts[row[name] : row[name] + 6] = equilibrium.SHIFTS
+        blocks.append(shifts)
+        costs.append(np.full(4, equilibrium.SCALE * mean / mass))
+    cost = np.concatenate(costs)
+    found = equilibrium.least(cost, np.hstack(blocks), wanted)
+    if found is None:
+        return dict.fromkeys(stack.names, np.inf)
+    count = 4 * len(bodies)
+    each = (found[0][-count:] * cost[-count:]).reshape(-1, 4).sum(axis=1)
+    return {name: float(far) for name, far in zip(bodies, each, strict=True) if far > equilibrium.ZERO}

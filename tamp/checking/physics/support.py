@@ -1,0 +1,156 @@
+"""Does an object stay where it stands: carried, in balance, in nothing else, and when one of its supports leaves?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.physics.contacts import Contacts, Patch, contacts
+from tamp.checking.scene import TABLE, State
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.scene import Scene
+    from tamp.checking.tolerances import Tolerances
+
+    Array = NDArray[np.float64]
+
+
+def carriers(scene: Scene, state: State, name: str, allow: Tolerances) -> Contacts:
+    """What an object touches, and what of that carries it from below."""
+    others = (other for other in state.standing(scene) if other != name)
+    found = {other: patch_between(scene, state, name, other, allow) for other in others}
+    return Contacts({other: patch for other, patch in found.items() if patch is not None})
+
+
+def patch_between(scene: Scene, state: State, a: str, b: str, allow: Tolerances) -> Patch | None:
+    """Where one standing body touches another, with normals into the first, or None; looked at once for two poses."""
+    T_a, T_b = (scene.T_world_table if name == TABLE else state.poses[name] for name in (a, b))
+    first, second = scene.solids[a], scene.solids[b]
+    apart = T_a[:3, :3] @ first.center + T_a[:3, 3] - T_b[:3, :3] @ second.center - T_b[:3, 3]
+    if apart @ apart > (first.radius + second.radius + allow.standing) ** 2:
+        return None
+    known = state.touching.get((a, b))
+    if known is None or known[0] is not T_a or known[1] is not T_b:
+        patch = contacts(first, T_a, {b: (second, T_b)}, allow.standing).patches.get(b)
+        state.touching[a, b] = T_a, T_b, patch
+        state.touching[b, a] = T_b, T_a, None if patch is None else Patch(patch.points, -patch.normals)
+    return state.touching[a, b][2]
+
+
+def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """Why an object does not stay where it stands: sentence, bodies, depth [m]."""
+    yield from overlaps(scene, state, name, allow)
+    carried = carriers(scene, state, name, allow)
+    if not carried.bodies:
+        yield f"{name} stands in the air: nothing carries it", (name,), 0.0
+        return
+    balance = balanced(scene, state, name, carried, allow)
+    if balance < allow.balance:
+        outside = "on the edge of" if balance >= 0.0 else f"{-1000 * balance:.0f} mm outside"
+        sentence = f"{name} tips over: its centre of mass is {outside} what carries it ({', '.join(carried.bodies)})"
+        if balance == -float("inf"):
+            sentence = f"{name} slides: friction does not hold it where it leans ({', '.join(sorted(carried.patches))})"
+        yield sentence, (name, *carried.bodies), min(max(-balance, 0.0), scene.solids[name].radius)
+
+
+def without_part(touching: Contacts, bodies: Sequence[str]) -> list[str]:
+    """Those of some bodies that have no part in keeping an object up: it neither stands on them nor leans on them.
+
+    Only what stands on one of them can lean on another: what pushes from the side alone carries no weight.
+    """
+    stands = any(body in touching.bodies for body in bodies)
+    return [body for body in bodies if body not in (touching.patches if stands else touching.bodies)]
+
+
+def balanced(
+    scene: Scene, state: State, name: str, touching: Contacts, allow: Tolerances, wanted: float | None = None
+) -> float:
+    """How well an object rests on certain contacts [m], see `equilibrium.balance`; `wanted` or else allow.balance."""
+    center = scene.center_of_mass(name, state.poses[name])
+    friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
+    return touching.balance(center, friction, allow.balance if wanted is None else wanted)
+
+
+def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """What an object stands deeper in than contact explains: sentence, bodies, depth [m]."""
+    others = state.standing(scene)
+    for other in sorted(others):
+        if other == name:
+            continue
+        T = inverse(others[other]) @ state.poses[name]
+        apart = clearance(scene.solids[other], scene.solids[name], T, allow.contact)
+        if apart < -allow.contact:
+            yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
+
+
+STEP = 0.001
+"""How far the fastest side of a slumping object moves between two looks [m]."""
+
+
+def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerances) -> bool:
+    """Whether an object that `leaving` carried tilts by no more than `allow.slump` until the rest carries it.
+
+    It tilts over the edge of what still carries it, to where its centre of mass lies, as every body does at first.
+    What carries a third object is not let slump.
+    """
+    without = State({o: T for o, T in state.poses.items() if o != leaving}, state.q)
+    if _carries(scene, without, name, allow):
+        return False
+    T = state.poses[name]
+    found = _tipping(carriers(scene, without, name, allow), scene.center_of_mass(name, T))
+    if found is None:
+        return False
+    pivot, axis = found
+    angle = STEP / scene.solids[name].radius
+    for k in range(1, int(np.pi / angle)):
+        tilted = _turned(T, pivot, axis, k * angle)
+        if scene.displacement(name, T, tilted) > allow.slump:
+            return False
+        without.poses[name] = tilted
+        if any(True for _ in overlaps(scene, without, name, allow)):
+            return False
+        if balanced(scene, without, name, carriers(scene, without, name, allow), allow) >= allow.balance:
+            return True
+    return False
+
+
+def _carries(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether anything stands on an object."""
+    below = {name: (scene.solids[name], state.poses[name])}
+    for other in sorted(state.poses):
+        T = inverse(state.poses[name]) @ state.poses[other]
+        if other == name or clearance(scene.solids[name], scene.solids[other], T, allow.contact) > allow.standing:
+            continue
+        if contacts(scene.solids[other], state.poses[other], below, allow.standing).bodies:
+            return True
+    return False
+
+
+def _tipping(carried: Contacts, center: Array) -> tuple[Array, Array] | None:
+    """The contact about which a body tips, and the unit axis, shape (3,) each; None where its centre is over them."""
+    points = np.concatenate([np.zeros((0, 3)), *carried.points.values()])
+    angles = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+    ways = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+    if not len(points):
+        return None
+    reach = ((points - center) @ ways.T).max(axis=0)
+    worst = int(reach.argmin())
+    if reach[worst] >= 0.0:
+        return None
+    return points[(points @ ways[worst]).argmax()], np.cross((0.0, 0.0, 1.0), ways[worst])
+
+
+def _turned(T: Array, pivot: Array, axis: Array, angle: float) -> Array:
+    """A pose turned about an axis through a point."""
+    R = rotation(axis, angle)
+    turned = T.copy()
+    turned[:3, :3] = R @ T[:3, :3]
+    turned[:3, 3] = R @ (T[:3, 3] - pivot) + pivot
+    return turned

@@ -1,0 +1,173 @@
+"""Does anything touch anything while the arm follows a trajectory? Looked at so often that nothing slips between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.geometry.solids import Solid, clearance
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.robot.trajectory_limits import derivatives, interpolate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from tamp.task.plan import Trajectory
+
+    Array = NDArray[np.float64]
+
+FIRST_STEP = 0.05
+"""Joint motion [rad] between the samples of the first, coarse grid."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mover:
+    """A body with its pose T_world_body at each sample, shape (n, 4, 4); one that stands still has n = 1."""
+
+    solid: Solid
+    T: Array
+
+    @cached_property
+    def center(self) -> Array:
+        """Centre of the solid's sphere in the world at each sample, shape (n, 3)."""
+        center: Array = self.T[:, :3, :3] @ self.solid.center + self.T[:, :3, 3]
+        return center
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two bodies closer than they may be: at which sample, and how deep they interpenetrate [m]."""
+
+    sample: int
+    bodies: tuple[str, str]
+    depth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """When a motion is looked at, and what is where then.
+
+    Attributes:
+        times: shape (n,) [s].
+        bodies: all that moves, in the order in which it was asked for.
+        swing: how far any point leaves the straight line between two looks, shape (n - 1,) [m].
+    """
+
+    times: Array
+    bodies: Sequence[Mover]
+    swing: Array
+
+
+def looks(
+    trajectory: Trajectory, movers: Callable[[Array], Sequence[Mover]], step: float, reach: float, most: int
+) -> Looks | None:
+    """Looks so dense that between two of them no point of any mover moves by more than `step` [m].
+
+    Args:
+        trajectory: a well-formed trajectory.
+        movers: the bodies for configurations of shape (n, joints).
+        step: the bound [m].
+        reach: no point of a mover is farther than this from any joint of the arm [m].
+        most: largest number of looks.
+
+    Returns:
+        None where more looks are needed than that.
+    """
+    # The speed within a span is at most that of its two ends and one and a half of its mean speed.
+    speed = np.abs(trajectory.velocities).max(axis=1)
+    mean = np.abs(np.diff(trajectory.positions, axis=0)).max(axis=1)
+    way = 1.5 * mean + np.maximum(speed[:-1], speed[1:]) * np.diff(trajectory.times)
+    counts = np.maximum(np.ceil(way / FIRST_STEP), 1)
+    times = trajectory.times
+    while counts.sum() < most:
+        times = _split(times, counts)
+        swing = _swing(trajectory, times, reach)
+        bodies = movers(interpolate(trajectory, times))
+        moved = np.max([travelled(body.solid, body.T) for body in bodies], axis=0)
+        over = np.maximum(1.1 * moved / step, np.sqrt(2 * swing / step))  # the swing falls with the square
+        counts = np.where(moved + swing > step, np.maximum(np.ceil(over), 2), 1)
+        if (counts == 1).all():
+            return Looks(times, bodies, swing)
+    return None
+
+
+def _swing(trajectory: Trajectory, times: Array, reach: float) -> Array:
+    """How far any point may leave the straight line between two looks, within one span of the cubic each [m].
+
+    A curve leaves its chord by at most its largest acceleration times the time squared, over eight. A point within
+    `reach` of all joints has an acceleration of at most reach * (sum |q''| + (sum |q'|)^2): every joint adds its own,
+    and every pair of joints turns what the other one adds.
+    """
+    dt = np.diff(times)
+    turning, speeding = derivatives(trajectory, times)
+    fastest = turning.max(axis=0) + speeding.max(axis=0) * dt[:, None] / 2
+    acceleration = speeding.max(axis=0).sum(axis=1) + fastest.sum(axis=1) ** 2
+    swing: Array = max(reach, 1.0) * acceleration * dt**2 / 8
+    return swing
+
+
+def _split(times: Array, counts: Array) -> Array:
+    """Each span between two times divided into so many equal ones."""
+    whole = np.maximum(counts, 1).astype(np.int64)
+    span = np.repeat(np.diff(times) / whole, whole)
+    first = np.repeat(times[:-1], whole)
+    index = np.arange(whole.sum()) - np.repeat(np.cumsum(whole) - whole, whole)
+    return np.append(first + index * span, times[-1])
+
+
+def travelled(solid: Solid, T: Array) -> Array:
+    """Bound on the distance any point of a solid moves from each pose to the next, shape (n - 1,) [m].
+
+    A rotation by an angle moves points of a sphere round the centre by at most 2 sin(angle / 2) radii; that chord is
+    the Frobenius norm of the difference of the rotations over sqrt(2).
+    """
+    center = T[:, :3, :3] @ solid.center + T[:, :3, 3]
+    chord = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)
+    bound: Array = np.linalg.norm(np.diff(center, axis=0), axis=1) + chord * solid.radius
+    return bound
+
+
+def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = None) -> list[Touch]:
+    """For each pair of bodies (a, b, allowed depth) the first sample where they are deeper than allowed, if any.
+
+    `swing`, shape (samples - 1,), is how far any point leaves the straight line between two samples [m].
+    """
+    found = [touch for a, b, allowed in pairs if (touch := _first_touch(a, b, allowed, swing)) is not None]
+    return sorted(found, key=lambda touch: (touch.sample, touch.bodies))
+
+
+def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Touch | None:
+    """Conservative advancement over samples (Mirtich 1996): a pair apart by d cannot touch before it has moved by d.
+
+    The motion is that of b in the frame of a, so bodies that travel together cost one look.
+    """
+    between = b.center - a.center
+    if np.einsum("ij,ij->i", between, between).min() > (a.solid.radius + b.solid.radius) ** 2:
+        return None
+    center = ((b.center - a.T[:, :3, 3])[:, None] @ a.T[:, :3, :3])[:, 0]
+    beyond = np.maximum(np.maximum(a.solid.lower - center, center - a.solid.upper), 0.0)
+    gap = np.sqrt((beyond * beyond).sum(axis=1)) - b.solid.radius
+    if gap.min() > 0.0:
+        return None
+    T_a_b = inverse(a.T) @ b.T
+    steps = travelled(b.solid, T_a_b)
+    path = np.concatenate([[0.0], np.cumsum(steps if swing is None else steps + swing)])
+    k, n = 0, len(T_a_b)
+    while k < n:
+        room = float(gap[k])
+        if room < 0.02:
+            room = clearance(a.solid, b.solid, T_a_b[k], allowed)
+        if room < -allowed:
+            return Touch(k, (a.solid.name, b.solid.name), -room)
+        k = max(k + 1, int(np.searchsorted(path, path[k] + room + allowed, side="right")))
+    return None
+
+
+def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array]) -> list[Mover]:
+    """Bodies that stand still, by name in order."""
+    return [Mover(solids[name], poses[name][None]) for name in sorted(poses)]

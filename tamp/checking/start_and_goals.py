@@ -1,0 +1,140 @@
+"""Checks of a plan's two ends: does it start from the task's scene, and does it reach the task's goals?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.settling import unexplained
+from tamp.checking.physics.stacks import off_balance, stack_of
+from tamp.checking.physics.support import balanced, carriers, overlaps
+from tamp.checking.scene import Scene, State, in_region
+from tamp.task.model import At, In, On
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from tamp.checking.replay import Replay
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Plan
+    from tamp.task.pose import Pose
+
+
+def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
+    """The plan starts from the scene as it is known, or else from the task's scene after settling.
+
+    An observed scene is the truth, whatever it looks like. A settled one is where settling takes each object from its
+    pose in the task, with nothing in the air, nothing inside anything else, and every stack in balance.
+
+    Args:
+        replay: a replay before its first action.
+        exact: the poses that the scene is known to have, or None where only the task is known.
+    """
+    scene, state, allow = replay.scene, replay.state, replay.allow
+    if exact is not None:
+        for name in sorted(exact):
+            drift = scene.displacement(name, exact[name].matrix, state.poses[name])
+            if drift > allow.reached:
+                replay.report("start", f"{name} starts {1000 * drift:.0f} mm from where it stands", (name,), drift)
+        return
+    written = {thing.name: thing.pose.matrix for thing in scene.task.objects}
+    for name in sorted(written):
+        astray = unexplained(scene, state, name, written, allow)
+        if astray > 0.0:
+            sentence = f"{name} starts {1000 * astray:.0f} mm from where it settles from its pose in the task"
+            replay.report("start", sentence, (name,), astray)
+        for sentence, bodies, depth in overlaps(scene, state, name, allow):
+            replay.report("start", f"at the start {sentence}", bodies, depth)
+    for name, far in _off_balance(scene, state, allow).items():
+        sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
+        replay.report("start", sentence, (name,), min(far, 1.0))
+
+
+def _off_balance(scene: Scene, state: State, allow: Tolerances) -> dict[str, float]:
+    """The objects that would not stay where they stand, and by how much they are off balance [m]."""
+    found, waiting = dict[str, float](), sorted(state.poses)
+    while waiting:
+        stack = stack_of(scene, state, waiting[0], allow)
+        waiting = [name for name in waiting if name not in stack.names]
+        found |= {name: far for name, far in off_balance(scene, state, stack).items() if far > allow.balance}
+        for name in stack.names:
+            touching = carriers(scene, state, name, allow)
+            balance = balanced(scene, state, name, touching, allow) if touching.bodies else -np.inf
+            if balance < -allow.balance:
+                found.setdefault(name, -balance)
+    return found
+
+
+def check_goals(replay: Replay, plan: Plan, settled: Mapping[str, Pose] | None) -> None:
+    """Every goal of the task holds at the end of the plan.
+
+    Args:
+        replay: a replay after its last action.
+        plan: says what it takes the goals for.
+        settled: where goal poses are known to settle, or None where only the task is known.
+    """
+    state = replay.state
+    if state.held is not None:
+        replay.report("goal", f"the plan ends with {state.held.object} still in the hand", (state.held.object,))
+    for thing in replay.scene.task.objects:
+        if isinstance(thing.goal, At):
+            _check_at(replay, plan, thing.name, settled)
+        elif thing.goal is not None:
+            _check_relation(replay, thing.name, thing.goal)
+    for fact in replay.scene.task.goal:
+        if fact not in state.facts:
+            replay.report("goal", f"({' '.join(fact)}) does not hold at the end", fact[1:])
+
+
+def _check_at(replay: Replay, plan: Plan, name: str, settled: Mapping[str, Pose] | None) -> None:
+    scene, allow = replay.scene, replay.allow
+    meant = plan.goals.get(name)
+    if meant is None:
+        replay.report("goal", f"the plan names no pose for the goal of {name}", (name,))
+        return
+    if settled is None:
+        _check_settled(replay, name, meant)
+    else:
+        astray = scene.displacement(name, meant.matrix, settled[name].matrix)
+        if astray > allow.reached:
+            sentence = f"the plan's goal of {name} is {1000 * astray:.0f} mm from the task's"
+            replay.report("goal", sentence, (name,), astray)
+    missed = scene.displacement(name, replay.state.poses[name], meant.matrix)
+    if missed > allow.reached:
+        replay.report("goal", f"{name} ends {1000 * missed:.0f} mm from its goal", (name,), missed)
+
+
+def _check_settled(replay: Replay, name: str, meant: Pose) -> None:
+    """The plan's goal, and where the object ends, are each where the task's goal settles to, among all as they end."""
+    scene, ends = replay.scene, replay.state
+    asked = {o.name: o.goal.pose.matrix for o in scene.task.objects if isinstance(o.goal, At)}
+    claimed = replace(ends, poses={**ends.poses, name: meant.matrix})
+    for state, title in ((claimed, f"the plan's goal of {name} is"), (ends, f"{name} ends")):
+        astray = unexplained(scene, state, name, asked, replay.allow)
+        if astray > 0.0:
+            replay.report("goal", f"{title} {1000 * astray:.0f} mm from where the task's settles", (name,), astray)
+
+
+def _check_relation(replay: Replay, name: str, goal: On | In) -> None:
+    scene, state = replay.scene, replay.state
+    regions = {region.name: region for region in scene.task.regions}
+    if goal.target in regions:
+        holds = in_region(scene, state, name, regions[goal.target])
+    elif isinstance(goal, On):
+        holds = goal.target in carriers(scene, state, name, replay.allow).bodies
+    else:
+        holds = _contains(scene, state, goal.target, name)
+    if not holds:
+        relation = "in" if isinstance(goal, In) else "on"
+        replay.report("goal", f"{name} does not end {relation} {goal.target}", (name, goal.target))
+
+
+def _contains(scene: Scene, state: State, container: str, name: str) -> bool:
+    """Whether the centre of an object's box lies in the box of another."""
+    inner, outer = scene.solids[name], scene.solids[container]
+    center = np.append((inner.lower + inner.upper) / 2, 1.0)
+    local = (inverse(state.poses[container]) @ state.poses[name] @ center)[:3]
+    return bool(((local >= outer.lower) & (local <= outer.upper)).all())

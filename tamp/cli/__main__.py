@@ -1,0 +1,5 @@
+"""`python -m tamp.cli`."""
+
+from tamp.cli.command_line import run
+
+run()

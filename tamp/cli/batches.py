@@ -1,0 +1,159 @@
+"""What commands that run batches share: tasks from files, a batch from options, its progress."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from tamp.cli.options import load, positive_int, seconds, setting, settings_given
+from tamp.cli.parser import Parser
+from tamp.cli.progress import progress
+from tamp.errors import TampError
+from tamp.pipeline.options.settings import Settings
+
+if TYPE_CHECKING:
+    from tamp.batch import Batch
+    from tamp.batch.pool import Outcome
+    from tamp.results import Result
+    from tamp.task import Task
+
+BEYOND_LIMITS_S = 120.0
+"""What a task may take beyond its limits of planning and execution before it is ended from outside [s]."""
+
+
+def add_batch_options(parser: Parser) -> None:
+    """How a batch is run; the same for every command that runs one."""
+    add = parser.add_argument
+    add("--workers", type=positive_int, default=1, metavar="N", help="tasks at the same time; default 1")
+    where = "where the work is done: here, on a Dask cluster, or as SLURM jobs; default local"
+    add("--executor", choices=("local", "dask", "submitit"), default="local", help=where)
+    add("--address", metavar="tcp://HOST:PORT", help="of a Dask scheduler; default: a cluster started here")
+    add("--slurm", type=setting, action="append", default=[], metavar="NAME=VALUE", help="such as partition=cpu")
+    resume = "run what --output does not have yet, or has from other options, another task or other versions"
+    add("--resume", action="store_true", help=resume)
+    add("--overwrite", action="store_true", help="forget the results that --output has")
+    add("--skip-invalid", action="store_true", help="run the other tasks where some are invalid")
+    add("--time-limit", type=seconds, metavar="SECONDS", help="kill a task that takes longer in all; default: ample")
+    add("--memory-limit", type=seconds, default=6.0, metavar="GIB", help="kill a task that takes more; default 6")
+
+
+def load_tasks(paths: Sequence[Path], options: argparse.Namespace) -> list[Task]:
+    """The tasks that can be run, after a sentence on each bad file; none where one is bad and none is to be skipped."""
+    tasks = [_task(path, options) for path in paths]
+    good = [task for task in tasks if task is not None]
+    return good if options.skip_invalid or len(good) == len(tasks) else []
+
+
+def _task(path: Path, options: argparse.Namespace) -> Task | None:
+    from tamp.pipeline.options.trust import refuse_code
+
+    try:
+        task = load(path, options)
+        refuse_code(task, options.domain, trusted=options.trust_task_code)
+        return task
+    except TampError as error:
+        print(f"tamp: {error}", file=sys.stderr)
+        return None
+
+
+def batch(
+    options: argparse.Namespace,
+    tasks: Sequence[Task],
+    *,
+    samplers: Mapping[str, str],
+    output: Path,
+    settings: Mapping[str, Any] = MappingProxyType({}),
+) -> Batch:
+    """The batch that options describe.
+
+    Args:
+        options: as `add_batch_options` and `add_planning_options` make them.
+        tasks: what to solve.
+        samplers: stream name -> address, in place of the tasks' own.
+        output: where results go.
+        settings: fields of `Settings`, in place of what the options say.
+
+    Raises:
+        SamplerError: for a stream or a function that does not exist, before anything runs.
+    """
+    from tamp.batch import Batch
+
+    given = {**settings_given(options), **settings}
+    Settings(**given)
+    _refuse_unknown_samplers(tasks, samplers, given.get("domain"))
+    longest = max((options.timeout or t.limits.planning_s) + t.limits.execution_sim_s for t in tasks)
+    return Batch(
+        tasks=tasks,
+        seeds=tuple(dict.fromkeys(options.seed or (0,))),
+        options={
+            "timeout": options.timeout,
+            "samplers": dict(samplers),
+            **given,
+            "execute": not options.no_execute,
+            "allow_outside": options.allow_outside,
+            "trust_task_code": options.trust_task_code,
+        },
+        workers=options.workers,
+        time_limit_s=options.time_limit or longest + BEYOND_LIMITS_S,
+        memory_limit=int(options.memory_limit * 2**30) if sys.platform.startswith("linux") else None,
+        output=output,
+        resume=options.resume,
+        overwrite=options.overwrite,
+        executor=_executor(options, output if options.output_given else None),
+    )
+
+
+def _executor(options: argparse.Namespace, output: Path | None) -> Callable[..., Iterator[Outcome]]:
+    """What runs the jobs; libraries of clusters are imported only where they are asked for."""
+    if options.executor == "dask":
+        from tamp.batch.dask import run_on_dask
+
+        return partial(run_on_dask, address=options.address)
+    if options.executor == "submitit":
+        from tamp.batch.slurm import run_on_slurm
+
+        if output is None:
+            raise TampError("--executor submitit needs --output DIR, a folder that all machines see")
+        return partial(run_on_slurm, folder=output / "jobs", parameters=dict(options.slurm))
+    from tamp.batch.pool import run_jobs
+
+    return run_jobs
+
+
+def _refuse_unknown_samplers(tasks: Sequence[Task], replaced: Mapping[str, str], domain: str | None) -> None:
+    """Before anything runs; the domain is imported only where somebody names a sampler."""
+    if not replaced and not any(task.samplers for task in tasks):
+        return
+    from tamp.domains.catalog import load_domain
+    from tamp.domains.samplers import resolve_samplers
+
+    for task in tasks:
+        resolve_samplers(load_domain(domain or task.domain).samplers, task.samplers, replaced)
+
+
+def run_batch(batch: Batch) -> tuple[list[Result], bool]:
+    """All results, and whether the user broke it off."""
+    found, interrupted = run_batches([batch])
+    return found[0], interrupted
+
+
+def run_batches(batches: Sequence[Batch]) -> tuple[list[list[Result]], bool]:
+    """The results of each of several batches, run by turns, and whether the user broke it off."""
+    from tamp.batch import run_together
+
+    results: list[list[Result]] = [[] for _ in batches]
+    runs = run_together(batches)
+    try:
+        with progress(sum(len(batch.tasks) * len(batch.seeds) for batch in batches)) as advance:
+            for place, result in runs:
+                results[place].append(result)
+                advance(result)
+    except KeyboardInterrupt:
+        runs.close()
+        return results, True
+    return results, False

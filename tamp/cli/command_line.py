@@ -1,0 +1,113 @@
+"""The whole command line: parse, call, and turn what goes wrong into one sentence and an exit status."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import sys
+import threading
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from tamp.cli.commands import (
+    compare,
+    doctor,
+    formats,
+    generate,
+    installed,
+    perceive,
+    samplers,
+    score,
+    show,
+    solve,
+    steps,
+)
+from tamp.cli.options import add_verbosity
+from tamp.cli.output import asked_only
+from tamp.cli.parser import Parser
+from tamp.cli.status import BAD_INPUT, INTERRUPTED, UNSOLVED
+from tamp.errors import TampError
+
+FAMILIES = (solve, steps, perceive, score, compare, show, formats, generate, samplers, installed, doctor)
+"""The modules that add commands, in the order of `tamp --help`."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; the exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted."""
+    whole = parser()
+    options = whole.parse_args(arguments)
+    options.parser = whole
+    _log(options.quiet, options.verbose)
+    if _names_code(options) and "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+    try:
+        with asked_only() as options.out:
+            status: int = options.run(options)
+    except TampError as error:
+        if options.verbose:
+            traceback.print_exc()
+        print(f"tamp: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("tamp: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # whoever read our output has gone; Python would complain again when flushing at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return UNSOLVED
+    return status
+
+
+def run() -> NoReturn:
+    """The command as a process: `main`, and the end, whatever threads samplers have left behind."""
+    status = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if any(thread is not threading.main_thread() and not thread.daemon for thread in threading.enumerate()):
+        os._exit(status)
+    sys.exit(status)
+
+
+def parser() -> Parser:
+    """All commands with their options."""
+    statuses = "exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted"
+    about = "Task and motion planning at a cluttered table."
+    whole = Parser(prog="tamp", description=about, epilog=statuses)
+    whole.set_defaults(verbose=0, quiet=False)
+    add_verbosity(whole)
+    whole.add_argument("--version", action=_Version, help="show the version and exit")
+    commands = whole.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for family in FAMILIES:
+        family.add(commands)
+    return whole
+
+
+class _Version(argparse.Action):
+    """`--version`; what is installed is looked up only when somebody asks."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, help: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help=help)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from tamp.versions import versions
+
+        print(f"tamp {versions()['tabletop-tamp']}")
+        parser.exit()
+
+
+def _names_code(options: argparse.Namespace) -> bool:
+    """Whether the user names code of their own, which is found where they stand, behind all that is installed.
+
+    Nothing else is imported from there: the folder may be a stranger's, and hold a `yaml.py`.
+    """
+    named = ("sampler", "contender", "trust_task_code", "address")
+    return any(getattr(options, name, None) for name in named) or "." in (getattr(options, "domain", None) or "")
+
+
+def _log(quiet: bool, verbose: int) -> None:
+    """Say more or less on standard error: warnings; with -v what happens, with -vv everything; with -q errors only."""
+    level = logging.ERROR if quiet else (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)]
+    logging.basicConfig(stream=sys.stderr, format="tamp: %(message)s", force=True)
+    logging.getLogger("tamp").setLevel(level)

@@ -1,0 +1,59 @@
+"""`tamp solve --replay RUN`: run again what a run's manifest records, and hold the two plans against each other."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tamp.cli.status import SOLVED, UNSOLVED
+from tamp.errors import TampError
+
+
+def replay(options: argparse.Namespace) -> int:
+    """Solve the run's task once more; exit status 0 where the plan is the same to the last bit.
+
+    Raises:
+        TampError: where the folder holds no run, or an input has changed since.
+    """
+    from tamp.pipeline.options.trust import HOW
+    from tamp.pipeline.solve import solve
+    from tamp.task.files.load import load_task
+    from tamp.versions import versions
+
+    manifest = options.replay / "manifest.json"
+    recorded = _manifest(manifest)
+    # Whom the run's owner trusted says nothing of whom this user trusts.
+    configuration = {**recorded["configuration"], "trust_task_code": options.trust_task_code}
+    if configuration.get("samplers") and not options.trust_task_code:
+        raise TampError(f"{manifest}: the run used {', '.join(configuration['samplers'].values())}; {HOW}")
+    task = load_task(recorded["task_path"], allow_outside=configuration.pop("allow_outside"))
+    for name, version in versions().items():
+        if recorded["versions"].get(name) != version:
+            print(f"note: {name} is {version}; the run had {recorded['versions'].get(name, 'none')}", file=options.out)
+    result = solve(task, **configuration)
+    same = result.plan_sha256 == recorded["plan_sha256"]
+    told = "the same plan" if same else "another plan"
+    print(f"{task.name}, seed {result.seed}: {result.status}; {told}", file=options.out)
+    return SOLVED if same else UNSOLVED
+
+
+def _manifest(path: Path) -> Mapping[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise TampError(f"{path}: cannot be read: {error.strerror}; give one run's folder, OUT/TASK-SEED") from None
+    except (ValueError, RecursionError) as error:
+        raise TampError(f"{path}: not the manifest of a run: {error}") from None
+    if not isinstance(data, dict) or data.get("format") != "tamp-manifest" or data.get("version") != 1:
+        raise TampError(f"{path}: not a manifest of version 1")
+    if not data.get("task_path"):
+        raise TampError(f"{path}: the run's task came from no file and cannot be run again")
+    for name, digest in data["inputs"].items():
+        file = Path(name)
+        if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != digest:
+            raise TampError(f"{path}: {file} has changed since the run, or is gone")
+    return data

@@ -1,0 +1,96 @@
+"""`tamp solve`: tasks planned, checked, executed and scored, many at a time, and their table."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import logging
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batch
+from tamp.cli.commands.replay import replay
+from tamp.cli.options import add_json, add_planning_options, command, natural
+from tamp.cli.output import to_stdout, write_json, write_text
+from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
+from tamp.errors import TampError
+
+if TYPE_CHECKING:
+    from tamp.cli.options import Commands
+    from tamp.results import Result
+
+log = logging.getLogger("tamp")
+
+
+def add(commands: Commands) -> None:
+    """`solve`."""
+    parser = command(commands, "solve", solve, "plan, check, execute and score tasks")
+    add = parser.add_argument
+    add("tasks", nargs="*", type=Path, metavar="TASK.yaml")
+    add("--seed", type=natural, action="append", metavar="N", help="repeat it for several seeds; default 0")
+    add_planning_options(parser)
+    add("--no-execute", action="store_true", help="only plan and check")
+    add("--output", type=Path, metavar="DIR", help="for results; default: a new folder in results/")
+    add_json(parser)
+    add("--csv", type=Path, metavar="FILE", help="the results as a table of comma-separated values")
+    add("--replay", type=Path, metavar="RUN", help="run again what a run's folder records, and compare the plans")
+    add_batch_options(parser)
+
+
+def solve(options: argparse.Namespace) -> int:
+    """Run the batch that the options describe; without tasks, or with a bad one, nothing is run."""
+    from tamp.report.tables import csv_text
+
+    if options.replay is not None:
+        return replay(options)
+    if not options.tasks:
+        raise TampError("solve needs at least one TASK.yaml")
+    if options.resume and options.output is None:
+        raise TampError("--resume needs --output DIR, the folder that holds the results so far")
+    tasks = load_tasks(options.tasks, options)
+    if not tasks:
+        return BAD_INPUT
+    options.output_given = options.output is not None
+    options.output = options.output or new_folder()
+    prepared = batch(options, tasks, samplers=dict(options.sampler), output=options.output)
+    results, interrupted = run_batch(prepared)
+    _show(results, options)
+    write_json(options, [result.as_dict() for result in results])
+    if options.csv is not None:
+        write_text(options.csv, csv_text(results))
+    if interrupted:
+        raise KeyboardInterrupt
+    return _status(results, options)
+
+
+def new_folder() -> Path:
+    """A folder in results/ that does not exist yet, named by the time."""
+    stamp = datetime.now().strftime("%Y-%m-%d-%H%M%S")
+    names = (Path("results") / (stamp if i == 1 else f"{stamp}-{i}") for i in itertools.count(1))
+    return next(name for name in names if not name.exists())
+
+
+def _show(results: Sequence[Result], options: argparse.Namespace) -> None:
+    from tamp.report.tables import summary_line
+    from tamp.results import print_table
+
+    for result in results:
+        if result.status == "invalid":
+            print(f"tamp: {result.message}", file=sys.stderr)
+        if result.plans_rejected:
+            log.warning("%s: the checker sent %d plans back: a bug of ours", result.task, result.plans_rejected)
+    if not (to_stdout(options) or options.quiet) and any(r.status != "invalid" for r in results):
+        print_table(results, options.out)
+        print(summary_line(results, options.output), file=options.out)
+    else:
+        log.info("results in %s", options.output)
+
+
+def _status(results: Sequence[Result], options: argparse.Namespace) -> int:
+    invalid = sum(r.status == "invalid" for r in results)
+    if invalid and not (options.skip_invalid and invalid < len(results)):
+        return BAD_INPUT
+    return SOLVED if all(r.solved for r in results if r.status != "invalid") else UNSOLVED

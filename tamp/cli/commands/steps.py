@@ -1,0 +1,142 @@
+"""`tamp plan`, `check`, `execute`: the steps of solving one at a time, through files."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tamp.cli.options import (
+    add_json,
+    add_planning_options,
+    add_simulator,
+    add_trust,
+    command,
+    load,
+    natural,
+    settings_given,
+)
+from tamp.cli.output import to_stdout, write_json
+from tamp.cli.status import SOLVED, UNSOLVED
+from tamp.cli.watchdog import ended_by_force
+from tamp.errors import PlanningFailure, PlanRefusedError
+from tamp.execution.simulators import DEFAULT
+
+if TYPE_CHECKING:
+    from tamp.cli.options import Commands
+    from tamp.execution.log import Execution
+
+
+def add(commands: Commands) -> None:
+    """`plan`, `check`, `execute`."""
+    parser = command(commands, "plan", plan, "plan a task and write the plan", "task")
+    parser.add_argument("-o", "--output", type=Path, metavar="PLAN.json", help="where the plan goes")
+    parser.add_argument("--seed", type=natural, default=0, metavar="N")
+    add_planning_options(parser)
+    add_json(parser)
+    parser = command(commands, "check", check, "judge a plan independently of the planner", "task", "plan")
+    add_trust(parser)
+    add_json(parser)
+    parser = command(commands, "execute", execute, "carry a plan out in the simulator", "task", "plan")
+    parser.add_argument("-o", "--output", type=Path, metavar="POSES.json", help="where the final poses go")
+    parser.add_argument("--seed", type=natural, default=0, metavar="N")
+    add_simulator(parser, f"in which it is carried out; default {DEFAULT}", DEFAULT)
+    unchecked = "carry out what the checker rejects too: for experiments in simulation only"
+    parser.add_argument("--unchecked", action="store_true", help=unchecked)
+    add_trust(parser)
+    add_json(parser)
+
+
+def plan(options: argparse.Namespace) -> int:
+    """Plan a task, print the actions, write the plan."""
+    from tamp.pipeline.plan import plan as plan_task
+    from tamp.task.files.plan_file import plan_sha256, save_plan
+
+    task = load(options.task, options)
+    try:
+        with ended_by_force(UNSOLVED, lambda: _give_up(options, "timeout", "planning could not be interrupted")):
+            found = plan_task(
+                task,
+                seed=options.seed,
+                timeout=options.timeout or task.limits.planning_s,
+                samplers=dict(options.sampler),
+                **settings_given(options),
+                trust_task_code=options.trust_task_code,
+            )
+    except PlanningFailure as failure:
+        _give_up(options, failure.status, str(failure.report))
+        return UNSOLVED
+    digest = plan_sha256(found)
+    if not to_stdout(options):
+        for number, action in enumerate(found.actions):
+            print(f"{number:3d}  {action}", file=options.out)
+        told = f"{len(found.actions)} actions, {found.duration:.1f} s of motion, {digest[:12]}"
+        print(told, file=options.out)
+    more = {"duration_s": found.duration, "plan_sha256": digest, "report": dict(found.report)}
+    write_json(options, {"status": "planned", "actions": [str(action) for action in found.actions], **more})
+    if options.output is not None:
+        save_plan(found, options.output)
+    return SOLVED
+
+
+def _give_up(options: argparse.Namespace, status: str, why: str) -> None:
+    print(f"no plan ({status})\n{why}", file=sys.stderr)
+    write_json(options, {"status": status, "message": why, "actions": []})
+    options.out.flush()
+
+
+def check(options: argparse.Namespace) -> int:
+    """Print the checker's verdict."""
+    from tamp.pipeline.check import check as check_plan
+    from tamp.task.files.plan_file import load_plan
+
+    task = load(options.task, options)
+    verdict = check_plan(task, load_plan(options.plan), trust_task_code=options.trust_task_code)
+    if not to_stdout(options):
+        print(verdict, file=options.out)
+    write_json(options, {"accepted": verdict.accepted, "problems": [asdict(p) for p in verdict.problems]})
+    return SOLVED if verdict.accepted else UNSOLVED
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Carry a plan out that the checker accepts, print what happened, write the final poses."""
+    from tamp.execution.executor import execute as execute_unchecked
+    from tamp.pipeline.execute import execute as execute_plan
+    from tamp.pipeline.run import save_poses
+    from tamp.task.files.plan_file import load_plan
+
+    task = load(options.task, options)
+    made, how = load_plan(options.plan), {"seed": options.seed, "simulator": options.simulator}
+    if options.unchecked:
+        print("tamp: WARNING: this plan is carried out UNCHECKED", file=sys.stderr)
+        run = execute_unchecked(task, made, **how)
+    else:
+        try:
+            run = execute_plan(task, made, trust_task_code=options.trust_task_code, **how)
+        except PlanRefusedError as refused:
+            print(f"tamp: {refused}\n--unchecked carries it out all the same", file=sys.stderr)
+            write_json(options, {"status": "refused", "message": str(refused)})
+            return UNSOLVED
+    if not to_stdout(options):
+        for entry in run.log:
+            deviations = "".join(f"; {d}" for d in entry.deviations)
+            print(f"{entry.sim_s:7.1f} s  {entry.name}{deviations}", file=options.out)
+        grasps = f"grasps {run.grasps_succeeded}/{run.grasps_attempted}"
+        print(f"{run.status} after {run.sim_s:.1f} s; {grasps}", file=options.out)
+    write_json(options, _told(run))
+    if options.output is not None:
+        save_poses(run.final_poses, options.output)
+    return SOLVED if run.status == "done" else UNSOLVED
+
+
+def _told(run: Execution) -> dict[str, Any]:
+    return {
+        "status": run.status,
+        "sim_s": run.sim_s,
+        "grasps_attempted": run.grasps_attempted,
+        "grasps_succeeded": run.grasps_succeeded,
+        "actions": [{"name": e.name, "sim_s": e.sim_s, "deviations": [str(d) for d in e.deviations]} for e in run.log],
+        "final_poses": {name: {"xyz": list(p.xyz), "quat": list(p.quat)} for name, p in run.final_poses.items()},
+    }

@@ -1,0 +1,79 @@
+"""Standard output, which carries what was asked for and nothing else; and what several commands write alike."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
+from typing import Any, TextIO
+
+from tamp.errors import TampError
+
+STDOUT = 1
+
+
+@contextmanager
+def asked_only() -> Iterator[TextIO]:
+    """Give standard output as it was; whoever else prints while the block runs, prints to standard error.
+
+    Samplers and native libraries print where they like: Python's `sys.stdout` and file descriptor 1 both lead to
+    standard error within the block, also in the processes that it starts.
+    """
+    asked = sys.stdout
+    asked.flush()
+    with redirect_stdout(sys.stderr):
+        if not _is_stdout(asked):  # somebody in this process reads it: there is no descriptor to keep clean
+            yield asked
+            return
+        kept = os.dup(STDOUT)
+        os.dup2(2, STDOUT)
+        try:
+            with os.fdopen(os.dup(kept), "w", encoding=asked.encoding, errors=asked.errors, buffering=1) as out:
+                yield out
+        finally:
+            os.dup2(kept, STDOUT)
+            os.close(kept)
+
+
+def _is_stdout(stream: TextIO) -> bool:
+    try:
+        return stream.fileno() == STDOUT
+    except (OSError, ValueError):
+        return False
+
+
+def write_json(options: argparse.Namespace, data: Any) -> None:
+    """Write data to the file of `--json`; "-" is standard output, no file writes nothing.
+
+    Raises:
+        TampError: where the file cannot be written.
+    """
+    if options.json is None:
+        return
+    text = json.dumps(data, indent=1, allow_nan=False) + "\n"
+    if to_stdout(options):
+        options.out.write(text)
+    else:
+        write_text(options.json, text)
+
+
+def to_stdout(options: argparse.Namespace) -> bool:
+    """Whether the JSON goes to standard output, so that nothing else should."""
+    return str(options.json) == "-"
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file, folders and all.
+
+    Raises:
+        TampError: where it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise TampError(f"{path}: cannot be written: {error.strerror}") from error

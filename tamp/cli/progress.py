@@ -1,0 +1,104 @@
+"""How far a batch is: a bar on a terminal; elsewhere, as in a log, a line a minute."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from tamp.results import Result
+
+PAUSE_S = 60.0
+"""Time between two lines where there is no terminal [s]."""
+
+log = logging.getLogger("tamp")
+
+
+class Advance(Protocol):
+    """Takes each result as it comes."""
+
+    def __call__(self, result: Result) -> None:
+        """Count a result."""
+
+
+@contextmanager
+def progress(total: int) -> Iterator[Advance]:
+    """Say on standard error how far `total` runs are; with -q nothing, with -v a line a result."""
+    if log.getEffectiveLevel() > logging.WARNING:
+        yield _tell
+    elif sys.stderr.isatty():
+        with _bar(total) as advance:
+            yield advance
+    else:
+        with _lines(Count(total)) as advance:
+            yield advance
+
+
+@dataclass
+class Count:
+    """Results so far."""
+
+    total: int
+    solved: int = 0
+    failed: int = 0
+    began: float = field(default_factory=time.monotonic)
+
+    def __str__(self) -> str:
+        done = self.solved + self.failed
+        spent = time.monotonic() - self.began
+        left = f", about {spent / done * (self.total - done) / 60:.0f} min left" if done else ""
+        return f"{done} of {self.total} done after {spent / 60:.0f} min: {self.solved} solved, {self.failed} not{left}"
+
+
+@contextmanager
+def _lines(count: Count, pause_s: float = PAUSE_S) -> Iterator[Advance]:
+    """A line every minute, whether results come or not."""
+    ended = threading.Event()
+
+    def speak() -> None:
+        while not ended.wait(pause_s):
+            print(f"tamp: {count}", file=sys.stderr, flush=True)
+
+    def advance(result: Result) -> None:
+        count.solved += result.solved
+        count.failed += not result.solved
+        _tell(result)
+
+    speaker = threading.Thread(target=speak, daemon=True)
+    speaker.start()
+    try:
+        yield advance
+    finally:
+        ended.set()
+        speaker.join()
+
+
+@contextmanager
+def _bar(total: int) -> Iterator[Advance]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    counts = TextColumn("[green]{task.fields[solved]} solved[/green] [red]{task.fields[failed]} failed[/red]")
+    now = TextColumn("{task.description}", markup=False)
+    columns = (BarColumn(), MofNCompleteColumn(), counts, TimeRemainingColumn(), now)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        count = Count(total)
+        line = bar.add_task("", total=total, solved=0, failed=0)
+
+        def advance(result: Result) -> None:
+            count.solved += result.solved
+            count.failed += not result.solved
+            said = f"{result.task} {result.status}"
+            bar.update(line, advance=1, description=said, solved=count.solved, failed=count.failed)
+
+        yield advance
+
+
+def _tell(result: Result) -> None:
+    log.info("%s, seed %d: %s after %.1f s", result.task, result.seed, result.status, result.wall_s)

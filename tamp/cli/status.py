@@ -1,0 +1,3 @@
+"""Exit statuses."""
+
+SOLVED, UNSOLVED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

@@ -1,0 +1,109 @@
+"""The clock that time limits are kept on: wall time, or the processor time of this process and its children.
+
+A limit in wall time is what a person waits for; the same limit in processor time gives a search the same work on a busy
+machine as on an idle one. Every deadline in the planner, the samplers and the pipeline is a value of `now()`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Literal
+
+Clock = Literal["wall", "processor"]
+
+GRACE_S = 0.4
+"""What goes on for longer than this past its deadline does not look at the clock, and is interrupted [s]."""
+AGAIN_S = 0.1
+"""How soon what catches the interruption is interrupted again [s]."""
+
+_CLOCK: ContextVar[Clock] = ContextVar("tamp-clock", default="wall")
+_WATCH: ContextVar[Callable[[float | None], None] | None] = ContextVar("tamp-watch", default=None)
+
+
+def now() -> float:
+    """The time on the clock that limits are kept on [s]; only differences mean anything."""
+    return time.monotonic() if _CLOCK.get() == "wall" else sum(os.times()[:4])
+
+
+def in_use() -> Clock:
+    """The name of that clock."""
+    return _CLOCK.get()
+
+
+@contextmanager
+def limits_in(clock: Clock) -> Iterator[None]:
+    """Keep time limits on a clock while the block runs, in this thread."""
+    token = _CLOCK.set(clock)
+    try:
+        yield
+    finally:
+        _CLOCK.reset(token)
+
+
+class TimeUp(BaseException):
+    """Raised in the middle of what goes on past its deadline; no `except Exception` of a sampler's stops it."""
+
+
+@contextmanager
+def ended_at(deadline: float) -> Iterator[None]:
+    """End the block by TimeUp where it goes on past a deadline, whatever it does: it may sleep, or spin.
+
+    Python can be interrupted in the main thread alone, and between two of its own instructions: native code that does
+    not return, and calls from other threads, are not. Whoever watches this process from outside (`watched`) is told
+    the deadline and can end it.
+
+    Args:
+        deadline: on the clock of `now` [s].
+    """
+    watch = _WATCH.get() if in_use() == "wall" else None
+    if watch is not None:
+        watch(deadline)
+    try:
+        with _alarm(deadline):
+            yield
+    finally:
+        if watch is not None:
+            watch(None)
+
+
+@contextmanager
+def watched(watch: Callable[[float | None], None]) -> Iterator[None]:
+    """Tell `watch` each deadline of `ended_at` as it comes, in time.monotonic() [s], and None as it is no more."""
+    token = _WATCH.set(watch)
+    try:
+        yield
+    finally:
+        _WATCH.reset(token)
+
+
+@contextmanager
+def _alarm(deadline: float) -> Iterator[None]:
+    """Raise TimeUp by the process's alarm clock, where that is free."""
+    main = threading.current_thread() is threading.main_thread()
+    if not main or math.isinf(deadline) or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:
+        yield
+        return
+    inside = True
+
+    def ring(*_: object) -> None:
+        left = deadline + GRACE_S - now()
+        if inside:
+            signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN_S)
+            if left <= 0:
+                raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
+
+    signal.signal(signal.SIGALRM, ring)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, max(AGAIN_S, deadline + GRACE_S - now()))
+        yield
+    finally:
+        inside = False  # first of all: an alarm that rings from here on must find nobody
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)

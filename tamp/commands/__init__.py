@@ -1,1 +1,0 @@
-"""What the `tamp` command's subcommands do, one function each: from parsed options to an exit status."""

@@ -1,0 +1,143 @@
+"""The robot's single steps: following a trajectory set point by set point, closing on an object, letting it go."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.execution.log import Deviation, Kind
+from tamp.execution.monitor import deviation
+from tamp.execution.simulator import GRAVITY, STEP, Simulator, wait
+from tamp.task import Attachment, Grip, Move, Pose, Release, Trajectory
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+def positions_at(trajectory: Trajectory, times: Array) -> Array:
+    """Joint positions at `times` [s], shape (n, joints) [rad]: the cubic Hermite curve, at rest before and after."""
+    knots, q, v = trajectory.times, trajectory.positions, trajectory.velocities
+    if len(knots) == 1:
+        return np.repeat(q, len(times), axis=0)
+    times = np.clip(times, knots[0], knots[-1])
+    i = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
+    h = (knots[i + 1] - knots[i])[:, None]
+    s = (times - knots[i])[:, None] / h
+    rest = 1 - s
+    return np.asarray(
+        (1 + 2 * s) * rest**2 * q[i]
+        + s * rest**2 * h * v[i]
+        + s**2 * (3 - 2 * s) * q[i + 1]
+        - s**2 * rest * h * v[i + 1]
+    )
+
+
+def set_points(trajectory: Trajectory, step: float) -> tuple[Array, Array]:
+    """What to send to the motors before each step of `step` seconds, both of shape (n, joints).
+
+    The position is where the arm should be now, the velocity [rad/s] what brings it to where it should be after the
+    step. So the position term acts on real errors only; asking for the later position would make the arm lead.
+    """
+    count = max(1, math.ceil(trajectory.duration / step - 1e-9))
+    q = positions_at(trajectory, np.arange(count + 1, dtype=np.float64) * step)
+    return q[:-1], np.diff(q, axis=0) / step
+
+
+def backwards(trajectory: Trajectory) -> Trajectory:
+    """The same motion from its end to its start."""
+    end = trajectory.times[-1]
+    return Trajectory(end - trajectory.times[::-1], trajectory.positions[::-1], -trajectory.velocities[::-1])
+
+
+ARRIVED = 0.002
+"""Joint error at which a motion counts as finished [rad]."""
+
+FALL_S = 2.0
+"""How long an object may take to fall flat [s]."""
+
+FLICKER_S = 0.05
+"""A contact that is not there for less than this is none lost [s]."""
+
+FALLEN = 0.02
+"""Below this an object that fell counts as lying still [m/s], [rad/s]."""
+
+
+class Operator:
+    """Works the robot of a simulated world, and knows what it holds.
+
+    Attributes:
+        robot: the robot's body.
+        held: what the fingers hold and where it should be in the tool frame, or None.
+        tracking_error: largest joint error since it was last set to zero [rad].
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        if simulator.robot is None:
+            raise ValueError("an operator needs a simulator with a robot")
+        self._simulator = simulator
+        self.robot = simulator.robot
+        self.held: Attachment | None = None
+        self.tracking_error = 0.0
+        self._opening = simulator.robot.opening()
+
+    def move(self, move: Move) -> None:
+        """Follow a trajectory; empty fingers first go to their opening, a held object stays squeezed."""
+        if self.held is None:
+            self._open(move.opening)
+        positions, velocities = set_points(move.trajectory, STEP)
+        for q, v in zip(positions, velocities, strict=True):
+            self.robot.command(q, v)
+            self._simulator.step()
+            # After the step the arm should be where the velocity was to take it.
+            error = float(np.abs(self.robot.configuration() - (q + v * STEP)).max())
+            self.tracking_error = max(self.tracking_error, error)
+        end = move.trajectory.positions[-1]
+        self.robot.command(end)
+        wait(self._simulator, 0.5, lambda: float(np.abs(self.robot.configuration() - end).max()) < ARRIVED, patience=6)
+
+    def _open(self, opening: float) -> None:
+        self.robot.open_to(opening)
+        wait(self._simulator, 1.5, lambda: abs(self.robot.opening() - opening) < 0.0005, patience=3)
+
+    def grip(self, grip: Grip) -> Deviation | None:
+        """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
+        self._opening = self.robot.opening()
+        item = self._simulator.objects[grip.attachment.object]
+        self.robot.squeeze(self.robot.spec.gripper.holding_force(item.mass * GRAVITY, item.friction))
+        wait(self._simulator, 2.0, lambda: self.robot.finger_speed() < 0.001, patience=24)
+        self.held = grip.attachment
+        return self.lost("missed")
+
+    def release(self, release: Release) -> None:
+        """Open the fingers and give the object a moment to come to rest."""
+        self.held = None
+        self._open(release.opening)
+        self._simulator.step(round(0.15 / STEP))
+
+    def await_fall(self, name: str) -> None:
+        """Stand still until an object that was let go tilted has fallen and rests."""
+        wait(self._simulator, FALL_S, lambda: max(self._simulator.speeds()[name]) < FALLEN, patience=24)
+
+    def lost(self, kind: Kind = "dropped") -> Deviation | None:
+        """Where the held object is not between the fingers: its deviation, and the hand is emptied of what hangs there.
+
+        The fingers open as far as they were before they closed.
+        """
+        held = self.held
+        if held is None or self._holds() or wait(self._simulator, FLICKER_S, self._holds, patience=1):
+            return None
+        self.held = None
+        off = deviation(held.object, kind, held.T_tool_object, self.in_tool(held.object))
+        self._open(self._opening)
+        return off
+
+    def _holds(self) -> bool:
+        return self.held is not None and all(self.robot.touching(self.held.object))
+
+    def in_tool(self, name: str) -> Pose:
+        """Where an object stands in the tool frame."""
+        return self.robot.tool().inverse() @ self._simulator.pose(name)

@@ -1,0 +1,181 @@
+"""The robot in SAPIEN: links with the planner's hulls, motors, coupled fingers, and what the fingers touch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tamp.execution.robot_links import Joint, Link, robot_links
+from tamp.execution.sapien.bodies import ROBOT_GROUP, add_hull, fixed_material, from_sapien, set_inertia, to_sapien
+from tamp.execution.sapien.client import physx, sapien
+from tamp.execution.simulator import STEP
+from tamp.task import Pose, RobotSpec
+from tamp.task.robot import GENTLE_FORCE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Vector = NDArray[np.float64]
+
+ARMATURE = 0.1
+"""Inertia of a motor's rotor as its joint feels it [kg m^2]; of a finger's [kg]."""
+
+STIFFNESS, DAMPING = 10000.0, 200.0
+"""Of a joint's servo for each unit of inertia [1/s^2], [1/s]; its torque is not limited."""
+
+FINGER_SPEED = 0.1
+"""How fast a finger moves [m/s]; half as fast where it squeezes."""
+
+FINGER_STIFFNESS, FINGER_DAMPING = 4000.0, 80.0
+"""Of the servo that opens a finger [N/m], [N s/m]."""
+
+
+class SapienRobot:
+    """A robot in a SAPIEN world; see tamp.execution.simulator.Robot.
+
+    Raises:
+        RobotError: where the URDF cannot be used.
+    """
+
+    def __init__(self, scene: Any, system: Any, spec: RobotSpec, q: Sequence[float]) -> None:
+        self._system, self._spec = system, spec
+        self.links = _add_links(scene, spec)
+        self._articulation = next(iter(self.links.values())).articulation
+        names = [joint.name for joint in self._articulation.active_joints]
+        self._arm = np.array([names.index(name) for name in spec.joints])
+        self._fingers = np.array([names.index(name) for name in spec.gripper.joints])
+        joints = self._articulation.active_joints
+        self._arm_joints = [joints[i] for i in self._arm]
+        self._finger_joints = [joints[i] for i in self._fingers]
+        self._pads = tuple(self.links[name] for name in spec.gripper.fingers)
+        self.objects: Mapping[str, Any] = {}
+        start = np.zeros(len(names), dtype=np.float32)
+        start[self._arm], start[self._fingers] = q, spec.gripper.stroke / 2
+        self._articulation.qpos = start
+        for joint in self._arm_joints:
+            joint.set_drive_properties(STIFFNESS, DAMPING, mode="acceleration")
+        self._target: float | None = None
+        self.command(q)
+        self.open_to(spec.gripper.stroke)
+
+    @property
+    def spec(self) -> RobotSpec:
+        """The robot as data."""
+        return self._spec
+
+    def configuration(self) -> Vector:
+        """Arm joint positions, shape (joints,) [rad]."""
+        return np.array(self._articulation.qpos[self._arm], dtype=np.float64)
+
+    def opening(self) -> float:
+        """Distance between the finger pads [m]."""
+        return 2.0 * float(self._articulation.qpos[self._fingers].mean())
+
+    def finger_speed(self) -> float:
+        """Speed of the fastest finger [m/s]."""
+        return float(np.abs(self._articulation.qvel[self._fingers]).max())
+
+    def tool(self) -> Pose:
+        """`T_world_tool` as it is now."""
+        return from_sapien(self.links[self._spec.tool_parent].entity_pose) @ self._spec.T_parent_tool
+
+    def command(self, q: Sequence[float] | Vector, velocity: Sequence[float] | Vector | None = None) -> None:
+        """Send the arm to `q` [rad], with `velocity` [rad/s] fed forward."""
+        self._q = np.array(q, dtype=np.float64)
+        self._v = np.zeros(len(self._q)) if velocity is None else np.array(velocity, dtype=np.float64)
+
+    def open_to(self, opening: float) -> None:
+        """Send the fingers to `opening` [m]; they push gently."""
+        self._target, self._now = opening / 2, self.opening() / 2
+        self._force = 0.0
+        for joint in self._finger_joints:
+            joint.set_drive_properties(FINGER_STIFFNESS, FINGER_DAMPING, GENTLE_FORCE, "force")
+
+    def squeeze(self, force: float) -> None:
+        """Close the fingers until told otherwise, each with `force` [N], against a damper: a servo would chatter."""
+        self._target, self._force = None, force
+        for joint in self._finger_joints:
+            joint.set_drive_properties(0.0, 2.0 * force / FINGER_SPEED, 1e6, "force")
+            joint.set_drive_velocity_target(0.0)
+
+    def drive(self, since: float, dt: float) -> None:
+        """Set the motors for the next `dt` [s], `since` [s] after the arm was told where to be.
+
+        PhysX solves a drive for the end of its step.
+        """
+        at = self._q + self._v * min(since + dt, STEP)
+        for joint, q, v in zip(self._arm_joints, at, self._v, strict=True):
+            joint.set_drive_target(float(q))
+            joint.set_drive_velocity_target(float(v))
+        forces = self._articulation.compute_passive_force(True, True)
+        if self._target is None:
+            forces[self._fingers] -= self._force
+        else:
+            self._now += float(np.clip(self._target - self._now, -FINGER_SPEED * dt, FINGER_SPEED * dt))
+            for joint in self._finger_joints:
+                joint.set_drive_target(self._now)
+        self._articulation.qf = forces
+
+    def touching(self, name: str) -> tuple[bool, ...]:
+        """For each finger, whether it touches an object."""
+        mine, touched = self.objects[name], set()
+        for contact in self._system.get_contacts():
+            first, second = contact.bodies
+            if mine in (first, second) and any(point.separation < 0.001 for point in contact.points):
+                touched |= {i for i, pad in enumerate(self._pads) if pad in (first, second)}
+        return tuple(i in touched for i in range(len(self._pads)))
+
+
+def _add_links(scene: Any, spec: RobotSpec) -> dict[str, Any]:
+    """The robot's links by name, its base fixed."""
+    made: dict[str, Any] = {}
+    entities = []
+    surface = fixed_material()
+    for link in robot_links(spec):
+        body = physx.PhysxArticulationLinkComponent(None if link.parent is None else made[link.parent])
+        for hull in link.hulls:
+            add_hull(body, hull, surface, ROBOT_GROUP)
+        if link.hulls:
+            set_inertia(body, link.mass, link.frame, link.moments)
+        else:
+            set_inertia(body, 1e-3, Pose(), (1e-6, 1e-6, 1e-6))  # PhysX takes no link without mass
+        entity = sapien.Entity()
+        entity.add_component(body)
+        entity.name = body.name = link.name
+        _set_joint(body.joint, link, link.joint)
+        if link.parent is None:
+            entity.pose = to_sapien(link.pose)
+        made[link.name] = body
+        entities.append(entity)
+    if len(spec.gripper.joints) == 2:
+        left, right = (made[name] for name in spec.gripper.fingers)
+        left.articulation.create_fixed_tendon(
+            [left.parent, left, right], [0.0, -1.0, 1.0], [0.0, -1.0, 1.0], rest_length=0.0, stiffness=1e5
+        )
+    for entity in entities:
+        scene.add_entity(entity)
+    return made
+
+
+def _set_joint(joint: Any, link: Link, told: Joint | None) -> None:
+    if told is None or told.kind == "fixed":
+        joint.type = "fixed"
+        if told is not None:
+            joint.pose_in_parent, joint.pose_in_child = to_sapien(link.pose), sapien.Pose()
+        return
+    frame = Pose(quat=_from_x(told.axis))
+    joint.name, joint.type = told.name, told.kind
+    joint.pose_in_parent, joint.pose_in_child = to_sapien(link.pose @ frame), to_sapien(frame)
+    joint.limit = np.array([[told.lower, told.upper]], dtype=np.float32)
+    joint.armature = np.array([ARMATURE], dtype=np.float32)
+    joint.friction = 0.0
+
+
+def _from_x(axis: Sequence[float]) -> tuple[float, float, float, float]:
+    """The rotation that takes the x axis, about which PhysX's joints turn, to `axis`, as (x, y, z, w)."""
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    if x < -0.999999:
+        return 0.0, 0.0, 1.0, 0.0
+    return 0.0, -float(z), float(y), 1.0 + float(x)

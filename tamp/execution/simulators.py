@@ -1,0 +1,111 @@
+"""The simulators by name: those that come with the program, and a third party's as "package.module:Class".
+
+Nothing here loads a physics engine before it is asked for.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import cast
+
+from tamp.errors import TampError
+from tamp.execution.renderer import Item, Renderer
+from tamp.execution.simulator import Simulator
+from tamp.task import Object, Pose, RobotSpec, Table
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A simulator that comes with the program.
+
+    Attributes:
+        address: "package.module:Class" of its class.
+        library: the Python package that it needs.
+        extra: the extra of this program that installs it, or None where it is always installed.
+    """
+
+    address: str
+    library: str
+    extra: str | None = None
+
+    @property
+    def installed(self) -> bool:
+        """Whether its library is there."""
+        return importlib.util.find_spec(self.library) is not None
+
+
+RENDERER = "tamp.execution.pybullet.renderer:PyBulletRenderer"
+"""What draws pictures."""
+
+SIMULATORS: Mapping[str, Entry] = MappingProxyType(
+    {
+        "pybullet": Entry("tamp.execution.pybullet.simulator:PyBulletSimulator", "pybullet"),
+        "mujoco": Entry("tamp.execution.mujoco.simulator:MuJoCoSimulator", "mujoco", "mujoco"),
+        "sapien": Entry("tamp.execution.sapien.simulator:SapienSimulator", "sapien", "sapien"),
+    }
+)
+DEFAULT = "pybullet"
+
+
+def installed() -> tuple[str, ...]:
+    """Names of the simulators whose libraries are there."""
+    return tuple(name for name, entry in SIMULATORS.items() if entry.installed)
+
+
+def require(name: str) -> None:
+    """Refuse a simulator that cannot be had.
+
+    Args:
+        name: of one that comes with the program, or "package.module:Class".
+
+    Raises:
+        TampError: where it is unknown, or its library is not installed; says what is valid, or how to install it.
+    """
+    if ":" in name:
+        _class(name)
+        return
+    if name not in SIMULATORS:
+        known = ", ".join(SIMULATORS)
+        raise TampError(f'unknown simulator {name!r}; valid are {known}, and "package.module:Class" for another one')
+    entry = SIMULATORS[name]
+    if not entry.installed:
+        raise TampError(f"simulator {name!r} is not installed: pip install 'tabletop-tamp[{entry.extra}]'")
+
+
+def make_simulator(
+    name: str,
+    objects: Iterable[Object],
+    poses: Mapping[str, Pose] = MappingProxyType({}),
+    *,
+    table: Table | None = None,
+    robot: RobotSpec | None = None,
+    q: Iterable[float] | None = None,
+) -> Simulator:
+    """A world in a simulator chosen by name; see tamp.execution.simulator for the arguments and what is raised.
+
+    Raises:
+        TampError: where there is no such simulator.
+    """
+    require(name)
+    address = SIMULATORS[name].address if name in SIMULATORS else name
+    return cast("Simulator", _class(address)(objects, poses, table=table, robot=robot, q=q))
+
+
+def make_renderer(items: Sequence[Item], robot: RobotSpec | None) -> Renderer:
+    """A scene to take pictures of; see tamp.execution.renderer for the arguments and what is raised."""
+    return cast("Renderer", _class(RENDERER)(items, robot))
+
+
+def _class(address: str) -> type:
+    module, _, attribute = address.partition(":")
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise TampError(f"simulator {address!r} cannot be loaded: {error}") from error
+    if not isinstance(found, type):
+        raise TampError(f"simulator {address!r} is no class")
+    return found

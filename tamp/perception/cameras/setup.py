@@ -1,0 +1,151 @@
+"""A set-up of cameras, read from YAML; OCRTOC's stands beside this file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from tamp.errors import TaskError
+from tamp.perception.cameras.camera import (
+    BASE_TO_OPTICAL,
+    CalibrationNoise,
+    Camera,
+    Intrinsics,
+    StereoNoise,
+    TimeOfFlightNoise,
+)
+from tamp.task.files.yaml_document import Document, FieldPath, read_document
+from tamp.task.pose import Pose
+
+OCRTOC_2021 = Path(__file__).parent / "ocrtoc2021.yaml"
+"""The contest's stationary camera and the one on the wrist."""
+
+FIELDS = (
+    "name",
+    "parent",
+    "pose",
+    "frame",
+    "size",
+    "field_of_view",
+    "intrinsics",
+    "noise",
+    "calibration",
+    "viewpoints",
+)
+SENSORS = {"stereo": StereoNoise, "time_of_flight": TimeOfFlightNoise}
+
+
+def load_setup(path: Path = OCRTOC_2021) -> tuple[Camera, ...]:
+    """The cameras of a set-up's file.
+
+    Raises:
+        TaskError: names file, line and field, and what would be valid.
+    """
+    document = read_document(path)
+    rows = document.value.get("cameras") if isinstance(document.value, Mapping) else None
+    if not isinstance(rows, tuple) or not rows:
+        raise TaskError(f"{path}: expected cameras: followed by a list of cameras")
+    cameras = tuple(_Reader(document, ("cameras", i)).camera(row) for i, row in enumerate(rows))
+    names = [camera.name for camera in cameras]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise TaskError(f"{document.where(('cameras', i, 'name'))}: a second camera is called {name!r}")
+    return cameras
+
+
+class _Reader:
+    """Reads one camera and says where in the file it is wrong."""
+
+    def __init__(self, document: Document, field: FieldPath) -> None:
+        self._document, self._field = document, field
+
+    def camera(self, row: Any) -> Camera:
+        row = self._mapping(row, (), FIELDS)
+        for key in ("name", "parent", "pose", "size"):
+            if key not in row:
+                raise self._error((), f"{key} is missing")
+        name, parent = (self._text(row[key], (key,)) for key in ("name", "parent"))
+        pose = self._pose(row["pose"])
+        if self._word(row.get("frame", "optical"), ("frame",), ("body", "optical")) == "body":
+            pose = pose @ BASE_TO_OPTICAL
+        views = row.get("viewpoints", ())
+        if not isinstance(views, tuple):
+            raise self._error(("viewpoints",), "expected a list of arm configurations")
+        viewpoints = tuple(self._numbers(view, ("viewpoints", i)) for i, view in enumerate(views))
+        calibration = self._record(row.get("calibration"), ("calibration",), CalibrationNoise)
+        return Camera(name, self._intrinsics(row), parent, pose, self._noise(row.get("noise")), calibration, viewpoints)
+
+    def _intrinsics(self, row: Mapping[str, Any]) -> Intrinsics:
+        size = self._numbers(row["size"], ("size",), 2)
+        if any(value != int(value) or value < 1 for value in size):
+            raise self._error(("size",), "expected [width, height] in pixels")
+        width, height = int(size[0]), int(size[1])
+        if ("field_of_view" in row) == ("intrinsics" in row):
+            raise self._error((), "expected either field_of_view [rad] or intrinsics: [fx, fy, cx, cy]")
+        if "intrinsics" in row:
+            return Intrinsics(width, height, *self._numbers(row["intrinsics"], ("intrinsics",), 4))
+        angle = row["field_of_view"]
+        if type(angle) not in (int, float) or not 0.01 < angle < 3.0:
+            raise self._error(("field_of_view",), f"{angle!r} is not an angle between 0.01 and 3 rad")
+        return Intrinsics.from_field_of_view(width, height, float(angle))
+
+    def _noise(self, value: Any) -> StereoNoise | TimeOfFlightNoise | None:
+        if value is None:
+            return None
+        if not isinstance(value, Mapping) or "kind" not in value:
+            raise self._error(("noise",), f"expected kind: {' or '.join(SENSORS)}")
+        kind = SENSORS[self._word(value["kind"], ("noise", "kind"), tuple(SENSORS))]
+        made = self._record({key: v for key, v in value.items() if key != "kind"}, ("noise",), kind)
+        assert isinstance(made, StereoNoise | TimeOfFlightNoise)
+        return made
+
+    def _record(self, value: Any, field: FieldPath, kind: Callable[..., Any]) -> Any:
+        """A dataclass of numbers, not negative; None stays None."""
+        if value is None:
+            return None
+        names = tuple(item.name for item in fields(kind))  # type: ignore[arg-type]
+        row = self._mapping(value, field, names)
+        for key, number in row.items():
+            if type(number) not in (int, float) or number < 0:
+                raise self._error((*field, key), f"{number!r} is not a number of at least 0")
+        return kind(**row)
+
+    def _pose(self, value: Any) -> Pose:
+        row = self._mapping(value, ("pose",), ("xyz", "quat"))
+        if set(row) != {"xyz", "quat"}:
+            raise self._error(("pose",), "expected {xyz: [x, y, z], quat: [x, y, z, w]}")
+        xyz, quat = (self._numbers(row[key], ("pose", key), n) for key, n in (("xyz", 3), ("quat", 4)))
+        try:
+            return Pose((xyz[0], xyz[1], xyz[2]), (quat[0], quat[1], quat[2], quat[3]))
+        except ValueError as error:
+            raise self._error(("pose",), str(error)) from None
+
+    def _mapping(self, value: Any, field: FieldPath, names: tuple[str, ...]) -> Mapping[str, Any]:
+        if not isinstance(value, Mapping):
+            raise self._error(field, f"expected a mapping of {', '.join(names)}")
+        for key in value:
+            if key not in names:
+                raise self._error((*field, key), f"unknown; valid are {', '.join(names)}")
+        return value
+
+    def _numbers(self, value: Any, field: FieldPath, count: int | None = None) -> tuple[float, ...]:
+        right = isinstance(value, tuple) and count in (None, len(value))
+        if not right or not all(type(v) in (int, float) for v in value):
+            raise self._error(field, "expected numbers" if count is None else f"expected {count} numbers")
+        return tuple(map(float, value))
+
+    def _text(self, value: Any, field: FieldPath) -> str:
+        if not isinstance(value, str) or not value:
+            raise self._error(field, "expected a name")
+        return value
+
+    def _word(self, value: Any, field: FieldPath, words: tuple[str, ...]) -> str:
+        if value not in words:
+            raise self._error(field, f"{value!r} is unknown; valid are {', '.join(words)}")
+        return str(value)
+
+    def _error(self, field: FieldPath, text: str) -> TaskError:
+        where = (*self._field, *field)
+        return TaskError(f"{self._document.where(where)}: {text}")

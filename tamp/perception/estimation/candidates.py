@@ -1,0 +1,135 @@
+"""A few good and different poses of one object: guess many, glance, fit, keep the best of each neighbourhood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tamp.perception.estimation.color import difference
+from tamp.perception.estimation.fit import agreement, explained, glance, refine
+from tamp.perception.estimation.fusion import VOXEL, Cloud
+from tamp.perception.estimation.hypotheses import anywhere, resting
+from tamp.perception.estimation.model import COARSE, ObjectModel
+from tamp.perception.estimation.volume import Volume
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+SEEDS = 160
+"""Points of the cloud that guesses go through."""
+
+GUESSES = 24000
+"""Most guesses that are glanced at, of each kind."""
+
+FITTED = 72
+"""Guesses that are fitted."""
+
+KEPT = 24
+"""Candidates for the joint choice."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A pose that an object may have.
+
+    Attributes:
+        pose: T_world_object, shape (4, 4).
+        points: indices of the measured points that it explains.
+        weights: how well it explains them, 0..1.
+        hits, violations: shares of the model's surface that were measured there, and that were seen through.
+        free_area: surface that was seen through, in cells of the cloud.
+    """
+
+    pose: Array
+    points: NDArray[np.int64]
+    weights: Array
+    hits: float
+    violations: float
+    free_area: float
+
+
+def candidates(
+    volume: Volume,
+    model: ObjectModel,
+    tree: Any,
+    rng: np.random.Generator,
+    among: NDArray[np.int64] | None = None,
+) -> list[Candidate]:
+    """The best poses of a model, each clearly different from the others.
+
+    Args:
+        volume: what was measured.
+        model: the object.
+        tree: nearest-neighbour search among the cloud's points.
+        rng: source of all guesses.
+        among: indices of points of the cloud that guesses must go through; None is all.
+    """
+    cloud = volume.cloud
+    seeds = _seeds(cloud, model, np.arange(len(cloud.points)) if among is None else among, rng)
+    if not len(seeds):
+        return []
+    kinds = (resting(cloud, model, seeds, rng), anywhere(cloud, model, seeds, tree, rng, GUESSES // 4))
+    chosen = []
+    for guesses in kinds:
+        if len(guesses) > GUESSES:
+            guesses = guesses[rng.choice(len(guesses), GUESSES, replace=False)]
+        if len(guesses):
+            best = guesses[np.argsort(-glance(volume, model, guesses, COARSE), kind="stable")[: 8 * FITTED]]
+            first = best[_different(best, model, 0.012, 0.25)]
+            chosen.append(first[np.argsort(-glance(volume, model, first, 3 * COARSE), kind="stable")[:FITTED]])
+    if not chosen:
+        return []
+    return fitted(volume, model, np.concatenate(chosen))
+
+
+def fitted(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
+    """The best of some poses after fitting."""
+    poses = refine(volume, model, poses, rounds=6, points=160)
+    order = np.argsort(-agreement(volume, model, poses, 160).score, kind="stable")
+    poses = poses[order]
+    poses = poses[_different(poses, model, 0.006, 0.12)][: KEPT + 8]
+    poses = refine(volume, model, poses, rounds=8)
+    found = agreement(volume, model, poses)
+    order = np.argsort(-found.score, kind="stable")
+    order = order[_different(poses[order], model, 0.005, 0.10)][:KEPT]
+    cells = model.area / VOXEL**2
+    return [
+        Candidate(
+            poses[i],
+            *explained(volume.cloud, model, poses[i]),
+            float(found.hits[i]),
+            float(found.violations[i]),
+            float(found.violations[i] * cells),
+        )
+        for i in order
+    ]
+
+
+def _seeds(cloud: Cloud, model: ObjectModel, among: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
+    """Points spread over the cloud, rather where its colour occurs on the model."""
+    if len(among) <= SEEDS:
+        return among
+    palette = model.colors[:200]
+    many = rng.choice(among, size=min(len(among), 8 * SEEDS), replace=False)
+    nearest = difference(cloud.colors[many][:, None], palette).min(axis=1)
+    chance = 0.02 + np.exp(-0.5 * nearest)
+    return np.asarray(rng.choice(many, size=SEEDS, replace=False, p=chance / chance.sum()))
+
+
+def _different(poses: Array, model: ObjectModel, apart: float, turned: float) -> NDArray[np.int64]:
+    """Indices of poses, in order, that are not near an earlier one: in place [m] or by angle [rad]."""
+    centers = poses[:, :3, :3] @ model.center + poses[:, :3, 3]
+    kept: list[int] = []
+    least = 1 + 2 * np.cos(turned)
+    for i in range(len(poses)):
+        if kept:
+            near = ((centers[kept] - centers[i]) ** 2).sum(axis=1) < apart**2
+            trace = np.einsum("nij,ij->n", poses[kept, :3, :3], poses[i, :3, :3])
+            if (near & (trace > least)).any():
+                continue
+        kept.append(i)
+    return np.array(kept, dtype=np.int64)

@@ -1,0 +1,176 @@
+"""One pose for every object, or none, so that together they explain what was measured and do not share space.
+
+Candidates are chosen for all objects at once by coordinate ascent with exchanges (iterated conditional modes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.perception.estimation.candidates import Candidate
+from tamp.perception.estimation.fusion import Cloud
+from tamp.perception.estimation.model import ObjectModel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+FREE = 1.0
+"""What a cell of surface in free space costs, in explained points."""
+
+OVERLAP = 1.0
+"""What a cell of surface inside another object costs, in explained points."""
+
+INSIDE = 0.004
+"""Less deep is touching [m]."""
+
+SWEEPS = 12
+
+PLACE = 0.015
+"""Objects change places where each has a candidate whose middle is this near to the other's [m]."""
+
+
+class Selection:
+    """The choice among candidates; candidates[i] are those of object i.
+
+    Attributes:
+        chosen: for each object the index of its candidate, -1 for none.
+    """
+
+    def __init__(self, cloud: Cloud, models: Sequence[ObjectModel], candidates: Sequence[Sequence[Candidate]]) -> None:
+        self._models, self._candidates = models, candidates
+        self._weights = [_dense(found, len(cloud.points)) for found in candidates]
+        self._costs = [np.array([FREE * c.free_area for c in found]) for found in candidates]
+        self._overlaps: dict[tuple[int, int, int, int], float] = {}
+        self.chosen = [-1] * len(models)
+
+    def solve(self) -> None:
+        """Choose, starting from the objects whose best candidate explains most."""
+        best = [float((w.sum(axis=1) - c).max(initial=0.0)) for w, c in zip(self._weights, self._costs, strict=True)]
+        order = sorted(range(len(best)), key=lambda i: -best[i])
+        for _ in range(SWEEPS):
+            before = list(self.chosen)
+            for i in order:
+                self._choose(i)
+            if self.chosen == before and not self._exchange(order):
+                return
+
+    def covered(self, without: int | None = None) -> Array:
+        """How well each point is explained by what is chosen, 0..1, perhaps without one object."""
+        rows = [self._weights[i][k] for i, k in enumerate(self.chosen) if k >= 0 and i != without]
+        if not rows:
+            return np.zeros(self._weights[0].shape[1] if self._weights else 0)
+        best: Array = np.max(rows, axis=0)
+        return best
+
+    def gains(self, i: int) -> Array:
+        """What each candidate of an object would add to the others' choice, in points, shape (n,)."""
+        if not len(self._weights[i]):
+            return np.empty(0)
+        more = np.maximum(self._weights[i] - self.covered(without=i), 0.0).sum(axis=1)
+        clash = np.array([self._clash(i, k) for k in range(len(self._candidates[i]))])
+        gain: Array = more - self._costs[i] - OVERLAP * clash
+        return gain
+
+    def total(self) -> float:
+        """What the choice is worth, in points."""
+        worth = float(self.covered().sum()) if self._weights else 0.0
+        for i, k in enumerate(self.chosen):
+            if k >= 0:
+                worth -= float(self._costs[i][k]) + OVERLAP * self._clash(i, k) / 2
+        return worth
+
+    def lead_over_exchange(self, i: int) -> float:
+        """How much the choice is better than the best in which an object and one of another mesh change places.
+
+        In points; infinite where no candidates are at each other's places. Objects that shape and colour hardly tell
+        apart have a small one.
+        """
+        kept, now, lead = list(self.chosen), self.total(), float("inf")
+        if kept[i] < 0:
+            return lead
+        for j, m in enumerate(kept):
+            if j == i or m < 0 or self._models[j] is self._models[i]:
+                continue
+            there, here = self._at(i, self._center(j, m)), self._at(j, self._center(i, kept[i]))
+            if there < 0 or here < 0:
+                continue
+            self.chosen[i], self.chosen[j] = there, here
+            lead = min(lead, now - self.total())
+            self.chosen = list(kept)
+        return max(0.0, lead)
+
+    def _center(self, i: int, k: int) -> Array:
+        T = self._candidates[i][k].pose
+        center: Array = T[:3, :3] @ self._models[i].center + T[:3, 3]
+        return center
+
+    def _at(self, i: int, place: Array) -> int:
+        """The candidate of an object near a place that explains most by itself, -1 for none."""
+        worth = self._weights[i].sum(axis=1) - self._costs[i]
+        near = [k for k in range(len(worth)) if np.linalg.norm(self._center(i, k) - place) < PLACE]
+        return max(near, key=lambda k: float(worth[k]), default=-1)
+
+    def _choose(self, i: int) -> None:
+        gains = self.gains(i)
+        self.chosen[i] = int(gains.argmax()) if len(gains) and gains.max() > 0 else -1
+
+    def _exchange(self, order: Sequence[int]) -> bool:
+        """Take one object away, let another choose first, and keep it where that is better for all."""
+        now = self.total()
+        for i in order:
+            for j in order:
+                if i == j or not self._rivals(i, j):
+                    continue
+                before = list(self.chosen)
+                self.chosen[i] = -1
+                self._choose(j)
+                self._choose(i)
+                if self.total() > now + 1.0:
+                    return True
+                self.chosen = before
+        return False
+
+    def _rivals(self, i: int, j: int) -> bool:
+        """Whether two objects could explain the same points."""
+        if not len(self._weights[i]) or not len(self._weights[j]):
+            return False
+        return bool((self._weights[i].max(axis=0) * self._weights[j].max(axis=0)).sum() > 5.0)
+
+    def _clash(self, i: int, k: int) -> float:
+        """Cells of surface that a candidate shares with what is chosen for the others."""
+        return sum(self._overlap(i, k, j, m) for j, m in enumerate(self.chosen) if j != i and m >= 0)
+
+    def _overlap(self, i: int, k: int, j: int, m: int) -> float:
+        key = (i, k, j, m) if i < j else (j, m, i, k)
+        if key not in self._overlaps:
+            a, b = self._candidates[i][k], self._candidates[j][m]
+            self._overlaps[key] = _shared(self._models[i], a.pose, self._models[j], b.pose) + _shared(
+                self._models[j], b.pose, self._models[i], a.pose
+            )
+        return self._overlaps[key]
+
+
+def _dense(found: Sequence[Candidate], count: int) -> Array:
+    weights = np.zeros((len(found), count))
+    for row, candidate in zip(weights, found, strict=True):
+        row[candidate.points] = candidate.weights
+    return weights
+
+
+def _shared(a: ObjectModel, T_a: Array, b: ObjectModel, T_b: Array) -> float:
+    """Cells of a's surface that are inside b, told by the nearest point of b's surface and its normal."""
+    T = np.linalg.inv(T_b) @ T_a
+    if np.linalg.norm(T[:3, :3] @ a.center + T[:3, 3] - b.center) > (a.diameter + b.diameter) / 2:
+        return 0.0
+    points = a.points[:400] @ T[:3, :3].T + T[:3, 3]
+    distance, index = b.tree.query(points, distance_upper_bound=0.03)
+    near = np.isfinite(distance)
+    index = index[near]
+    depth = np.einsum("ij,ij->i", b.points[index] - points[near], b.normals[index])
+    inside = (depth > INSIDE) & (depth > 0.7 * distance[near]) & b.solid[index]
+    return float(inside.sum()) / 400 * a.area / 0.004**2

@@ -1,0 +1,69 @@
+"""What a perceiver is, and how one is named: a plain function from frames and meshes to poses.
+
+def my_perceiver(frames, objects, *, table, seed):
+return {name: Estimate(pose, confidence) for name in objects}
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from tamp.errors import TampError
+from tamp.perception.cameras.camera import Frame
+from tamp.perception.estimate import Estimate
+from tamp.perception.rendering.surface import Surface
+from tamp.task.model import Table
+
+
+class Perceiver(Protocol):
+    """Says where objects are.
+
+    It is given frames with camera models, name -> mesh of everything that may be there, the table and a seed; it
+    answers for every name, with `Estimate(None, 0.0)` for what it does not see. Same seed, same answer.
+    """
+
+    def __call__(
+        self, frames: Sequence[Frame], objects: Mapping[str, Surface], *, table: Table, seed: int
+    ) -> Mapping[str, Estimate]:
+        """Object -> estimate."""
+
+
+PERCEIVERS = {"fit": "tamp.perception.estimation.estimator:estimate_poses"}
+"""Installed perceivers by name."""
+
+
+def load_perceiver(name: str) -> Perceiver:
+    """A perceiver by an installed name or as "package.module:function".
+
+    Raises:
+        TampError: where there is none, or it cannot be called as a perceiver is.
+    """
+    address = PERCEIVERS.get(name, name)
+    module, colon, function = address.partition(":")
+    if not colon:
+        raise TampError(f"unknown perceiver {name!r}; valid are {', '.join(PERCEIVERS)} and package.module:function")
+    try:
+        found = getattr(importlib.import_module(module), function)
+    except ModuleNotFoundError as error:
+        raise TampError(f"perceiver {name!r}: there is no module {error.name!r}") from error
+    except AttributeError:
+        raise TampError(f"perceiver {name!r}: the module {module!r} has no {function!r}") from None
+    wrong = misfit(found)
+    if wrong:
+        raise TampError(f"perceiver {name!r}: {wrong}")
+    perceiver: Perceiver = found
+    return perceiver
+
+
+def misfit(function: object) -> str:
+    """Why something cannot be called as a perceiver is; empty where it can."""
+    if not callable(function):
+        return "is no function"
+    try:
+        inspect.signature(function).bind((), {}, table=None, seed=0)
+    except TypeError as error:
+        return f"must take (frames, objects, *, table, seed): {error}"
+    return ""

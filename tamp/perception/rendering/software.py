@@ -1,0 +1,143 @@
+"""Pictures by PyBullet's software rasterizer: no display, no graphics card, no further library."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.execution.pybullet.client import pybullet
+from tamp.perception.cameras.camera import Intrinsics
+from tamp.perception.rendering.renderer import AMBIENT, FAR, LIGHT, NEAR, Picture
+from tamp.perception.rendering.scene import Body
+from tamp.perception.rendering.surface import Surface
+from tamp.task.pose import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+class SoftwareRenderer:
+    """Bodies in a PyBullet world of their own; see `Renderer`."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._files = tempfile.TemporaryDirectory(prefix="tamp-")
+        self._client: int = pybullet.connect(pybullet.DIRECT)
+        pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
+        self._index = {self._add(body, number): number for number, body in enumerate(bodies)}
+
+    def _add(self, body: Body, number: int) -> int:
+        path = Path(self._files.name) / f"body_{number}.obj"
+        texture = path.with_suffix(".png")
+        _write_textured(body.surface, path, texture)
+        visual = pybullet.createVisualShape(
+            pybullet.GEOM_MESH, fileName=str(path), rgbaColor=(1, 1, 1, 1), physicsClientId=self._client
+        )
+        pose = Pose.from_matrix(body.T_world_body)
+        made: int = pybullet.createMultiBody(
+            baseVisualShapeIndex=visual,
+            basePosition=pose.xyz,
+            baseOrientation=pose.quat,
+            physicsClientId=self._client,
+        )
+        image = pybullet.loadTexture(str(texture), physicsClientId=self._client)
+        pybullet.changeVisualShape(made, -1, textureUniqueId=image, physicsClientId=self._client)
+        return made
+
+    def __enter__(self) -> SoftwareRenderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+            self._files.cleanup()
+
+    def picture(self, intrinsics: Intrinsics, T_world_camera: Array) -> Picture:
+        """One picture; a triangle's colour is that of its corners' mean."""
+        width, height = intrinsics.width, intrinsics.height
+        light = (LIGHT / np.linalg.norm(LIGHT)).tolist()
+        _, _, color, buffer, mask = pybullet.getCameraImage(
+            width,
+            height,
+            viewMatrix=_view(T_world_camera),
+            projectionMatrix=_projection(intrinsics),
+            lightDirection=light,
+            lightDistance=10.0,
+            shadow=0,
+            lightAmbientCoeff=AMBIENT,
+            lightDiffuseCoeff=1 - AMBIENT,
+            lightSpecularCoeff=0.0,
+            renderer=pybullet.ER_TINY_RENDERER,
+            physicsClientId=self._client,
+        )
+        buffer = np.asarray(buffer, dtype=np.float64).reshape(height, width)
+        depth = (FAR * NEAR / (FAR - (FAR - NEAR) * buffer)).astype(np.float32)
+        ids = np.asarray(mask).reshape(height, width)
+        bodies = np.full((height, width), -1, dtype=np.int16)
+        for body, number in self._index.items():
+            bodies[ids == body] = number
+        seen = bodies >= 0
+        depth = np.where(seen, depth, np.float32(0))
+        rgb = np.asarray(color, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
+        return Picture(np.where(seen[..., None], rgb, 0).astype(np.uint8), depth, bodies, _slant(intrinsics, depth))
+
+
+def _slant(intrinsics: Intrinsics, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Cosines between rays and surfaces from the slopes of the depth: the rasterizer does not give normals."""
+    points = intrinsics.points(depth)
+    across, along = np.gradient(points, axis=1), np.gradient(points, axis=0)
+    normals = np.cross(across, along)
+    rays = intrinsics.rays()
+    length = np.linalg.norm(normals, axis=2) * np.linalg.norm(rays, axis=2)
+    cosine = np.abs(np.einsum("ijk,ijk->ij", normals, rays)) / np.maximum(length, 1e-20)
+    return np.where(depth > 0, cosine, 0.0).astype(np.float32)
+
+
+def _view(T_world_camera: Array) -> list[float]:
+    """OpenGL's view matrix by columns: its camera looks along -z with y up."""
+    T = np.linalg.inv(T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0]))
+    return [float(v) for v in T.T.reshape(-1)]
+
+
+def _projection(k: Intrinsics) -> list[float]:
+    """OpenGL's projection matrix of a pinhole camera, by columns.
+
+    The rasterizer takes a pixel's colour and depth at its corner; shifted by half a pixel, it takes them at the centre.
+    """
+    P = np.zeros((4, 4))
+    cx, cy = k.cx - 0.5, k.cy + 0.5
+    P[0, 0], P[1, 1] = 2 * k.fx / k.width, 2 * k.fy / k.height
+    P[0, 2], P[1, 2] = 1 - 2 * cx / k.width, 2 * cy / k.height - 1
+    P[2, 2], P[2, 3] = -(FAR + NEAR) / (FAR - NEAR), -2 * FAR * NEAR / (FAR - NEAR)
+    P[3, 2] = -1.0
+    return [float(v) for v in P.T.reshape(-1)]
+
+
+def _write_textured(surface: Surface, path: Path, texture: Path) -> None:
+    """An OBJ whose triangles each take the colour of one texel block of a texture."""
+    from PIL import Image
+
+    side = int(np.ceil(np.sqrt(len(surface.faces))))
+    means = surface.colors[surface.faces].mean(axis=1)
+    texels = np.zeros((side * side, 3), dtype=np.uint8)
+    texels[: len(means)] = np.rint(means)
+    block = 2  # texels a triangle: the middle of a block is far from its neighbours'
+    image = texels.reshape(side, side, 3).repeat(block, axis=0).repeat(block, axis=1)
+    Image.fromarray(image).save(texture)
+    places = np.arange(len(surface.faces))
+    u, v = (places % side + 0.5) / side, 1 - (places // side + 0.5) / side
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in surface.vertices.tolist()]
+    lines += [f"vt {a!r} {b!r}" for a, b in zip(u.tolist(), v.tolist(), strict=True)]
+    corners = surface.vertices[surface.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-20)[:, None]
+    lines += [f"vn {x!r} {y!r} {z!r}" for x, y, z in normals.tolist()]
+    for number, (a, b, c) in enumerate((surface.faces + 1).tolist(), start=1):
+        lines.append("f " + " ".join(f"{corner}/{number}/{number}" for corner in (a, b, c)))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -1,0 +1,108 @@
+"""What bodies look like: triangles with a colour a corner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.errors import TaskError
+from tamp.task.mesh.parts import parts
+from tamp.task.model import Mesh, Object, Shape
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+GREY = (180, 180, 180)
+"""Colour of what has none."""
+
+TABLE_COLOR = (204, 189, 168)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A coloured triangle mesh in its body's frame; arrays are read-only.
+
+    Attributes:
+        vertices: shape (n, 3) [m].
+        faces: shape (m, 3), indices into `vertices`.
+        colors: of the vertices, shape (n, 3), uint8.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    colors: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        for array in (self.vertices, self.faces, self.colors):
+            array.setflags(write=False)
+
+    @property
+    def colored(self) -> bool:
+        """Whether its colour differs from place to place."""
+        return bool((self.colors != self.colors[0]).any())
+
+
+def plain(shape: Shape, color: tuple[int, int, int] = GREY) -> Surface:
+    """The surface of a shape's convex parts in one colour.
+
+    Raises:
+        TaskError: where the shape's mesh cannot be used.
+    """
+    pieces = parts(shape)
+    first = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    vertices = np.concatenate([piece.vertices for piece in pieces])
+    faces = np.concatenate([piece.faces + start for piece, start in zip(pieces, first, strict=False)])
+    return Surface(vertices, faces.astype(np.int64), np.tile(np.array(color, np.uint8), (len(vertices), 1)))
+
+
+@lru_cache(maxsize=256)
+def read_surface(path: Path, scale: float = 1.0) -> Surface:
+    """A mesh file with a colour a vertex or a texture; grey where it has neither.
+
+    Raises:
+        TaskError: where it cannot be read or has no faces.
+    """
+    import trimesh
+
+    if not path.is_file():
+        raise TaskError(f"{path}: no such mesh file")
+    try:
+        mesh = trimesh.load(path, force="mesh", process=False)
+    except Exception as error:
+        # trimesh raises whatever its parsers raise; each of them means that the file is not what its name says.
+        raise TaskError(f"{path}: cannot be read as a mesh: {error}") from error
+    vertices = np.array(mesh.vertices, dtype=np.float64) * scale
+    faces = np.array(mesh.faces, dtype=np.int64)
+    if not len(faces) or not np.isfinite(vertices).all():
+        raise TaskError(f"{path}: the mesh has no faces, or coordinates that are not finite")
+    return Surface(vertices, faces, _vertex_colors(mesh, len(vertices)))
+
+
+def _vertex_colors(mesh: object, count: int) -> NDArray[np.uint8]:
+    visual = mesh.visual  # type: ignore[attr-defined]
+    if visual.kind == "texture" and visual.uv is not None and getattr(visual.material, "image", None) is not None:
+        visual = visual.to_color()
+    if visual.kind in ("vertex", "face"):
+        return np.array(visual.vertex_colors[:, :3], dtype=np.uint8)
+    return np.tile(np.array(GREY, np.uint8), (count, 1))
+
+
+def surface_of(obj: Object, visuals: Path | None = None) -> Surface:
+    """What an object looks like: its coloured mesh where there is one, else its shape in grey.
+
+    Args:
+        obj: its shape says where the coloured mesh is looked for: `visuals`/MODEL.ply, then visual.ply beside its mesh.
+            A model is called by its mesh's folder if the mesh is called collision.obj, else by its mesh's file.
+        visuals: folder of coloured meshes in the same frames as the shapes.
+    """
+    shape = obj.shape
+    if not isinstance(shape, Mesh):
+        return plain(shape)
+    name = shape.path.parent.name if shape.path.stem == "collision" else shape.path.stem
+    places = [shape.path.parent / "visual.ply"] if visuals is None else [visuals / f"{name}.ply"]
+    found = next((path for path in places if path.is_file()), None)
+    return plain(shape) if found is None else read_surface(found, shape.scale)

@@ -1,0 +1,39 @@
+"""A task file from a stranger runs no code: what it names to be imported is used only where the user says so."""
+
+from __future__ import annotations
+
+from tamp.errors import TaskError
+from tamp.task import Task
+from tamp.task.files.yaml_document import read_document
+
+HOW = "code is run only where you trust it: --trust-task-code, or trust_task_code=True in Python"
+
+
+def refuse_code(task: Task, domain: str | None = None, *, trusted: bool) -> None:
+    """Refuse a task whose file names code to be run, unless the user trusts it; a task built in code may name any.
+
+    Args:
+        task: the task.
+        domain: what the user names in place of the task's own.
+        trusted: whether the user trusts the task.
+
+    Raises:
+        TaskError: names file, line, and the code.
+    """
+    if trusted or task.path is None:
+        return
+    asked = {"samplers": ", ".join(sorted(task.samplers.values())), "domain": "" if domain else _outside(task.domain)}
+    asked["simulator"] = (task.simulator or "") if ":" in (task.simulator or "") else ""
+    for field, code in asked.items():
+        if code:
+            where = read_document(task.path).where((field,)) if task.path.is_file() else str(task.path)
+            raise TaskError(f"{where}: the task asks for {code}; {HOW}")
+
+
+def _outside(domain: str) -> str:
+    """The domain where it is not an installed one, else nothing."""
+    if domain == Task.domain:
+        return ""
+    from tamp.domains.catalog import domain_names
+
+    return "" if domain in domain_names() else domain

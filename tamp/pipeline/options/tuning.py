@@ -1,0 +1,90 @@
+"""The numbers that decide how a run behaves and that a user may want to change, with what each one means."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import TYPE_CHECKING, Any
+
+from tamp.errors import TampError
+
+if TYPE_CHECKING:
+    from tamp.domains.timing import Speeds
+
+
+def _number(default: float, low: float, high: float, text: str) -> Any:
+    return field(default=default, metadata={"low": low, "high": high, "help": text})
+
+
+def _share(default: float, text: str) -> Any:
+    return _number(default, 0.0, 1.0, text)
+
+
+def _count(default: int, text: str) -> Any:
+    return _number(default, 0, 1_000_000, text)
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Recorded with each run. Each field says in its metadata what it means and between what it lies.
+
+    Shares of time refer to what is left when they are used.
+    """
+
+    first_plan_share: float = _share(0.7, "of the time for planning goes to the first plan at most")
+    next_plan_share: float = _share(0.5, "of the time that is left goes to each further plan")
+    last_plan_share: float = _share(0.75, "of it goes to a plan for what another has left for want of time")
+    punctual_share: float = _share(0.95, "of the limit is given out: whoever is busy looks at the clock late")
+    max_replans: int = _count(8, "plans after the first, where reality deviates")
+    max_corrections: int = _count(2, "of those, to correct what stands a little off its goal")
+    astray_m: float = _number(
+        0.01, 0.0, 1.0, "an object that ends farther from its settled goal (EDE) is corrected [m]"
+    )
+    together_share: float = _share(0.13, "serialized: of the time goes to the try for all goals together")
+    goals_share: float = _share(0.7, "serialized: of the rest goes to goals, what remains to bringing things near")
+    one_goal_share: float = _share(0.4, "serialized: of that goes to one goal for which others may move")
+    one_goal_least_s: float = _number(4.0, 0.0, 3600.0, "serialized: less would be of no use for such a goal [s]")
+    together_iterations: int = _count(8, "serialized: of the stream planner, for all goals together")
+    alone_iterations: int = _count(6, "serialized: after which an object counts as hopeless even alone")
+    carrying_speed: float = _share(0.5, "of the joints' limits while holding an object")
+    gentle_speed: float = _share(0.4, "of the joints' limits near an object")
+    pushing_speed: float = _share(0.2, "of the joints' limits while pushing an object")
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value, low, high = getattr(self, f.name), f.metadata["low"], f.metadata["high"]
+            whole = isinstance(f.default, int)
+            if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
+                raise TampError(f"tuning: {f.name} must be a {'whole ' if whole else ''}number, found {value!r}")
+            if not low <= value <= high or (value == 0 and f.name.endswith("_speed")):
+                raise TampError(f"tuning: {f.name} must lie between {low:g} and {high:g}, found {value!r}")
+
+    @staticmethod
+    def of(values: Mapping[str, Any]) -> Tuning:
+        """The defaults with some values in their place.
+
+        Raises:
+            TampError: for an unknown name or a value out of range.
+        """
+        known = [f.name for f in fields(Tuning)]
+        for name in values:
+            if name not in known:
+                near = difflib.get_close_matches(name, known, n=1)
+                hint = f"did you mean {near[0]!r}? " if near else ""
+                raise TampError(f"tuning: unknown {name!r}; {hint}there are {', '.join(known)}")
+        return Tuning(**values)
+
+    @property
+    def speeds(self) -> Speeds:
+        """How fast the arm moves."""
+        from tamp.domains.timing import Speeds  # here, so that options can be read without what they are for
+
+        return Speeds(self.carrying_speed, self.gentle_speed, self.pushing_speed)
+
+    def changed(self) -> dict[str, float]:
+        """What differs from the defaults."""
+        return {name: value for name, value in asdict(self).items() if value != getattr(Tuning, name)}
+
+
+DEFAULT_TUNING = Tuning()

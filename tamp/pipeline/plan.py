@@ -1,0 +1,158 @@
+"""From a task to a plan: settle, search, time, check; a plan that the checker rejects never leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from typing_extensions import Unpack
+
+from tamp.clock import TimeUp, ended_at, limits_in, now
+from tamp.errors import PlanningFailure
+from tamp.pipeline.options.settings import Options, Settings, settings_of
+from tamp.pipeline.options.trust import refuse_code
+from tamp.pipeline.prepare import Setup, prepare
+from tamp.pipeline.serialization.partial_plan import Attempt
+from tamp.pipeline.strategies import STRATEGIES
+from tamp.planning import Report
+from tamp.task import Plan, Pose, SymbolicFact, Task, load_robot
+
+SEARCH_SHARE = 0.97  # of the time goes to the search; checking what it found needs the rest
+
+
+def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[Options]) -> Plan:
+    """Plan a task from its settled start, with the arm at home.
+
+    Args:
+        task: what is to be done.
+        seed: decides every random choice.
+        timeout: for everything, settling and checking included, on the clock of the options [s].
+        **options: the fields of `tamp.pipeline.options.settings.Settings`: samplers, domain, strategy, clock, ...
+
+    Raises:
+        TaskError, RobotError, SamplerError: where the input cannot be used.
+        PlanningFailure: where no plan reaches all goals; carries the planner's report.
+    """
+    settings = settings_of(options)
+    refuse_code(task, settings.domain, trusted=settings.trust_task_code)
+    with limits_in(settings.clock):
+        deadline, search = now() + timeout, None
+        try:
+            with ended_at(deadline):
+                setup = prepare(task, deadline, settings)
+                home = load_robot(task.robot).home
+                search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, settings=settings)
+                found = search.run(persistent=True)
+        except TimeUp as late:
+            raise PlanningFailure("timeout", late if search is None else search.interrupted(late)) from None
+        status = in_all(search.report.status, used_up=now() >= deadline - (1 - SEARCH_SHARE) * timeout)
+    if found is None or found.report.get("left"):
+        raise PlanningFailure(status, search.report)
+    return found
+
+
+def in_all(status: str, *, used_up: bool) -> str:
+    """What a run without a plan has come to: "timeout" says that the limit was used up, and nothing else does.
+
+    Args:
+        status: of the search that came last, which may have had a part of the time only.
+        used_up: whether the limit of the whole run was.
+    """
+    if status == "infeasible":
+        return status
+    return "timeout" if used_up else "failed"
+
+
+class Planning:
+    """One search for a plan from a state, which may be in the middle of an execution.
+
+    Args:
+        setup: the prepared task.
+        poses: object -> pose (world frame), all at rest.
+        q: arm configuration [rad]; the hand is empty.
+        seed: decides every random choice.
+        deadline: on the clock of tamp.clock.now() [s].
+        settings: how it is planned.
+        hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
+        facts: symbolic facts that hold; None for those that the task starts with.
+
+    Raises:
+        PlanningFailure: where the deadline is past before the search can begin.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        poses: Mapping[str, Pose],
+        q: tuple[float, ...],
+        *,
+        seed: int,
+        deadline: float,
+        settings: Settings,
+        hopeless: Mapping[str, str] = MappingProxyType({}),
+        facts: tuple[SymbolicFact, ...] | None = None,
+    ) -> None:
+        self._begin, self._seed = Attempt.of(setup, poses, q, settings.samplers, deadline, facts), seed
+        end = now() + SEARCH_SHARE * (deadline - now())
+        strategy = STRATEGIES[setup.settings.strategy or setup.domain.strategy]
+        self._search = strategy(self._begin, seed, end, settings.algorithm, hopeless)
+
+    @property
+    def report(self) -> Report:
+        """Of the search for all goals at once."""
+        return self._search.report
+
+    def interrupted(self, late: TimeUp) -> Report:
+        """The report of a search that was ended in the middle."""
+        return replace(self.report, status="timeout", message=str(late))
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether time was up for the search or for one of its questions: with more of it more may be found."""
+        return self._search.cut_short
+
+    @property
+    def left(self) -> Mapping[str, str]:
+        """Objects whose goals the plan does not reach -> why."""
+        return self._search.left
+
+    @property
+    def hopeless(self) -> Mapping[str, tuple[Pose, str]]:
+        """Objects that do not reach their goals even with all others out of the way -> from where, and why."""
+        return {name: (place.pose, why) for name, (place, why) in self._search.hopeless.items()}
+
+    @property
+    def rejections(self) -> tuple[str, ...]:
+        """The verdict on each piece of a plan that the checker sent back; each is a bug of the planner's."""
+        return tuple(self._search.progress.rejections)
+
+    def run(self, *, persistent: bool = False) -> Plan | None:
+        """Plan for as many goals as possible; the plan's report says in "left" which it leaves and why.
+
+        Args:
+            persistent: whether a plan for all goals is sought until time is up.
+
+        Returns:
+            None where nothing can be brought further.
+        """
+        search, begin = self._search, self._begin
+        search.run(persistent=persistent)
+        if search.left and not search.progress.actions:
+            return None
+        start = {name: place.pose for name, place in begin.workspace.start.items()}
+        # What cannot come nearer to its goal has where it stands for its goal.
+        goals = {name: place.pose for name, place in search.progress.now.workspace.goals.items()}
+        actions, q = tuple(search.progress.actions), begin.configuration.q
+        task = begin.setup.task
+        found = Plan(task.name, task.robot, self._seed, start, q, goals, actions, search.report.as_dict())
+        verdict = search.progress.checked(found) or begin.setup.check(
+            found, start=start, goals=goals, facts=begin.facts
+        )
+        if not verdict.executable:
+            raise PlanningFailure("rejected", verdict)
+        missed = {problem.bodies[0]: problem.sentence for problem in verdict.problems}
+        left = {**missed, **search.left}
+        refused = {"rejected": list(self.rejections), "blocked": list(search.progress.blocked)}
+        settled_in = begin.setup.settings.settling
+        return replace(found, report={**found.report, **refused, "left": left, "settled_in": settled_in})

@@ -1,0 +1,124 @@
+"""Which goals of a task are asked for, on what they rest, and what else must stand for one of them alone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+from tamp.scoring.ede import ede, mean_edge
+from tamp.scoring.score import SOLVED_WITHIN_M, fact_text
+from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import At, In, On
+
+
+def goal_names(workspace: Workspace) -> list[str]:
+    """Objects that have a goal, in the task's order."""
+    return [obj.name for obj in workspace.task.objects if obj.goal is not None]
+
+
+def all_goals(workspace: Workspace) -> list[str]:
+    """Those objects, and the symbolic facts that the task asks for, as PDDL writes them."""
+    return [*goal_names(workspace), *(fact_text(fact) for fact in workspace.task.goal)]
+
+
+def goal_supports(workspace: Workspace, name: str) -> list[str]:
+    """Objects with goal poses that the goal pose of an object rests on."""
+    return [lower for lower in workspace.goals[name].on if lower in workspace.goals] if name in workspace.goals else []
+
+
+def nearly_there(workspace: Workspace, name: str) -> bool:
+    """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs."""
+    obj, here = workspace.task.object(name), workspace.start[name]
+    return (
+        isinstance(obj.goal, At)
+        and here.on == workspace.goals[name].on
+        and ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
+        and all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    )
+
+
+def away(workspace: Workspace, name: str) -> float:
+    """How far an object with a goal pose is from it (EDE) [m]."""
+    obj = workspace.task.object(name)
+    return ede(mean_edge(obj.shape), workspace.start[name].pose, workspace.goals[name].pose)
+
+
+def supports_first(workspace: Workspace, names: Sequence[str]) -> list[str]:
+    """The names in an order in which what others rest on at their goals comes before them."""
+    below: dict[str, tuple[str, ...]] = {name: place.on for name, place in workspace.goals.items()}
+    for obj in workspace.task.objects:
+        if isinstance(obj.goal, On | In):
+            below[obj.name] = (obj.goal.target,)
+
+    def height(name: str, seen: tuple[str, ...] = ()) -> int:
+        lower = [other for other in below.get(name, ()) if other in below and other not in seen]
+        return 1 + max((height(other, (*seen, name)) for other in lower), default=0)
+
+    return sorted(names, key=height)
+
+
+def farthest_first(workspace: Workspace, names: Collection[str]) -> list[str]:
+    """Objects with goal poses, those farthest from theirs (EDE) first, each after those that its goal rests on."""
+    order: list[str] = []
+
+    def add(name: str, above: tuple[str, ...] = ()) -> None:
+        for lower in goal_supports(workspace, name):
+            if lower in names and lower not in above:
+                add(lower, (*above, name))
+        if name not in order:
+            order.append(name)
+
+    for name in sorted(names, key=lambda name: (-away(workspace, name), name)):
+        add(name)
+    return order
+
+
+def asking_for(workspace: Workspace, names: Collection[str]) -> Workspace:
+    """The workspace in which only some goals are asked for: of objects, and symbolic ones as PDDL writes them.
+
+    The goal poses of the others stay known: that is where they may be put aside to, and where buffers are not wanted.
+    """
+    objects = tuple(obj if obj.name in names else replace(obj, goal=None) for obj in workspace.task.objects)
+    facts = tuple(fact for fact in workspace.task.goal if fact_text(fact) in names)
+    return replace(workspace, task=replace(workspace.task, objects=objects, goal=facts))
+
+
+def alone(workspace: Workspace, name: str) -> Workspace:
+    """The workspace with one object, what it rests on at its start and its goal, and what it shall be put on or in.
+
+    All else is taken away.
+    """
+    start, below, goal = workspace.start, _all_below(workspace.goals, name), workspace.task.object(name).goal
+    there = [goal.target] if isinstance(goal, On | In) and goal.target in start else []
+    standing = {other: start[other] for first in (name, *there) for other in (first, *_all_below(start, first))}
+    standing |= {other: workspace.goals.get(other, start[other]) for other in below}
+    # Where it stands on something now, the goal of that does not matter, nor is what that would rest on there.
+    goals = {other: workspace.goals[other] for other in (name, *below) if other in workspace.goals}
+    return replace(asking_for(workspace, {name}), start=standing, goals=goals)
+
+
+def supports_in_the_way(workspace: Workspace, name: str) -> list[str]:
+    """What an object rests on that stands where its goal is, so that it has to leave once the object is taken off."""
+    goal = workspace.goals.get(name)
+    below = _all_below(workspace.start, name) if goal is not None else []
+    return [lower for lower in below if goal is not None and _overlap(workspace, name, goal, lower)]
+
+
+def _overlap(workspace: Workspace, name: str, goal: Placement, other: str) -> bool:
+    T, T_other = goal.pose.matrix, workspace.start[other].pose.matrix
+    return workspace.world.overlap(name, T, other, T_other, tolerance=CONTACT_DEPTH)
+
+
+def _all_below(places: Mapping[str, Placement], name: str) -> list[str]:
+    """Everything that an object rests on, directly or through others, as `places` have it."""
+    found: list[str] = []
+    waiting = [name]
+    while waiting:
+        placement = places.get(waiting.pop())
+        for lower in placement.on if placement is not None else ():
+            if lower != TABLE and lower != name and lower not in found:
+                found.append(lower)
+                waiting.append(lower)
+    return found

@@ -1,0 +1,194 @@
+"""A plan in the making: the attempt from one state, the pieces so far, and the final state they lead to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from tamp.checking import Verdict
+from tamp.domains.samplers import resolve_samplers
+from tamp.domains.skill import Fact, Question
+from tamp.domains.timing import NotFree
+from tamp.pipeline.options.guard import guarded
+from tamp.pipeline.options.settings import Samplers
+from tamp.pipeline.prepare import Setup, observe
+from tamp.planning import GroundAction, Problem
+from tamp.scoring.total_error import shortfall
+from tamp.streams.values import Configuration, Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Action, Fall, Move, Plan, Pose, Release
+from tamp.world.robot.model import RobotModel
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One state to plan from, and how a solution found there becomes a checked plan.
+
+    Attributes:
+        setup: the prepared task.
+        workspace: what stands where, and where it shall stand.
+        samplers: one function for each stream.
+        configuration: where the arm is; the hand is empty.
+        facts: symbolic facts that hold.
+    """
+
+    setup: Setup
+    workspace: Workspace
+    samplers: Mapping[str, Callable[..., Any]]
+    configuration: Configuration
+    facts: tuple[Fact, ...] = ()
+
+    @staticmethod
+    def of(
+        setup: Setup,
+        poses: Mapping[str, Pose],
+        q: tuple[float, ...],
+        samplers: Samplers | None,
+        deadline: float = math.inf,
+        facts: tuple[Fact, ...] | None = None,
+    ) -> Attempt:
+        """The attempt from objects at rest at `poses` and an empty hand at arm configuration `q` [rad].
+
+        Symbolic facts are those of the task's start where none are given.
+        """
+        situation = observe(setup.task, poses, setup.goals, deadline, setup.settings.settling)
+        workspace = Workspace(setup.task, setup.world, situation.start, situation.goals, setup.cache)
+        own = {**setup.task.samplers, **(samplers or {})}
+        functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)
+        configuration = Configuration(tuple(q), setup.world.robot.spec.gripper.stroke)
+        return Attempt(setup, workspace, functions, configuration, setup.task.init if facts is None else facts)
+
+    def problem(
+        self,
+        workspace: Workspace,
+        samplers: Mapping[str, Callable[..., Any]],
+        movable: Container[str] | None = None,
+        regrasped: Container[str] = (),
+    ) -> Problem:
+        """What the planner is asked from here; see `tamp.domains.skill.Question`."""
+        question = Question(self.configuration, None, movable, regrasped, self.facts)
+        return self.setup.domain.problem(workspace, {**self.samplers, **samplers}, question)
+
+    def finish(self, actions: Sequence[GroundAction], seed: int, report: Mapping[str, Any]) -> tuple[Plan, Verdict]:
+        """Time a solution and have it checked.
+
+        Args:
+            actions: the planner's ground actions.
+            seed: recorded in the plan.
+            report: recorded in the plan.
+
+        Raises:
+            NotFree: where a timed motion cannot keep clear.
+        """
+        task, start = self.setup.task, {name: place.pose for name, place in self.workspace.start.items()}
+        goals = {name: place.pose for name, place in self.workspace.goals.items()}
+        timed = self.setup.domain.timed(self.workspace, actions, self.setup.settings.tuning.speeds)
+        found = Plan(task.name, task.robot, seed, start, self.configuration.q, goals, timed, report)
+        return found, self.setup.check(found, start=start, goals=goals, facts=self.facts)
+
+
+SAME = 1e-6  # joint angles [rad], positions [m] and rotations whose entries differ by less are one
+
+
+def after(robot: RobotModel, plan: Plan) -> Plan:
+    """The plan of which nothing is left, from the state that it leaves."""
+    start, home = dict(plan.start), np.array(plan.home)
+    for step in plan.steps:
+        if isinstance(step, Release | Fall):
+            start[step.object] = step.pose
+        elif isinstance(step, Move):
+            home = step.trajectory.positions[-1]
+            if step.pushed is not None:
+                start[step.pushed.object] = Pose.from_matrix(robot.forward(home)) @ step.pushed.T_tool_object
+    return replace(plan, start=start, home=tuple(float(q) for q in home), actions=())
+
+
+def begins_at(plan: Plan, state: Plan) -> bool:
+    """Whether a plan begins where another one does."""
+    same_arm = np.allclose(plan.home, state.home, rtol=0.0, atol=SAME)
+    return same_arm and all(
+        np.allclose(plan.start[name].matrix, state.start[name].matrix, rtol=0.0, atol=SAME) for name in plan.start
+    )
+
+
+WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
+
+
+@dataclass
+class Progress:
+    """What a plan does so far.
+
+    Attributes:
+        now: the state it leaves, as something to plan from; its workspace asks for all goals.
+        actions: timed, in order; the checker has accepted each piece of them.
+        rejections: the verdict on each piece that the checker sent back; each is a bug of the planner's.
+        blocked: why pieces never came before the checker: a timed motion came too near to something.
+        before: for each piece, how many actions came before it, and the state they leave.
+        pieces: each as a plan of its own, as the checker has accepted it.
+    """
+
+    now: Attempt
+    actions: list[Action] = field(default_factory=list)
+    rejections: list[str] = field(default_factory=list)
+    blocked: list[str] = field(default_factory=list)
+    before: list[tuple[int, Attempt]] = field(default_factory=list)
+    pieces: list[Plan] = field(default_factory=list)
+
+    @property
+    def start(self) -> Mapping[str, Placement]:
+        """Object -> where it stands by now."""
+        return self.now.workspace.start
+
+    def take(self, solution: Sequence[GroundAction], seed: int) -> str | None:
+        """Time a further piece, have it checked and add it; what is wrong with it where it is refused."""
+        try:
+            piece, verdict = self.now.finish(solution, seed, {})
+        except NotFree as reason:
+            self.blocked.append(str(reason))
+            return str(reason)
+        if not verdict.executable:
+            self.rejections.append(str(verdict))
+            return str(verdict)
+        self.before.append((len(self.actions), self.now))
+        self.pieces.append(piece)
+        self.actions += piece.actions
+        domain = self.now.setup.domain
+        start, configuration = domain.after(self.start, self.now.configuration, solution)
+        workspace, facts = replace(self.now.workspace, start=start), domain.facts_after(self.now.facts, piece.actions)
+        self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
+        return None
+
+    def checked(self, plan: Plan) -> Verdict | None:
+        """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.
+
+        It has accepted every action from the state that those before it leave: only the goals are left to judge.
+        """
+        state, actions = replace(plan, actions=()), list[Action]()
+        for piece in self.pieces:
+            if not begins_at(piece, state):
+                return None
+            actions += piece.actions
+            state = replace(after(self.now.setup.world.robot, piece), goals=plan.goals)
+        if [id(action) for action in actions] != [id(action) for action in plan.actions]:
+            return None
+        return self.now.setup.check(state, start=state.start, goals=plan.goals, facts=self.now.facts)
+
+    def cut_back(self) -> None:
+        """Drop the pieces at the end that leave the table no better: what they put aside would stay there."""
+        kept, now, least = len(self.actions), self.now, _shortfall(self.now)
+        for count, state in reversed(self.before):
+            missing = _shortfall(state)
+            if missing < least + WORTH:
+                kept, now, least = count, state, missing
+        self.now = now
+        del self.actions[kept:]
+        self.before = [stage for stage in self.before if stage[0] < kept]
+        del self.pieces[len(self.before) :]
+
+
+def _shortfall(state: Attempt) -> float:
+    return shortfall(state.setup.task, {name: place.pose for name, place in state.workspace.start.items()})

@@ -1,0 +1,149 @@
+"""The algorithms by name: how search for skeletons and sampling of values take turns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tamp.planning.algorithms.session import Session
+from tamp.planning.binding.attempt import Budget
+from tamp.planning.binding.skeleton import Skeleton
+from tamp.planning.options import Ended, Restart
+
+AHEAD = 6
+"""How many streams in a row may be hoped for before any sampling; afterwards chains without end must wait for it."""
+
+
+FIRST_LOOK = 4
+"""Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
+
+
+def adaptive(session: Session) -> None:
+    """Search under hopes, bind, learn; skeletons that failed get another turn with a growing budget.
+
+    A turn of the search costs little, so each iteration searches with all that was learnt; a skeleton that comes out
+    again is bound with twice the budget. Every few failures an old skeleton has a turn, so that each is tried again
+    and again while its streams have values left.
+    """
+    budget = Budget()
+    failures = 0
+    earlier = session.earlier_plan()
+    if earlier is not None:
+        session.bind(earlier, budget)
+    while True:
+        skeleton = _next_skeleton(session)
+        if skeleton is None:
+            continue
+        _bind(session, skeleton, budget)
+        failures += 1
+        if failures % 4 == 0:
+            _bind_oldest(session, skeleton, budget)
+
+
+def focused(session: Session) -> None:
+    """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
+
+    Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
+    would try them in ever new combinations instead.
+    """
+    budget = Budget(values=2, draws=60, patience=2, jumps=400)
+    failures = 0
+    while True:
+        skeleton = _next_skeleton(session)
+        if skeleton is not None:
+            _bind(session, skeleton, budget.grown(failures // 8))
+            failures += 1
+            if failures % 8 == 0:
+                _bind_oldest(session, skeleton, budget.grown(failures // 8))
+
+
+def incremental(session: Session) -> None:
+    """Draw from every stream in turn and search among real values only, after each round.
+
+    Only motions that depend on the state are left to the end, as in the other algorithms.
+    """
+    budget = Budget()
+    while True:
+        result = session.search()
+        if result.plan is not None:
+            version, cost = session.knowledge.version, session.found.cost
+            skeleton = session.skeleton(op.source for op in result.plan)
+            bound = session.bind(skeleton, budget)
+            if session.found.cost < cost or (not bound and session.knowledge.version > version):
+                continue
+        if result.timed_out:
+            _replace_hopes(session)
+        else:
+            _expand(session)
+
+
+def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
+    """Bind; where nothing was learnt from it, see to it that something new is known by the next search."""
+    version, cost = session.knowledge.version, session.found.cost
+    bound = session.bind(skeleton, budget)
+    if session.found.cost < cost:
+        return  # the next search looks for a cheaper plan among what is known
+    if bound or session.knowledge.version == version:
+        _expand(session)
+
+
+def _bind_oldest(session: Session, latest: Skeleton, budget: Budget) -> None:
+    """Bind the first of the skeletons that were tried least, unless it is the latest."""
+    oldest = min(session.lessons.tried, key=lambda s: session.lessons.tried[s].attempts)
+    if oldest is not latest:
+        _bind(session, oldest, budget)
+
+
+def _next_skeleton(session: Session) -> Skeleton | None:
+    """The skeleton that the search finds, or None after it was given more to work with.
+
+    Raises:
+        Ended: where there is nothing more to give.
+    """
+    if session.lessons.tried:
+        result = session.search(novel=True)
+        if result.plan is not None:
+            return session.skeleton(op.source for op in result.plan)
+    result = session.search()
+    if result.plan is not None:
+        return session.skeleton(op.source for op in result.plan)
+    if result.timed_out:
+        _replace_hopes(session)
+    elif not _deepen(session):
+        _expand(session)
+    return None
+
+
+def _deepen(session: Session) -> bool:
+    """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
+    return session.grounder.limit <= AHEAD + session.rounds.count // 2 and session.grounder.deepen()
+
+
+def _replace_hopes(session: Session) -> None:
+    """Sample a while, after a search that took too long: fewer hopes, or the end of all streams, may make it easier."""
+    for _ in range(4):
+        if not session.rounds.expand() and not session.grounder.deepen():
+            return
+
+
+def _expand(session: Session) -> None:
+    session.check_prospects()
+    count = session.rounds.count
+    if count >= FIRST_LOOK and count.bit_count() == 1:
+        session.surprises.look()
+    if not session.rounds.expand() and not session.grounder.deepen():
+        if session.surprises.look():
+            return
+        session.check_surprises()
+        if session.found.best is not None:
+            raise Ended("solved", "No better plan exists.")
+        if session.connectors.fluent and session.lessons.failed_moves:
+            raise Restart(replace(session.options, connectors=False))
+        if session.schema.ambivalent and session.options.lazy_tests:
+            raise Restart(replace(session.options, lazy_tests=False))
+        session.limits.check()  # a sampler may have ended because of the deadline
+        gave_up = sorted({i.external.name for i in session.knowledge.instances() if i.exhausted and i.gave_up})
+        if gave_up:
+            raise Ended("failed", f"All streams have ended, but not because nothing more exists: {', '.join(gave_up)}.")
+        if not session.lessons.proofs:
+            raise Ended("failed", "All streams are exhausted, but a search gave up or motions failed without a reason.")
+        raise Ended("infeasible", "All streams are exhausted and no plan exists.")

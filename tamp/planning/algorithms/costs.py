@@ -1,0 +1,85 @@
+"""What actions cost: for a plan with real values exactly, for the search with what is known so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from tamp.errors import DomainError
+from tamp.language import FunctionStream, Variable
+from tamp.planning.binding.attempt import BoundStep
+from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.normal_form import ActionSchema
+from tamp.planning.model.stream_instances import ground
+from tamp.planning.sampling.stream_calls import Sampling
+
+SCALE = 10.0
+"""What one unit of cost weighs in the search, where one call of an ordinary stream weighs 1."""
+
+FINE_SCALE = 1000.0
+"""The same where plans must be cheap: streams then weigh nothing."""
+
+
+class Costs:
+    """Costs of actions. Where the domain has no costs, or the caller wants unit costs, each action costs 1."""
+
+    def __init__(self, knowledge: Knowledge, sampling: Sampling, unit_costs: bool) -> None:
+        self._knowledge = knowledge
+        self._sampling = sampling
+        schema = knowledge.schema
+        self.unit = unit_costs or not schema.domain.uses_costs
+        self.scale = SCALE
+        self._values = {
+            (term.function, *(schema.objects.intern(arg.value) for arg in term.args)): value  # type: ignore[union-attr]
+            for term, value in schema.problem.initial_state.values.items()
+        }
+
+    def prefer_cheap(self) -> None:
+        """From now on, let the search see the actions' costs alone."""
+        self.scale = FINE_SCALE
+
+    def of_plan(self, steps: Iterable[BoundStep]) -> float:
+        """The cost of a plan."""
+        return sum(self._of(step.schema, step.binding) for step in steps)
+
+    def of_operator(self, operator: GroundOperator) -> int:
+        """What the search minimises: the action's cost, and how reluctantly its streams should be used."""
+        cost = self._of(operator.schema, operator.binding)
+        if self.scale == FINE_SCALE:
+            return int(self.scale * cost)
+        return round(self.scale * cost + sum(instance.effort for instance in operator.needs))
+
+    def _of(self, schema: ActionSchema, binding: dict[str, int]) -> float:
+        if self.unit:
+            return 1.0
+        total = 0.0
+        for term in schema.cost or ():
+            total += term if isinstance(term, int | float) else self._function(ground(term, binding))
+        return total
+
+    def _check_domain(self, function: FunctionStream, handles: tuple[int, ...]) -> None:
+        """Refuse to ask a function outside its domain; what actions change is for their conditions to check."""
+        schema, objects = self._knowledge.schema, self._knowledge.objects
+        values = dict(zip(function.inputs, handles, strict=True))
+        for atom in function.domain:
+            args = (values[t] if isinstance(t, Variable) else objects.intern(t.value) for t in atom.args)
+            fact = (atom.predicate, *args)
+            if atom.predicate not in schema.fluents | schema.derived and not self._knowledge.usable(fact):
+                raise DomainError(
+                    f"function {function.name!r} has no value for {objects.text((function.name, *handles))}: "
+                    f"{objects.text(fact)} of its :domain does not hold, and init gives no value"
+                )
+
+    def _function(self, term: tuple[object, ...]) -> float:
+        name, handles = str(term[0]), tuple(h for h in term[1:] if isinstance(h, int))
+        known = self._values.get(term)
+        if known is not None:
+            return float(known)
+        functions = self._knowledge.schema.functions
+        if name not in functions:
+            return 0.0
+        if all(map(self._knowledge.objects.is_real, handles)):
+            self._check_domain(functions[name], handles)
+            return self._sampling.function(name, handles)
+        info = self._knowledge.schema.problem.info.get(name)
+        return info.bound if info is not None else 0.0

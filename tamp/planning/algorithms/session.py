@@ -1,0 +1,343 @@
+"""One run of the planner: initial facts, what has been sampled so far, and the best plan found (the incumbent)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from tamp.language import Atom
+from tamp.planning.algorithms.costs import Costs
+from tamp.planning.binding.attempt import Attempt, BoundStep, Budget
+from tamp.planning.binding.backjumping import Binder, progress
+from tamp.planning.binding.learning import Lessons
+from tamp.planning.binding.skeleton import Skeleton, make_skeleton
+from tamp.planning.constraints import Course, Forbidden
+from tamp.planning.grounding.grounder import Grounder
+from tamp.planning.grounding.infeasibility import Outlook
+from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.grounding.task_builder import TaskBuilder
+from tamp.planning.model.awaited import OWN_MARK
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.invariants import find_invariants, groups
+from tamp.planning.model.normal_form import Condition
+from tamp.planning.model.objects import Fact, Objects
+from tamp.planning.model.schema import Schema
+from tamp.planning.model.state import State
+from tamp.planning.model.transit_actions import Connectors
+from tamp.planning.options import Ended, Limits, Options, Restart, Reuse
+from tamp.planning.problem import Problem
+from tamp.planning.sampling.evaluation import Evaluator
+from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
+from tamp.planning.sampling.stream_rounds import Rounds
+from tamp.planning.sampling.surprises import Surprises
+from tamp.planning.search.best_first import Search, SearchResult
+from tamp.planning.search.symbolic_search import SymbolicSearch
+
+
+@dataclass(frozen=True)
+class Known:
+    """What one session tells the next, with values: facts without fluents, a state, what streams brought into it."""
+
+    facts: tuple[Fact, ...]
+    state: tuple[Fact, ...]
+    brought: tuple[Fact, ...] = ()
+
+
+class Found:
+    """Keeps the best plan.
+
+    Attributes:
+        best: its bound actions; None where there is none yet.
+        cost: of the best plan.
+    """
+
+    def __init__(self, options: Options, costs: Costs) -> None:
+        self.best: tuple[BoundStep, ...] | None = None
+        self.cost = math.inf
+        self._options = options
+        self._costs = costs
+
+    def take(self, attempt: Attempt) -> None:
+        """Keep what an attempt gave where it is better.
+
+        Raises:
+            Ended: where it is good enough.
+        """
+        if attempt.steps is None:
+            return
+        cost = self._costs.of_plan(attempt.steps)
+        if cost <= self._options.max_cost and cost < self.cost:
+            self.best, self.cost = attempt.steps, cost
+            self._costs.prefer_cheap()
+        if self.best is not None and self.cost <= self._options.success_cost:
+            raise Ended("solved", "")
+
+    def bound(self) -> int | None:
+        """The search cost at which a plan can no longer be better than the best, or allowed; None where any may be."""
+        limit = min(self._options.max_cost, self.cost)
+        return None if limit == math.inf else math.ceil(self._costs.scale * limit) + (limit < self.cost)
+
+
+def initial_facts(schema: Schema, objects: Objects, reuse: Reuse | None) -> Iterator[Fact]:
+    """What is given to hold, with the supertypes of each object; and every object that the problem names."""
+    domain = schema.domain
+    for name, types in domain.constant_types.items():
+        handle = objects.intern(domain.constants[name].value)
+        yield ("object", handle)
+        for kind in types:
+            yield from ((t, handle) for t in (kind, *domain.supertypes(kind)) if t != "object")
+    for atom in schema.problem.initial_state.facts:
+        fact = given_fact(atom, objects)
+        yield fact
+        if atom.predicate in domain.types:
+            yield from ((above, fact[1]) for above in domain.supertypes(atom.predicate) if above != "object")
+    for pattern in schema.goal.positive + schema.goal.negative:
+        yield from (("object", term) for term in pattern[1:] if isinstance(term, int))
+    if reuse is not None:
+        yield from _reused(schema, objects, reuse)
+
+
+def given_fact(atom: Atom, objects: Objects) -> Fact:
+    """An atom of the initial state, by handles."""
+    return (atom.predicate, *(objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
+
+
+def _reused(schema: Schema, objects: Objects, reuse: Reuse) -> Iterator[Fact]:
+    """Facts of an earlier plan about the values that its remaining actions use.
+
+    What streams with fluents certified held in one state only, and is left out.
+    """
+    momentary = {str(p[0]) for e in schema.externals.values() if e.fluents for p in e.certified}
+    for action in reuse.actions:
+        for value in action.args:
+            objects.intern(value)
+    known = set(objects.real())
+    for raw in reuse.facts:
+        name = str(raw[0]).lower()
+        if name in schema.fluents | schema.guarded or name in momentary or name.startswith(OWN_MARK):
+            continue
+        fact = (name, *map(objects.intern, raw[1:]))
+        if known.issuperset(fact[1:]):
+            yield fact
+
+
+MOVES_IN_SEARCH = 4000
+"""How many moves between values the search may see where leaving them out has failed."""
+
+
+class Session:
+    """The parts of a run, and the steps that the algorithms are made of."""
+
+    def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
+        self.objects = Objects()
+        self.schema = Schema(problem, self.objects)
+        self.knowledge = Knowledge(self.schema, self.objects)
+        self.sampling = Sampling(self.knowledge, options.seed, started + options.timeout)
+        self.evaluator = Evaluator(self.knowledge, self.sampling)
+        bounded = min(options.max_cost, options.success_cost) < math.inf
+        unit = options.unit_costs or not self.schema.domain.uses_costs
+        forbids = {str(p[0]).lower() for p in options.constraints.forbidden}
+        hide = options.connectors and (unit or not bounded)
+        self.connectors = Connectors(self.schema, hide)
+        if any(c.schema.name in forbids for c in self.connectors.connectors):
+            self.connectors = Connectors(self.schema, enabled=False)
+        self.given_state: list[Fact] = []
+        self._search = search
+        self._eager = eager
+        self._invariants = find_invariants(self.schema, self.connectors.fluent)
+        self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options)
+        self._prepare(options, started)
+
+    def _prepare(self, options: Options, started: float, frozen: frozenset[int] = frozenset()) -> None:
+        """Make the parts that know the limits, the goal and the initial state of one question."""
+        self.started = started
+        self.options = options
+        self.limits = Limits(options, started)
+        self.stopwatch = Stopwatch(self.sampling)
+        self.rounds = Rounds(
+            self.knowledge, self.sampling, self.evaluator, self.limits, self.stopwatch, self._eager, options.lazy_tests
+        )
+        self.grounder.report_to(self.rounds.appear, self.limits.check)
+        self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
+        if min(options.max_cost, options.success_cost) < math.inf:
+            self.costs.prefer_cheap()
+        forbidden = Forbidden(options.constraints.forbidden, self.objects)
+        filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
+        course = Course(options.constraints, self.objects, filled_in)
+        self.binder = Binder(
+            self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, course, self.limits.deadline
+        )
+        self.lessons = Lessons(self.knowledge)
+        self.found = Found(options, self.costs)
+        self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
+        self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises)
+        self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
+        builder = TaskBuilder(
+            self.knowledge,
+            lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
+            self.costs.of_operator,
+            self.connectors.fluent,
+            course,
+            forbidden,
+            frozen,
+        )
+        self.symbolic = SymbolicSearch(
+            self.schema, self.knowledge, self.evaluator, self.connectors, self.grounder, builder, self._search
+        )
+
+    def begin(self, known: Known | None = None) -> None:
+        """Take in what the problem gives; with `known`, its state in place of the initial one, and its facts besides.
+
+        Raises:
+            Ended: at a limit.
+        """
+        with self.stopwatch.timed("grounding"):
+            self.grounder.join.start()
+            for fact in initial_facts(self.schema, self.objects, self.options.reuse):
+                self.limits.check()
+                if known is None or fact[0] not in self.schema.fluents:
+                    self.knowledge.give(fact)
+            for raw in (*known.facts, *known.state) if known is not None else ():
+                self.knowledge.give((raw[0], *map(self.objects.intern, raw[1:])))
+            for raw in known.brought if known is not None else ():
+                self.knowledge.brought[(raw[0], *map(self.objects.intern, raw[1:]))] = None
+            for atom in self.schema.problem.initial_state.negated:
+                self.knowledge.refute(given_fact(atom, self.objects))
+        given = (given_fact(atom, self.objects) for atom in self.schema.problem.initial_state.facts)
+        self.given_state = [fact for fact in given if fact[0] in self.schema.fluents]
+
+    def freeze(self, frozen: frozenset[int]) -> None:
+        """Let no action delete a fact that has one of these objects as its first argument."""
+        if frozen:
+            self._prepare(self.options, self.started, frozen)
+
+    def answers(self, goal: Condition) -> bool:
+        """Whether what is grounded fits another goal as well, so that it can be asked next."""
+        private, hidden = self.connectors.private, self.connectors.fluent
+        changing = self.schema.fluents | (self.schema.derived - private)
+        wanted = {str(p[0]) for p in goal.positive}
+        return wanted <= changing and {str(p[0]) for p in goal.negative} <= self.schema.fluents - {hidden}
+
+    def ask(self, goal: Condition, options: Options, started: float, frozen: frozenset[int]) -> None:
+        """Turn to another goal, with what was learnt of streams; `begin` is not needed again.
+
+        Args:
+            goal: one that `answers` says yes to.
+            options: with the limits of this question; nothing else may differ from the options of the session.
+            started: when the question was asked, on the clock of tamp.clock.now() [s].
+            frozen: objects of which no action may delete a fact that has them as its first argument.
+        """
+        self.schema.goal = goal
+        rounds, lessons = self.rounds.count, self.lessons
+        self.sampling.continue_until(started + options.timeout)
+        self._prepare(options, started, frozen)
+        self.rounds.count = rounds
+        self.lessons.blames, self.lessons.proofs = lessons.blames, lessons.proofs
+        for pattern in goal.positive + goal.negative:
+            for term in pattern[1:]:
+                self.knowledge.give(("object", term))
+
+    def move_to(self, state: Iterable[Fact]) -> None:
+        """Let another state be the initial one."""
+        self.knowledge.state = dict.fromkeys(state)
+        self.knowledge.version += 1
+        for fact in self.knowledge.state:
+            for handle in fact[1:]:
+                self.knowledge.show(handle)
+            self.grounder.tell(fact)
+
+    def state_after(self, steps: Iterable[BoundStep]) -> tuple[Fact, ...]:
+        """What holds after a plan."""
+        state = State(self.knowledge.state)
+        for step in steps:
+            state = progress(self.evaluator, step.schema, step.binding, state)
+        return tuple(state)
+
+    def earlier_plan(self) -> Skeleton | None:
+        """The remaining actions of an earlier plan as a skeleton; None where an action is not possible any more."""
+        if self.options.reuse is None:
+            return None
+        hidden = {c.schema.name for c in self.connectors.connectors}
+        known = {(op.schema.name, op.args): op for op in self.grounder.operators}
+        actions = [a for a in self.options.reuse.actions if a.name not in hidden]
+        steps = [known.get((a.name, tuple(map(self.objects.intern, a.args)))) for a in actions]
+        found = [step for step in steps if step is not None]
+        return self.skeleton(found) if len(found) == len(steps) else None
+
+    def search(self, novel: bool = False) -> SearchResult:
+        """Search for a plan under the hopes of this moment; with `novel`, without what was blamed for a failure.
+
+        Raises:
+            Ended: at a limit.
+        """
+        self.limits.check()
+        self.limits.iterations += 1
+        with self.stopwatch.timed("grounding"):
+            self.knowledge.refresh()
+            task = self.symbolic.task(self.lessons.blames, novel)
+        if not task.solvable:
+            return SearchResult(None, proven=True)
+        bound = self.found.bound()
+        with self.stopwatch.timed("search"):
+            result = self.symbolic.run(task, self.limits.left, bound, novel)
+        self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
+        self.limits.check()
+        return result
+
+    def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
+        """The skeleton of a symbolic plan; the same object for the same plan."""
+        made = make_skeleton(operators, self.schema, self.knowledge, self.connectors)
+        return self._by_key.setdefault(made.key, made)
+
+    def bind(self, skeleton: Skeleton, budget: Budget) -> bool:
+        """Try to bind a skeleton, and learn from it where it fails; whether it gave an acceptable plan.
+
+        Raises:
+            Ended: where a plan as good as wanted is found, or at a limit.
+        """
+        trial = self.lessons.trial(skeleton)
+        with self.stopwatch.timed("binding"):
+            attempt = self.binder.bind(skeleton, budget.grown(trial.attempts))
+        trial.attempts += 1
+        trial.last = attempt
+        self.found.take(attempt)
+        with self.stopwatch.timed("grounding"):
+            self.lessons.learn(attempt)
+        self.limits.check()
+        if attempt.steps is None and self.lessons.unexplained >= 3 and self.few_values():
+            raise Restart(replace(self.options, connectors=False))
+        return attempt.steps is not None
+
+    def check_surprises(self) -> None:
+        """Begin again with every stream where one has certified more than it promises, and some were left out.
+
+        Raises:
+            Restart: then.
+        """
+        rest = self.schema.externals.keys() - self.grounder.joined - self.connectors.streams
+        if self.sampling.wild and rest and not self.options.every_stream:
+            raise Restart(replace(self.options, every_stream=True))
+
+    def few_values(self) -> bool:
+        """Whether the search could as well see the moves that were left out of it."""
+        connectors = self.connectors.connectors
+        wanted = {
+            (op.schema.name, p[connectors[0].position])
+            for op in self.grounder.operators
+            for p in op.schema.condition.positive
+            if p[0] == self.connectors.fluent
+        }
+        values = {op.binding.get(str(t), t) for op in self.grounder.operators for n, t in wanted if n == op.schema.name}
+        return len(values) ** 2 * len(connectors) <= MOVES_IN_SEARCH
+
+    def check_prospects(self) -> None:
+        """End the run where the goal is out of reach.
+
+        Raises:
+            Ended: "infeasible".
+        """
+        self.check_surprises()
+        if self.found.best is None:
+            with self.stopwatch.timed("grounding"):
+                self.outlook.check()

@@ -1,0 +1,140 @@
+"""A partial assignment of values to a skeleton's optimistic parameters, walked through state by state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from tamp import clock
+from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame
+from tamp.planning.binding.skeleton import Apply, Choose, Connect, Rewind, Skeleton
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.objects import Fact
+from tamp.planning.model.state import State, Violation
+from tamp.planning.sampling.stream_calls import Sampling
+
+
+class Assignment:
+    """Values of placeholders; a choice is known by its position among a skeleton's items."""
+
+    def __init__(self) -> None:
+        self._values: dict[int, int] = {}
+        self._owners: dict[int, list[int]] = {}
+
+    def take(self, position: int, placeholders: Iterable[int], handles: Iterable[int]) -> None:
+        """A choice gives placeholders their values."""
+        for placeholder, handle in zip(placeholders, handles, strict=True):
+            self._values[placeholder] = handle
+            self._owners.setdefault(handle, []).append(position)
+
+    def release(self, position: int, placeholders: Iterable[int], handles: Iterable[int]) -> None:
+        """A choice takes its values back."""
+        for placeholder, handle in zip(placeholders, handles, strict=True):
+            self._values.pop(placeholder, None)
+            self._owners[handle].remove(position)
+
+    def owners(self, handles: Iterable[int]) -> set[int]:
+        """The choices that took any of these values."""
+        return {owner for handle in handles for owner in self._owners.get(handle, ())}
+
+    def value(self, handle: int) -> int:
+        """What stands for a handle: the value of a placeholder that has one, otherwise itself."""
+        return self._values.get(handle, handle)
+
+    def fact(self, fact: Fact) -> Fact:
+        """A fact with values for its placeholders."""
+        return (fact[0], *[self._values.get(h, h) for h in fact[1:]])
+
+    def binding(self, binding: dict[str, int]) -> dict[str, int]:
+        """A binding with values for its placeholders."""
+        return {name: self._values.get(h, h) for name, h in binding.items()}
+
+
+class Walk:
+    """An attempt under way.
+
+    Attributes:
+        items: of the skeleton.
+        frames: item -> the choice made there.
+        values: placeholder -> what stands for it.
+        states: item -> what holds when it is reached.
+        attempt: what will be told of it.
+        jumps: failed checks so far.
+        surveying: whether it has failed, and the rest is looked at for further conflicts only.
+    """
+
+    def __init__(
+        self, skeleton: Skeleton, budget: Budget, knowledge: Knowledge, sampling: Sampling, deadline: float
+    ) -> None:
+        self.skeleton = skeleton
+        self.budget = budget
+        self.items = skeleton.items
+        self.frames: dict[int, Frame] = {}
+        self.values = Assignment()
+        self.states: dict[int, State] = {0: State(knowledge.state)}
+        self.attempt = Attempt()
+        self.jumps = 0
+        self.surveying = False
+        self._knowledge = knowledge
+        self._sampling = sampling
+        self._deadline = deadline
+        self._first_draw = sampling.draws
+
+    def spent(self) -> bool:
+        """Whether it may go on no longer."""
+        draws = self._sampling.draws - self._first_draw
+        over = draws > self.budget.draws + 4 * len(self.items) or self.jumps > self.budget.jumps
+        return over or clock.now() > self._deadline
+
+    def undo(self, target: int, position: int) -> None:
+        """Forget the choices after `target`, and the value of `target` itself."""
+        for i in range(target, position + 1):
+            frame = self.frames.get(i)
+            if frame is None:
+                continue
+            self._release(i, frame)
+            if i > target:
+                frame.instance = None
+
+    def _release(self, position: int, frame: Frame) -> None:
+        item = self.items[position]
+        if isinstance(item, Choose) and frame.outputs:
+            self.values.release(position, item.template.placeholders, frame.outputs)
+        frame.outputs = ()
+        frame.moves = ()
+
+    def blame(self, position: int, violation: Violation) -> set[int]:
+        """The earlier choices that may have caused a violation."""
+        if not violation.exact:
+            return {i for i in self._movers(violation.facts[0]) if i < position}
+        owners = self.values.owners({h for fact in violation.facts for h in fact[1:]})
+        return {owner for owner in owners if owner < position}
+
+    def _movers(self, fact: Fact) -> set[int]:
+        """The choices that might make a fact come true: of its own objects, or of what steps do about its like."""
+        names = self._knowledge.schema.influences(str(fact[0]))
+        atoms = [effect.atom for step in self.skeleton.steps for effect in step.effects if effect.atom[0] in names]
+        handles = {self.values.value(h) for atom in (fact, *atoms) for h in atom[1:]}
+        moved = {i for i, frame in self.frames.items() if frame.moves}
+        return moved | self.values.owners(handles)
+
+    def note(self, position: int, step: int, reason: str) -> None:
+        """Remember where the attempt got furthest, for the report."""
+        if self.surveying:
+            return
+        if position >= self.attempt.depth:
+            steps = self.skeleton.steps
+            self.attempt.depth = position
+            self.attempt.broke_at = f"step {step + 1}, {steps[step].schema.name}" if step < len(steps) else "the goal"
+            self.attempt.reason = reason
+
+    def bound_steps(self) -> Iterator[BoundStep]:
+        """The actions of the whole skeleton with the values found, connectors included."""
+        late = any(isinstance(item, Rewind) for item in self.items)
+        for position, item in enumerate(self.items):
+            if isinstance(item, Rewind):
+                late = False
+            if isinstance(item, Connect):
+                yield from self.frames[position].moves
+            if isinstance(item, Apply) and not late:
+                step = self.skeleton.steps[item.step]
+                yield BoundStep(step.schema, self.values.binding(step.binding))

@@ -1,0 +1,104 @@
+"""An attempt to bind a skeleton: what it may spend, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from tamp.planning.model.external import External
+from tamp.planning.model.normal_form import ActionSchema
+from tamp.planning.model.objects import Fact
+from tamp.planning.model.stream_instances import Instance
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much one attempt may spend: counts, so that the outcome does not depend on the machine's load.
+
+    Attributes:
+        values: values tried for one choice before it is given up.
+        draws: calls of streams with outputs in the whole attempt, on top of four for each item of the skeleton.
+        patience: draws in a row that may bring nothing before a choice is given up.
+        jumps: failed checks in the whole attempt.
+    """
+
+    values: int = 6
+    draws: int = 60
+    patience: int = 6
+    jumps: int = 1000
+
+    def grown(self, attempts: int) -> Budget:
+        """The budget after some failed attempts: each doubles it, up to a bound."""
+        factor = 2 ** min(attempts, 6)
+        return Budget(self.values * factor, self.draws * factor, self.patience * factor, self.jumps * factor)
+
+
+@dataclass(frozen=True)
+class BoundStep:
+    """An action with real objects for all variables of its condition."""
+
+    schema: ActionSchema
+    binding: dict[str, int]
+
+    @property
+    def args(self) -> tuple[int, ...]:
+        """Handles of the action's own parameters."""
+        return tuple(self.binding[t] if isinstance(t, str) else t for t in self.schema.parameters)
+
+
+@dataclass(frozen=True)
+class FailedMove:
+    """A move between two values for which a stream had nothing to give; `facts` where its sampler named the cause."""
+
+    source: int
+    target: int
+    facts: tuple[Fact, ...]
+
+
+@dataclass(frozen=True)
+class Nogood:
+    """A stream has nothing to give for some inputs where `facts` hold; `named` where its sampler said so."""
+
+    external: External
+    inputs: tuple[int, ...]
+    facts: tuple[Fact, ...]
+    named: bool
+
+
+@dataclass
+class Attempt:
+    """What came of binding a skeleton.
+
+    Attributes:
+        steps: the bound actions, connectors included; None where it failed.
+        blamed: real instances whose values all led to conflicts.
+        moves: moves between actions that failed.
+        nogoods: streams that failed in a state.
+        broke_at, reason: where it got furthest, and why not further.
+        depth: the number of that item.
+    """
+
+    steps: tuple[BoundStep, ...] | None = None
+    blamed: dict[Instance, None] = field(default_factory=dict)
+    moves: list[FailedMove] = field(default_factory=list)
+    nogoods: list[Nogood] = field(default_factory=list)
+    broke_at: str = ""
+    reason: str = ""
+    depth: int = -1
+
+
+@dataclass
+class Frame:
+    """The choice of one item: which instance, which of its results, and what made earlier values fail.
+
+    Attributes:
+        visits: how often it was begun anew, with other choices before it.
+    """
+
+    instance: Instance | None = None
+    cursor: int = 0
+    tried: int = 0
+    visits: int = 0
+    conflict: set[int] = field(default_factory=set)
+    outputs: tuple[int, ...] = ()
+    moves: tuple[BoundStep, ...] = ()
+    culprits: dict[Instance, None] = field(default_factory=dict)

@@ -1,0 +1,199 @@
+"""A skeleton: the actions of a symbolic plan, and in which order to choose its values and to check its conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.objects import Fact
+from tamp.planning.model.schema import Schema
+from tamp.planning.model.stream_instances import Instance, ground
+from tamp.planning.model.transit_actions import Connectors
+
+
+@dataclass(frozen=True)
+class Choose:
+    """Choose outputs of a stream instance, whose inputs may be placeholders that were chosen before."""
+
+    template: Instance
+    step: int
+
+
+@dataclass(frozen=True)
+class Check:
+    """Check a literal in the state before `step`; placeholders in it were chosen before."""
+
+    fact: Fact
+    positive: bool
+    step: int
+
+
+@dataclass(frozen=True)
+class Apply:
+    """Go on to the state after `step`."""
+
+    step: int
+
+
+@dataclass(frozen=True)
+class Connect:
+    """Bring the connectors' fluent to what `step` wants; `target` is that fact."""
+
+    target: Fact
+    step: int
+
+
+@dataclass(frozen=True)
+class Rewind:
+    """Begin again at the initial state, for what was deferred."""
+
+
+Item = Choose | Check | Apply | Connect | Rewind
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A symbolic plan and the items that bind it.
+
+    Attributes:
+        key: what two skeletons have in common that would be bound in the same way.
+    """
+
+    steps: tuple[GroundOperator, ...]
+    items: tuple[Item, ...]
+    key: tuple[tuple[str, tuple[int, ...]], ...]
+
+
+def make_skeleton(
+    steps: Iterable[GroundOperator], schema: Schema, knowledge: Knowledge, connectors: Connectors
+) -> Skeleton:
+    """Order a plan's choices and checks: in plan order, each check as soon as its objects are known, deferred last."""
+    steps = tuple(steps)
+    key = tuple((step.schema.name, step.args) for step in steps)
+    steps = tuple(_one_choice_each(steps, knowledge))
+    planner = _Planner(schema, knowledge, connectors, steps)
+    return Skeleton(steps, tuple(planner.items()), key)
+
+
+def _one_choice_each(steps: tuple[GroundOperator, ...], knowledge: Knowledge) -> Iterable[GroundOperator]:
+    """Where several steps hope for one stream with fluents, each chooses for itself: their states differ."""
+    used: set[Instance] = set()
+    for step in steps:
+        renamed: dict[Instance, Instance] = {}
+        for instance in step.needs:
+            if instance in used and instance.external.fluents and instance.placeholders:
+                fresh = replace(instance, nogoods=instance.nogoods)
+                keys = [knowledge.objects.key(h) for h in instance.placeholders]
+                fresh.placeholders = tuple(knowledge.objects.placeholder(key, fresh) for key in keys)
+                renamed[instance] = fresh
+        used.update(step.needs)
+        yield _renamed(step, renamed) if renamed else step
+
+
+def _renamed(step: GroundOperator, renamed: dict[Instance, Instance]) -> GroundOperator:
+    handles = {
+        old: new
+        for instance, fresh in renamed.items()
+        for old, new in zip(instance.placeholders, fresh.placeholders, strict=True)
+    }
+
+    def fact(old: Fact) -> Fact:
+        return (old[0], *[handles.get(h, h) for h in old[1:]])
+
+    return replace(
+        step,
+        binding={name: handles.get(h, h) for name, h in step.binding.items()},
+        positive=tuple(map(fact, step.positive)),
+        negative=tuple(map(fact, step.negative)),
+        effects=[replace(effect, atom=fact(effect.atom)) for effect in step.effects],
+        needs=tuple(renamed.get(instance, instance) for instance in step.needs),
+    )
+
+
+class _Planner:
+    def __init__(
+        self, schema: Schema, knowledge: Knowledge, connectors: Connectors, steps: tuple[GroundOperator, ...]
+    ) -> None:
+        self.schema = schema
+        self.knowledge = knowledge
+        self.connectors = connectors
+        self.steps = steps
+        self.needs = [self._with_hoped_state(step) for step in steps]
+        self.deferred = self._deferred()
+        self.late = {h for instance in self.deferred for h in instance.placeholders}
+        self.chosen: set[Instance] = set()
+        self.known: set[int] = set()
+
+    def _with_hoped_state(self, step: GroundOperator) -> tuple[Instance, ...]:
+        """A step's instances, and those that bring fluents that it wants from the start."""
+        hoped = [
+            p
+            for fact in step.positive
+            if fact not in self.knowledge.state
+            for p in self.knowledge.producers.get(fact, ())[:1]
+        ]
+        return tuple(dict.fromkeys((*step.needs, *(s for p in hoped for s in (*p.supports, p)))))
+
+    def _deferred(self) -> set[Instance]:
+        """Instances whose choice can wait: they ask for it, and nothing that cannot wait rests on them."""
+        every = [instance for needs in self.needs for instance in needs]
+        late = {instance for instance in every if instance.external.deferred and not instance.external.is_test}
+        while True:
+            early = {s for instance in every if instance not in late for s in instance.supports if s in late}
+            if not early:
+                return late
+            late -= early
+
+    def items(self) -> Iterable[Item]:
+        for k, step in enumerate(self.steps):
+            yield from self._step(k, step, late=False)
+            yield Apply(k)
+        end = len(self.steps)
+        literals = [(f, True) for f in self.schema.goal.positive] + [(f, False) for f in self.schema.goal.negative]
+        goal: list[tuple[Fact, bool]] = [(ground(f, {}), positive) for f, positive in literals]
+        yield from (Check(f, positive, end) for f, positive in goal if not self._hidden(f))
+        if not self.deferred and not self.connectors.fluent:
+            return
+        yield Rewind()
+        for k, step in enumerate(self.steps):
+            yield from self._step(k, step, late=True)
+            yield Apply(k)
+        yield from (Connect(f, end) for f, positive in goal if positive and self._hidden(f))
+
+    def _hidden(self, fact: Fact) -> bool:
+        return bool(self.connectors.fluent) and fact[0] == self.connectors.fluent
+
+    def _step(self, k: int, step: GroundOperator, late: bool) -> Iterable[Item]:
+        waiting = list(self._literals(step))
+        if late:
+            yield from (Connect(f, k) for f, positive in waiting if positive and self._hidden(f))
+        mine = [(f, p) for f, p in waiting if not self._hidden(f) and late == any(h in self.late for h in f[1:])]
+        needs = [i for i in self.needs[k] if i not in self.chosen and not i.external.is_test]
+        groups: list[Instance | None] = [None, *(i for i in needs if (i in self.deferred) == late)]
+        for instance in groups:
+            if instance is not None:
+                self.chosen.add(instance)
+                self.known |= set(instance.placeholders)
+                yield Choose(instance, k)
+            ready = [(f, p) for f, p in mine if all(self._is_known(h) for h in f[1:])]
+            mine = [literal for literal in mine if literal not in ready]
+            yield from (Check(f, p, k) for f, p in sorted(ready, key=self._difficulty))
+        assert not mine, f"{step.schema.name}: no stream gives the objects of {mine}"
+
+    def _is_known(self, handle: int) -> bool:
+        return handle in self.known or self.knowledge.objects.is_real(handle)
+
+    def _difficulty(self, literal: tuple[Fact, bool]) -> int:
+        name = literal[0][0]
+        return 2 if name in self.schema.derived else 1 if name in self.schema.tests else 0
+
+    def _literals(self, step: GroundOperator) -> Iterable[tuple[Fact, bool]]:
+        """The literals of a step's whole condition that are not certain by themselves."""
+        for pattern in step.schema.condition.positive:
+            fact = ground(pattern, step.binding)
+            if fact[0] in self.schema.fluents or fact not in self.knowledge.real:
+                yield fact, True
+        for pattern in step.schema.condition.negative:
+            yield ground(pattern, step.binding), False

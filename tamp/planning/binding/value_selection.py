@@ -1,0 +1,88 @@
+"""Choosing a value for a placeholder: one that was sampled before, or a new one from its stream."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tamp.planning.binding.assignment import Walk
+from tamp.planning.binding.attempt import Frame, Nogood
+from tamp.planning.binding.skeleton import Choose
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.objects import Fact
+from tamp.planning.model.state import State
+from tamp.planning.model.stream_instances import Instance
+from tamp.planning.sampling.evaluation import Evaluator
+from tamp.planning.sampling.stream_calls import Sampling
+
+
+class Chooser:
+    """Makes the choices of a walk."""
+
+    def __init__(self, knowledge: Knowledge, sampling: Sampling, evaluator: Evaluator) -> None:
+        self._knowledge = knowledge
+        self._sampling = sampling
+        self._evaluator = evaluator
+
+    def choose(self, walk: Walk, position: int, item: Choose, fresh: bool) -> set[int] | None:
+        """Choose the next value; None where there is one, otherwise the choices to blame."""
+        state = walk.states[position]
+        frame = walk.frames.setdefault(position, Frame())
+        template = item.template
+        inputs = tuple(map(walk.values.value, template.inputs))
+        wanted = template.external.fluents
+        fluents = tuple(f for f in state if f[0] in wanted) if wanted else ()
+        instance = self._knowledge.instance(template.external, inputs, fluents)
+        if fresh:
+            parents = walk.values.owners((*inputs, *(h for f in fluents for h in f[1:])))
+            frame.instance, frame.cursor, frame.tried, frame.conflict = instance, 0, 0, parents
+            frame.culprits = {}
+            frame.visits += 1
+        for fact in instance.domain:
+            if not self._evaluator.given(fact):
+                walk.note(position, item.step, f"{self._knowledge.objects.text(fact)} does not hold")
+                frame.culprits[instance] = None
+                return set(frame.conflict)
+        outputs = self._next(walk, frame, instance, item, state)
+        if outputs is None:
+            frame.culprits[instance] = None
+            reason, causes = instance.main_reason
+            if fluents and instance.exhausted and not instance.results:
+                named = bool(causes) and not instance.gave_up
+                walk.attempt.nogoods.append(Nogood(template.external, inputs, causes or fluents, named))
+            walk.note(position, item.step, f"{template.external.name}: {reason}")
+            return set(frame.conflict)
+        frame.outputs = outputs
+        walk.values.take(position, template.placeholders, outputs)
+        walk.states[position + 1] = state
+        return None
+
+    def _next(self, walk: Walk, frame: Frame, instance: Instance, item: Choose, state: State) -> tuple[int, ...] | None:
+        """The next value of a choice: one that was sampled before, or a new one.
+
+        What was sampled before suited other circumstances: each visit may try one more value than the last.
+        """
+        budget = walk.budget
+        if frame.tried >= min(budget.values + frame.visits - 1, 4 * budget.values):
+            return None
+        misses = 0
+        while frame.cursor >= len(instance.results):
+            if instance.exhausted:
+                return None
+            if misses >= budget.patience or walk.spent():
+                return None
+            bound = tuple(self._around(walk, item.step, state))
+            misses += not self._sampling.draw(instance, bound)
+        frame.tried += 1
+        frame.cursor += 1
+        return instance.results[frame.cursor - 1]
+
+    def _around(self, walk: Walk, step: int, state: State) -> Iterator[Fact]:
+        """Settled facts for a sampler to respect: what later steps will make true, then what is true now."""
+        objects = self._knowledge.objects
+        for later in reversed(walk.skeleton.steps[step:]):
+            for effect in later.effects:
+                fact = walk.values.fact(effect.atom)
+                if effect.adds and all(map(objects.is_real, fact[1:])):
+                    yield fact
+        # A choice that is put off leaves placeholders in the state for a while.
+        yield from (fact for fact in state if all(map(objects.is_real, fact[1:])))

@@ -1,0 +1,198 @@
+"""Joins of conjunctive conditions over facts, in an order that keeps them small."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from tamp.planning.model.objects import Fact, Pattern
+
+EVERY = 200
+"""Matches between two ticks."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """Looks up one pattern of a body when some of its variables are bound already."""
+
+    position: int
+    index: tuple[str, tuple[int, ...]]
+    key: tuple[tuple[bool, int], ...]  # (is a slot, slot or handle) for each indexed position
+    binds: tuple[tuple[int, int], ...]  # (position in the fact, slot)
+    repeats: tuple[tuple[int, int], ...]
+    unequal: tuple[tuple[int, int], ...]
+
+
+@lru_cache(maxsize=4096)
+def join_order(
+    variables: tuple[str, ...], body: tuple[Pattern, ...], unequal: tuple[tuple[str | int, str | int], ...], first: int
+) -> tuple[Step, ...]:
+    """The order in which to look a body up from pattern `first` on: next the one with the fewest unbound variables.
+
+    A pattern that any object fits comes last: by then another one may have bound its variable. Answers are kept, as
+    replanning asks for the same rules again and again.
+    """
+    slot = {variable: i for i, variable in enumerate(variables)}
+    bound: set[str] = set()
+    rest = list(range(len(body)))
+    open_pairs = list(unequal)
+    steps: list[Step] = []
+    while rest:
+        position = first if not steps else min(rest, key=lambda i: _openness(body[i], bound))
+        rest.remove(position)
+        ready = frozenset(t for t in body[position][1:] if isinstance(t, str)) | bound
+        pairs = [pair for pair in open_pairs if all(isinstance(t, int) or t in ready for t in pair)]
+        open_pairs = [pair for pair in open_pairs if pair not in pairs]
+        steps.append(
+            _step(body[position], position, slot, bound, tuple((_code(a, slot), _code(b, slot)) for a, b in pairs))
+        )
+        bound |= ready
+    return tuple(steps)
+
+
+def _step(
+    pattern: Pattern, position: int, slot: dict[str, int], bound: set[str], unequal: tuple[tuple[int, int], ...]
+) -> Step:
+    positions: list[int] = []
+    key: list[tuple[bool, int]] = []
+    binds: dict[int, int] = {}
+    repeats: list[tuple[int, int]] = []
+    for i, term in enumerate(pattern[1:], start=1):
+        if isinstance(term, int):
+            positions.append(i)
+            key.append((False, term))
+        elif term in bound:
+            positions.append(i)
+            key.append((True, slot[term]))
+        elif slot[term] in binds.values():
+            repeats.append((i, slot[term]))
+        else:
+            binds[i] = slot[term]
+    index = (str(pattern[0]), tuple(positions))
+    return Step(position, index, tuple(key), tuple(binds.items()), tuple(repeats), unequal)
+
+
+def _openness(pattern: Pattern, bound: set[str]) -> tuple[bool, int]:
+    unbound = len({term for term in pattern[1:] if isinstance(term, str)} - bound)
+    return pattern[0] == "object" and unbound > 0, unbound
+
+
+def _code(term: str | int, slot: dict[str, int]) -> int:
+    """A slot as itself, a handle as a negative number."""
+    return -term - 1 if isinstance(term, int) else slot[term]
+
+
+@dataclass(frozen=True)
+class JoinRule:
+    """`on_match` is called once with the handles of `variables` for each way in which all of `body` is satisfied.
+
+    Attributes:
+        variables: every variable of the body, in the order in which `on_match` gets their values.
+        body: patterns that must match facts; each variable occurs in at least one.
+        unequal: pairs of terms that must differ.
+    """
+
+    variables: tuple[str, ...]
+    body: tuple[Pattern, ...]
+    unequal: tuple[tuple[str | int, str | int], ...]
+    on_match: Callable[[tuple[int, ...]], None]
+
+
+class Join:
+    """Facts and the rules they feed. Facts may be added from within `on_match`.
+
+    Attributes:
+        tick: called now and then; it may end the work by an exception.
+        broken: whether that happened, so that matches are missing.
+    """
+
+    def __init__(self, rules: Sequence[JoinRule]) -> None:
+        self.facts: dict[Fact, None] = {}
+        self._queue: deque[Fact] = deque()
+        self._busy = False
+        self.broken = False
+        self._indices: dict[str, dict[tuple[int, ...], dict[tuple[int, ...], list[Fact]]]] = {}
+        self._watchers: dict[str, list[tuple[JoinRule, tuple[Step, ...]]]] = {}
+        self._empty = [rule for rule in rules if not rule.body]
+        self.tick: Callable[[], None] = lambda: None
+        self._since_tick = 0
+        for rule in rules:
+            for first in range(len(rule.body)):
+                self._indices.setdefault(str(rule.body[first][0]), {})
+                steps = join_order(rule.variables, rule.body, rule.unequal, first)
+                for step in steps:
+                    self._indices.setdefault(step.index[0], {}).setdefault(step.index[1], {})
+                self._watchers.setdefault(str(rule.body[first][0]), []).append((rule, steps))
+
+    def start(self) -> None:
+        """Report the rules without conditions, which no fact triggers."""
+        for rule in self._empty:
+            rule.on_match(())
+
+    def add(self, fact: Fact) -> None:
+        """Add a fact, if it is new, and report every match that it completes."""
+        if fact in self.facts or fact[0] not in self._indices:
+            return
+        self.facts[fact] = None
+        self._queue.append(fact)
+        if self._busy:
+            return
+        self._busy = self.broken = True
+        try:
+            while self._queue:
+                self._insert(self._queue.popleft())
+            self.broken = False
+        finally:
+            self._busy = False
+
+    def _insert(self, fact: Fact) -> None:
+        for positions, table in self._indices.get(fact[0], {}).items():
+            table.setdefault(tuple(fact[p] for p in positions), []).append(fact)
+        for rule, steps in self._watchers.get(fact[0], ()):
+            slots = [-1] * len(rule.variables)
+            matches: list[tuple[int, ...]] = []
+            first = steps[0]
+            if all(fact[p] == value for p, (_, value) in zip(first.index[1], first.key, strict=True)):
+                self._bind(fact, first, steps, 0, slots, fact, matches)
+            for match in matches:
+                self._count()
+                rule.on_match(match)
+
+    def _count(self) -> None:
+        self._since_tick += 1
+        if self._since_tick >= EVERY:
+            self._since_tick = 0
+            self.tick()
+
+    def _bind(
+        self,
+        candidate: Fact,
+        step: Step,
+        steps: tuple[Step, ...],
+        depth: int,
+        slots: list[int],
+        trigger: Fact,
+        matches: list[tuple[int, ...]],
+    ) -> None:
+        for position, slot in step.binds:
+            slots[slot] = candidate[position]
+        for position, slot in step.repeats:
+            if candidate[position] != slots[slot]:
+                return
+        for a, b in step.unequal:
+            if (slots[a] if a >= 0 else -a - 1) == (slots[b] if b >= 0 else -b - 1):
+                return
+        depth += 1
+        if depth == len(steps):
+            matches.append(tuple(slots))
+            return
+        following = steps[depth]
+        key = tuple([slots[value] if is_slot else value for is_slot, value in following.key])
+        table = self._indices[following.index[0]][following.index[1]]
+        # A fact that matches several positions of one body is the trigger of the first of them only.
+        earlier = following.position < steps[0].position
+        for fact in table.get(key, ()):
+            if not (earlier and fact == trigger):
+                self._bind(fact, following, steps, depth, slots, trigger, matches)

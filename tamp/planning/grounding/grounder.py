@@ -1,0 +1,273 @@
+"""Grounding: instances of actions, axioms and streams whose static conditions hold, as far as they are visible."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from tamp.planning.grounding.datalog import Join, JoinRule
+from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
+from tamp.planning.model.external import External
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.normal_form import ActionSchema, AxiomSchema, Condition, EffectSchema
+from tamp.planning.model.objects import Fact
+from tamp.planning.model.schema import FALSE_MARK, TRUE_MARK, Schema
+from tamp.planning.model.stream_instances import Instance, ground
+from tamp.planning.model.transit_actions import Connectors
+from tamp.planning.options import Options
+
+
+@dataclass(frozen=True)
+class Visible:
+    """A schema as it is grounded.
+
+    Attributes:
+        lazy: whether tests are asked only where a plan rests on them, and assumed in its favour before.
+        every_stream: whether also streams are called whose promises nothing needs.
+    """
+
+    schema: Schema
+    connectors: Connectors
+    lazy: bool
+    every_stream: bool = False
+
+    def axioms(self) -> list[tuple[AxiomSchema, Condition]]:
+        """The axioms that something other than a connector asks for, and what each one's condition is read as."""
+        return [
+            (axiom, self.doubting(axiom.condition) if self._is_doubted(axiom) else axiom.condition)
+            for axiom in self.schema.axioms
+            if axiom.head[0] not in self.connectors.private
+        ]
+
+    def _is_doubted(self, axiom: AxiomSchema) -> bool:
+        return self.lazy and axiom.head[0] in self.schema.doubted
+
+    def doubting(self, condition: Condition) -> Condition:
+        """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
+        tests = self.schema.tests
+        positive = tuple((TRUE_MARK + str(p[0]), *p[1:]) if p[0] in tests else p for p in condition.positive)
+        refuted = tuple((FALSE_MARK + str(p[0]), *p[1:]) for p in condition.negative if p[0] in tests)
+        negative = tuple(p for p in condition.negative if p[0] not in tests)
+        return Condition(positive + refuted, negative, (), condition.unequal)
+
+    def streams(self) -> list[tuple[External, bool]]:
+        """The streams that are not called on demand alone, and whether some condition may use what each promises."""
+        used, joined = self._used(), set[str]()
+        externals = self.schema.externals.values()
+        on_demand = self.connectors.streams
+        while True:
+            extra = {e.name for e in externals if e.info.eager or (self.every_stream and e.name not in on_demand)}
+            more = [e for e in externals if e.name not in joined and (e.name in extra or used & _promised(e))]
+            if not more:
+                return [(e, bool(used & _promised(e))) for e in externals if e.name in joined]
+            joined |= {e.name for e in more}
+            used |= {str(p[0]) for e in more for p in e.domain + e.awaited}
+
+    def _used(self) -> set[str]:
+        """Predicates that actions, axioms and the goal want true; and false ones, where tests are asked at once."""
+        actions = [a for a in self.schema.actions if not self.connectors.is_connector(a.name)]
+        conditions = [c for a in actions for c in (a.condition, *(e.condition for e in a.effects))]
+        conditions += [condition for _, condition in self.axioms()]
+        conditions += [self.schema.goal]
+        doubted = () if self.lazy else (str(p[0]) for c in conditions for p in c.negative if p[0] in self.schema.tests)
+        return {str(p[0]) for c in conditions for p in c.positive}.union(doubted)
+
+
+def _promised(external: External) -> set[str]:
+    return {str(p[0]) for p in external.certified}
+
+
+class Grounder:
+    """Turns facts into operators, axioms and stream instances, each exactly once.
+
+    Only what is reachable when nothing is ever deleted is grounded. Atoms that tests decide are assumed in the plan's
+    favour: a negated test in an axiom becomes a condition that the test was refuted.
+
+    Attributes:
+        joined: the streams whose instances it makes.
+    """
+
+    def __init__(self, schema: Schema, knowledge: Knowledge, connectors: Connectors, options: Options) -> None:
+        self.schema = schema
+        self.knowledge = knowledge
+        self.connectors = connectors
+        self.operators: list[GroundOperator] = []
+        self.axioms: list[GroundAxiom] = []
+        self.limit = 1
+        self.on_instance: Callable[[Instance], None] = lambda instance: None
+        self._visible = Visible(schema, connectors, options.lazy_tests, options.every_stream)
+        self._pending: list[Instance] = []
+        self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
+        self._with_objects = False
+        self.joined: frozenset[str] = frozenset()
+        self.join = Join(self._rules())
+        self._seen: set[int] = set()
+        knowledge.on_fact(self.tell)
+
+    def report_to(self, on_instance: Callable[[Instance], None], tick: Callable[[], None]) -> None:
+        """`on_instance` is told of stream instances from now on, and `tick` called now and then."""
+        self.on_instance = on_instance
+        self.join.tick = tick
+
+    def tell(self, fact: Fact) -> None:
+        """Take a fact in, and the objects it speaks of."""
+        if self._with_objects and fact[0][0] not in (FALSE_MARK, TRUE_MARK):
+            for handle in fact[1:]:
+                if handle not in self._seen:
+                    self._seen.add(handle)
+                    self.join.add(("object", handle))
+        self.join.add(fact)
+
+    def deepen(self) -> bool:
+        """Allow one more stream in a row to be hoped for; whether that brought anything new."""
+        self.knowledge.refresh()
+        origins = self.knowledge.objects.origin
+        waiting = [i for i in self._pending if all((o := origins(h)) is None or o.alive for h in i.inputs)]
+        if not waiting:
+            return False
+        self.limit = min(instance.level for instance in waiting)
+        self._pending = []
+        for instance in waiting:
+            self._admit(instance)
+        return True
+
+    def _rules(self) -> list[JoinRule]:
+        rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
+        rules += [self._axiom_rule(axiom, condition) for axiom, condition in self._visible.axioms()]
+        streams = self._visible.streams()
+        self.joined = frozenset(external.name for external, _ in streams)
+        rules += [self._stream_rule(external, hoped) for external, hoped in streams]
+        self._with_objects = any(p[0] == "object" for rule in rules for p in rule.body)
+        return rules
+
+    def _action_rules(self, schema: ActionSchema) -> Iterable[JoinRule]:
+        if self.connectors.is_connector(schema.name):
+            return
+        condition = self.connectors.without(schema.condition)
+        variables = _variables(condition)
+        index = self.schema.actions.index(schema)
+
+        def on_match(values: tuple[int, ...]) -> None:
+            self._operator(index, schema, values)
+
+        yield JoinRule(variables, condition.positive, condition.unequal, on_match)
+        for effect in self.connectors.effects(schema):
+            if _is_plain(effect):
+                continue
+            if not effect.positive:  # what a test may yet prevent is assumed not to happen
+                effect = replace(effect, condition=self._visible.doubting(effect.condition))
+            body = tuple(dict.fromkeys(condition.positive + effect.condition.positive))
+            names = tuple(dict.fromkeys((*variables, *_variables(effect.condition))))
+            unequal = condition.unequal + effect.condition.unequal
+            yield JoinRule(names, body, unequal, self._effect_rule(index, schema, effect, names, len(variables)))
+
+    def _effect_rule(
+        self, index: int, schema: ActionSchema, effect: EffectSchema, names: tuple[str, ...], count: int
+    ) -> Callable[[tuple[int, ...]], None]:
+        def on_match(values: tuple[int, ...]) -> None:
+            operator = self._operator(index, schema, values[:count])
+            self._add_effect(operator, effect, dict(zip(names, values, strict=True)))
+
+        return on_match
+
+    def _operator(self, index: int, schema: ActionSchema, values: tuple[int, ...]) -> GroundOperator:
+        found = self._by_binding.get((index, values))
+        if found is not None:
+            return found
+        condition = self.connectors.without(schema.condition)
+        binding = dict(zip(_variables(condition), values, strict=True))
+        static, absent, positive, negative = self._split(condition, binding)
+        operator = GroundOperator(schema, binding, static, absent, positive, negative)
+        operator.needs = self._needs(operator)
+        self._by_binding[index, values] = operator
+        self.operators.append(operator)
+        for effect in self.connectors.effects(schema):
+            if _is_plain(effect):
+                self._add_effect(operator, effect, binding)
+        return operator
+
+    def _add_effect(self, operator: GroundOperator, effect: EffectSchema, binding: dict[str, int]) -> None:
+        static, absent, positive, negative = self._split(effect.condition, binding)
+        atom = ground(effect.atom, binding)
+        operator.effects.append(GroundEffect(atom, effect.positive, positive, negative, static, absent))
+        if effect.positive:
+            self.tell(atom)
+
+    def _split(
+        self, condition: Condition, binding: dict[str, int]
+    ) -> tuple[tuple[Fact, ...], tuple[Fact, ...], tuple[Fact, ...], tuple[Fact, ...]]:
+        """Static and absent facts, positive and negative atoms of a condition."""
+        changing = self.schema.fluents | self.schema.derived
+        static: list[Fact] = []
+        absent: list[Fact] = []
+        positive: list[Fact] = []
+        negative: list[Fact] = []
+        for pattern in condition.positive:
+            (positive if pattern[0] in changing else static).append(ground(pattern, binding))
+        for pattern in condition.negative:
+            (negative if pattern[0] in changing else absent).append(ground(pattern, binding))
+        return tuple(static), tuple(absent), tuple(positive), tuple(negative)
+
+    def _axiom_rule(self, axiom: AxiomSchema, condition: Condition) -> JoinRule:
+        condition = self.connectors.without(condition)
+        variables = _variables(condition)
+
+        def on_match(values: tuple[int, ...]) -> None:
+            binding = dict(zip(variables, values, strict=True))
+            head = ground(axiom.head, binding)
+            self.axioms.append(GroundAxiom(head, *self._split(condition, binding)))
+            self.tell(head)
+
+        return JoinRule(variables, condition.positive, condition.unequal, on_match)
+
+    def _stream_rule(self, external: External, hoped: bool) -> JoinRule:
+        called_only = external.is_test and not hoped
+        is_real = self.knowledge.objects.is_real
+
+        def on_match(values: tuple[int, ...]) -> None:
+            if called_only and not all(map(is_real, values)):
+                return
+            instance = self.knowledge.instance(external, values)
+            instance.supports = self._supports(values, instance.domain)
+            instance.level = 1 + max((s.level for s in instance.supports), default=0)
+            self._admit(instance)
+
+        return JoinRule(external.inputs, external.domain + external.awaited, (), on_match)
+
+    def _supports(self, handles: Iterable[int], facts: Iterable[Fact]) -> tuple[Instance, ...]:
+        """The instances that placeholders and hoped-for facts come from."""
+        origins = [self.knowledge.objects.origin(h) for h in handles if not self.knowledge.objects.is_real(h)]
+        for fact in facts:
+            if fact not in self.knowledge.real:
+                producers = self.knowledge.producers.get(fact, ())
+                origins.extend(p for p in producers[:1] if p not in origins)
+        return tuple(dict.fromkeys(origins))
+
+    def _admit(self, instance: Instance) -> None:
+        if instance.level > self.limit:
+            self._pending.append(instance)
+            return
+        self.on_instance(instance)
+
+    def _needs(self, operator: GroundOperator) -> tuple[Instance, ...]:
+        found: dict[Instance, None] = {}
+
+        def visit(instance: Instance) -> None:
+            if instance not in found:
+                for support in instance.supports:
+                    visit(support)
+                found[instance] = None
+
+        for instance in self._supports(operator.binding.values(), operator.static):
+            visit(instance)
+        return tuple(found)
+
+
+def _is_plain(effect: EffectSchema) -> bool:
+    """Whether an effect has no condition that facts must match."""
+    return not effect.condition.positive and not effect.condition.unequal and not effect.condition.negative
+
+
+def _variables(condition: Condition) -> tuple[str, ...]:
+    """The variables of a condition's positive patterns, in order."""
+    return tuple(dict.fromkeys(t for p in condition.positive for t in p[1:] if isinstance(t, str)))

@@ -1,0 +1,224 @@
+"""Relaxed reachability over all that streams might give: what can never come about, and the proof of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tamp.planning.model.external import External
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.objects import Fact, Pattern
+from tamp.planning.model.schema import Schema
+from tamp.planning.options import Ended
+from tamp.planning.sampling.stream_calls import Sampling
+from tamp.planning.sampling.surprises import Surprises
+
+ANY = -1
+"""Some object, known or not."""
+
+NEW = -2
+"""Some object that is not known yet."""
+
+EFFORT = 100_000
+"""Facts looked at before the question is left open."""
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Where all of `body` holds, so does `head`; `external` is the stream that says so."""
+
+    head: Pattern
+    body: tuple[Pattern, ...]
+    unequal: tuple[tuple[str | int, str | int], ...] = ()
+    external: External | None = None
+
+
+@dataclass(frozen=True)
+class _Hope:
+    """A fact that may come to hold; where a stream may bring it, by the rule of that number and for those inputs."""
+
+    fact: Fact
+    rule: int = -1
+    inputs: tuple[int, ...] = ()
+
+
+class _Exhausted(Exception):  # noqa: N818  control flow inside this module
+    """The effort is spent."""
+
+
+def out_of_reach(schema: Schema, knowledge: Knowledge) -> Fact | None:
+    """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it."""
+    goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
+    try:
+        reached = _Relaxation(schema, knowledge, {str(p[0]) for p in goal}).facts()
+    except _Exhausted:
+        return None
+    return next((f for f in goal if not any(_fits(f, hope) for hope in reached.get(str(f[0]), ()))), None)
+
+
+def _fits(pattern: Pattern, hope: _Hope) -> bool:
+    return all(b in (a, ANY) for a, b in zip(pattern[1:], hope.fact[1:], strict=True))
+
+
+class _Relaxation:
+    """The relaxed problem's facts, as far as the goal may depend on them (Datalog, evaluated fact by fact)."""
+
+    def __init__(self, schema: Schema, knowledge: Knowledge, wanted: set[str]) -> None:
+        self._knowledge = knowledge
+        self._rules = list(_relevant(list(_rules(schema)), wanted))
+        self._reached: dict[str, dict[_Hope, None]] = {}
+        self._queue: list[_Hope] = []
+        self._left = EFFORT
+
+    def facts(self) -> dict[str, dict[_Hope, None]]:
+        """Everything within reach, by predicate."""
+        objects = [*self._knowledge.objects.real(), ANY, NEW]
+        for fact in (*self._knowledge.real, *self._knowledge.state, *(("object", handle) for handle in objects)):
+            self._add(_Hope(fact))
+        for number, rule in enumerate(self._rules):
+            if not rule.body:
+                self._conclude(number, {})
+        for hope in self._queue:  # grows while it is walked through
+            for number, rule in enumerate(self._rules):
+                for i, pattern in enumerate(rule.body):
+                    if pattern[0] == hope.fact[0] and (binding := _bind(pattern, hope.fact, {})) is not None:
+                        for found, used in self._matches(rule.body[:i] + rule.body[i + 1 :], binding):
+                            if self._possible([(pattern, hope), *used], found):
+                                self._conclude(number, found)
+        return self._reached
+
+    def _add(self, hope: _Hope) -> None:
+        known = self._reached.setdefault(str(hope.fact[0]), {})
+        if hope not in known:
+            known[hope] = None
+            self._queue.append(hope)
+
+    def _matches(
+        self, body: tuple[Pattern, ...], binding: dict[str, int]
+    ) -> Iterator[tuple[dict[str, int], list[tuple[Pattern, _Hope]]]]:
+        """Every way to satisfy a body with what was reached so far, and the facts that do."""
+        if not body:
+            yield binding, []
+            return
+        for hope in list(self._reached.get(str(body[0][0]), ())):
+            self._left -= 1
+            if self._left < 0:
+                raise _Exhausted
+            found = _bind(body[0], hope.fact, binding)
+            if found is not None:
+                for complete, used in self._matches(body[1:], found):
+                    yield complete, [(body[0], hope), *used]
+
+    def _possible(self, used: list[tuple[Pattern, _Hope]], binding: dict[str, int]) -> bool:
+        """Whether the facts may hold together: none is what a call would have had to give that gives nothing more."""
+        for pattern, hope in used:
+            rule = self._rules[hope.rule]
+            if hope.rule >= 0 and rule.external is not None:
+                values = [binding[t] if isinstance(t, str) else t for t in pattern[1:]]
+                given = dict(zip(rule.head[1:], values, strict=True))
+                inputs = [given.get(v, old) for v, old in zip(rule.external.inputs, hope.inputs, strict=True)]
+                if self._ended(rule.external, tuple(inputs)):
+                    return False
+        return True
+
+    def _ended(self, external: External, inputs: tuple[int, ...]) -> bool:
+        if ANY in inputs or NEW in inputs or external.fluents:
+            return False
+        instance = self._knowledge.find(external, inputs)
+        return instance is not None and instance.exhausted and not instance.gave_up
+
+    def _conclude(self, number: int, binding: dict[str, int]) -> None:
+        rule = self._rules[number]
+
+        unknown = NEW if rule.external is not None and rule.external.info.fresh else ANY
+
+        def value(term: str | int) -> int:
+            return binding.get(term, unknown) if isinstance(term, str) else term
+
+        if any(value(a) == value(b) >= 0 for a, b in rule.unequal):
+            return
+        head = (rule.head[0], *map(value, rule.head[1:]))
+        if rule.external is None:
+            self._add(_Hope(head))
+            return
+        inputs = tuple(map(value, rule.external.inputs))
+        if not self._ended(rule.external, inputs):
+            self._add(_Hope(head, number, inputs))
+
+
+def _bind(pattern: Pattern, fact: Fact, binding: dict[str, int]) -> dict[str, int] | None:
+    """The binding under which a pattern and a fact may be the same; what one of them leaves open, the other settles."""
+    found = dict(binding)
+    for term, value in zip(pattern[1:], fact[1:], strict=True):
+        before = found.get(term, ANY) if isinstance(term, str) else term
+        if before != ANY and value not in (ANY, before):
+            return None
+        if isinstance(term, str):
+            found[term] = value if before == ANY else before
+    return found
+
+
+def _rules(schema: Schema) -> Iterator[_Rule]:
+    """Actions, axioms and streams without their negative conditions."""
+    for action in schema.actions:
+        for effect in action.effects:
+            if effect.positive:
+                body, unequal = action.condition.positive, action.condition.unequal
+                more = effect.condition
+                yield _Rule(effect.atom, _checked(body + more.positive), unequal + more.unequal)
+    for axiom in schema.axioms:
+        yield _Rule(axiom.head, _checked(axiom.condition.positive), axiom.condition.unequal)
+    for external in schema.externals.values():
+        for certified in external.certified:
+            yield _Rule(certified, _checked(external.domain + external.awaited), external=external)
+
+
+def _checked(body: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
+    return tuple(dict.fromkeys(p for p in body if p[0] != "="))
+
+
+def _relevant(rules: list[_Rule], wanted: set[str]) -> Iterator[_Rule]:
+    """Rules that a fact of a wanted predicate may depend on."""
+    before = -1
+    while len(wanted) > before:
+        before = len(wanted)
+        wanted = wanted | {str(p[0]) for rule in rules if rule.head[0] in wanted for p in rule.body}
+    return (rule for rule in rules if rule.head[0] in wanted)
+
+
+class Outlook:
+    """Looks into the prospects again whenever twice as much was sampled, so that it costs little beside sampling."""
+
+    def __init__(self, schema: Schema, knowledge: Knowledge, sampling: Sampling, surprises: Surprises) -> None:
+        self._schema = schema
+        self._surprises = surprises
+        self._knowledge = knowledge
+        self._sampling = sampling
+        self._next = 2 * sampling.draws  # nothing for a first question; a later one can wait as long again
+
+    def check(self) -> None:
+        """End the run where the goal is out of reach.
+
+        Raises:
+            Ended: "infeasible".
+        """
+        if self._sampling.draws < self._next or self._may_surprise():
+            return
+        self._next = 2 * self._sampling.draws
+        lost = out_of_reach(self._schema, self._knowledge)
+        if lost is not None and not self._surprises.look():
+            text = self._knowledge.objects.text(lost)
+            raise Ended("infeasible", f"{text} is out of reach: the streams it needs are exhausted.")
+
+    def _may_surprise(self) -> bool:
+        """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""
+        self._knowledge.refresh()
+        return self._sampling.wild or any(
+            not instance.exhausted
+            and instance.alive
+            and all(support.alive for support in instance.supports)
+            and instance.external.outputs
+            and not instance.external.fluents
+            and instance.external.name not in self._sampling.tame
+            for instance in self._knowledge.instances()
+        )

@@ -1,0 +1,224 @@
+"""From a normalized problem and its facts to a ground problem: relevance, reachability, numbering."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from tamp.planning.constraints import Course, Forbidden, Progress
+from tamp.planning.grounding.atom_table import Body, Literals, Numbering
+from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffect, TaskOperator
+from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.objects import Fact
+
+
+def reachable(
+    state: dict[Fact, None], operators: list[GroundOperator], axioms: list[GroundAxiom], knowledge: Knowledge
+) -> tuple[set[Fact], list[GroundOperator], dict[Fact, list[Body]]]:
+    """Atoms, operators and axiom bodies that can be reached when deletes are ignored."""
+    waiting: dict[Fact, list[tuple[object, int]]] = {}
+    missing: list[int] = []
+    things: list[tuple[str, object]] = []
+    queue: list[Fact] = list(state)
+    reached = set(state)
+    live: list[int] = []
+    static_true = {f for a in axioms for f in a.positive if knowledge.usable(f)}
+    static_true |= {f for op in operators for f in op.positive if knowledge.usable(f)}
+
+    def reach(fact: Fact) -> None:
+        if fact not in reached:
+            reached.add(fact)
+            queue.append(fact)
+
+    def fire(index: int) -> None:
+        kind, thing = things[index]
+        if kind == "operator":
+            live.append(index)
+        elif kind == "axiom":
+            live.append(index)
+            reach(thing.head)  # type: ignore[attr-defined]
+        else:
+            reach(thing.atom)  # type: ignore[attr-defined]
+
+    ready: list[int] = []
+
+    def watch(kind: str, thing: object, needed: tuple[Fact, ...]) -> None:
+        index = len(things)
+        things.append((kind, thing))
+        needed = tuple(dict.fromkeys(needed))
+        missing.append(len(needed))
+        for fact in needed:
+            waiting.setdefault(fact, []).append((thing, index))
+        if not needed:
+            ready.append(index)
+
+    for fact in static_true:
+        reach(fact)
+    for op in operators:
+        watch("operator", op, op.positive)
+        for effect in op.effects:
+            if effect.adds:
+                watch("effect", effect, op.positive + effect.positive)
+    for axiom in axioms:
+        watch("axiom", axiom, axiom.positive)
+    for index in ready:
+        fire(index)
+    while queue:
+        for _, index in waiting.get(queue.pop(), ()):
+            missing[index] -= 1
+            if missing[index] == 0:
+                fire(index)
+    live.sort()
+    bodies: dict[Fact, list[Body]] = {}
+    for index in live:
+        thing = things[index][1]
+        if isinstance(thing, GroundAxiom):
+            bodies.setdefault(thing.head, []).append((thing.positive, thing.negative))
+    return reached, [thing for i in live if isinstance(thing := things[i][1], GroundOperator)], bodies
+
+
+@dataclass
+class Blame:
+    """A learnt reluctance: an operator that mentions `handle` is discouraged while one of `facts` holds."""
+
+    handle: int
+    facts: dict[Fact, None] = field(default_factory=dict)
+    failures: int = 0
+
+    @property
+    def weight(self) -> int:
+        """What it adds to the cost of an operator."""
+        return 30 * self.failures
+
+
+PLACE = "@place"
+"""Predicate of atoms that say how much of a given skeleton is done."""
+
+
+class TaskBuilder:
+    """Builds ground tasks; knows what holds in the initial state and what shall hold in the end."""
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        groups: Callable[[Iterable[Fact]], list[list[Fact]]],
+        cost: Callable[[GroundOperator], int],
+        hidden: str,
+        course: Course,
+        forbidden: Forbidden,
+        frozen: frozenset[int] = frozenset(),
+    ) -> None:
+        self._knowledge = knowledge
+        self._groups = groups
+        self._cost = cost
+        self._hidden = hidden
+        self._course = course
+        self._forbidden = forbidden
+        self._frozen = frozen
+
+    def build(
+        self,
+        operators: Sequence[GroundOperator],
+        axioms: Sequence[GroundAxiom],
+        goal: tuple[tuple[Fact, ...], tuple[Fact, ...]],
+        blames: dict[int, Blame],
+        novel: bool = False,
+    ) -> GroundTask:
+        """The task of this moment; unreachable operators are left out, and with `novel` those blamed for a failure."""
+        knowledge = self._knowledge
+        given = [*knowledge.state, *knowledge.hoped_state()]
+        state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
+        usable = [op for op in operators if self._exist(op.binding.values()) and self._holds(op.static, op.absent)]
+        usable = [self._in_effect(op) for op in usable if not self._forbidden(op.schema.name, op.args)]
+        if self._frozen:
+            usable = [op for op in usable if not any(self._thaws(effect) for effect in op.effects)]
+        if novel:
+            usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
+        valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
+        reached, live, bodies = reachable(state, usable, valid, knowledge)
+        number = Numbering(state, reached, bodies, knowledge)
+        wanted = number.literals(*goal)
+        if wanted is None or not all(f in reached for f in goal[0] if not number.true(f)):
+            return GroundTask((), frozenset(), (), (), (), (), solvable=False)
+        made = [t for op in live for t in self._operators(op, number, blames, novel)]
+        made, wanted = self._on_course(made, wanted, number)
+        defined = [
+            TaskAxiom(number.of(head), *literals)
+            for head in number.axiomatic()
+            for body in bodies[head]
+            if (literals := number.literals(*body)) is not None
+        ]
+        atoms = number.atoms()
+        groups = tuple(tuple(number.of(f) for f in group) for group in self._groups(atoms))
+        begun = {(PLACE, 0), (PLACE, "done")} if self._course.done(Progress()) else {(PLACE, 0)}
+        initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun)
+        return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
+
+    def _on_course(
+        self, operators: list[TaskOperator], wanted: Literals, number: Numbering
+    ) -> tuple[list[TaskOperator], Literals]:
+        """Where a skeleton is given, operators that follow it: one for each progress from which they may be taken."""
+        if self._course.free:
+            return operators, wanted
+        at = {Progress(): number.of((PLACE, 0))}
+        done = number.of((PLACE, "done"))
+        made: list[TaskOperator] = []
+        queue = [Progress()]
+        for before in queue:  # grows while it is walked through
+            for op in operators:
+                here = replace(op, positive=(*op.positive, at[before]))
+                for after in self._course.after(before, op.source.schema.name, op.source.args, hopeful=True):
+                    if after == before:
+                        made.append(here)
+                        continue
+                    if after not in at:
+                        at[after] = number.of((PLACE, len(at)))
+                        queue.append(after)
+                    step = [TaskEffect(at[before], adds=False), TaskEffect(at[after], adds=True)]
+                    step += [TaskEffect(done, adds=True)] if self._course.done(after) else []
+                    made.append(replace(here, effects=(*op.effects, *step)))
+        return made, ((*wanted[0], done), wanted[1])
+
+    def _thaws(self, effect: GroundEffect) -> bool:
+        """Whether an effect deletes what holds of a frozen object."""
+        return not effect.adds and len(effect.atom) > 1 and effect.atom[1] in self._frozen
+
+    def _in_effect(self, op: GroundOperator) -> GroundOperator:
+        """An operator without the effects whose conditions are known never to hold."""
+        effects = [e for e in op.effects if not (e.static or e.absent) or self._holds(e.static, e.absent)]
+        return op if len(effects) == len(op.effects) else replace(op, effects=effects)
+
+    def _holds(self, static: tuple[Fact, ...], absent: tuple[Fact, ...]) -> bool:
+        knowledge = self._knowledge
+        marked = ("~", "+")
+        return all(f[0][0] in marked or f[0] == "=" or knowledge.usable(f) for f in static) and not any(
+            f in knowledge.real for f in absent
+        )
+
+    def _exist(self, handles: Iterable[int]) -> bool:
+        """Whether objects are real, or may still come from their streams."""
+        origins = map(self._knowledge.objects.origin, handles)
+        return all(origin is None or origin.alive for origin in origins)
+
+    def _operators(
+        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool
+    ) -> Iterable[TaskOperator]:
+        barred = [number.nogood(facts) for instance in op.needs for facts in instance.nogoods]
+        literals = number.literals(op.positive, (*op.negative, *barred))
+        if literals is None:
+            return
+        effects = tuple(e for effect in op.effects if (e := number.effect(effect)) is not None)
+        cost = self._cost(op)
+        against = [blames[h] for h in dict.fromkeys(op.binding.values()) if h in blames]
+        facts = dict.fromkeys(f for blame in against for f in blame.facts if f not in op.positive and number.known(f))
+        if not all(blame.facts for blame in against):
+            cost += max(blame.weight for blame in against)
+        elif facts:
+            clear = number.literals(op.positive, (*op.negative, *barred, *facts))
+            if clear is not None:
+                yield TaskOperator(op, *clear, effects, cost)
+            if novel:
+                return
+            cost += max(blame.weight for blame in against)
+        yield TaskOperator(op, *literals, effects, cost)

@@ -1,0 +1,40 @@
+"""A stream, test or predicate of the file as the planner sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tamp.planning.model.objects import Pattern
+from tamp.planning.problem import StreamInfo
+
+
+@dataclass(frozen=True)
+class External:
+    """A stream, test or predicate as the planner sees it: patterns over variables named as in the file.
+
+    Attributes:
+        domain: what must hold whatever actions do, before it is called.
+        awaited: the rest of its domain, which actions may bring: what it certifies holds while this does.
+        guarded: what the file says that it certifies, where axioms derive that.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    domain: tuple[Pattern, ...]
+    outputs: tuple[str, ...]
+    certified: tuple[Pattern, ...]
+    fluents: tuple[str, ...]
+    info: StreamInfo
+    is_predicate: bool = False
+    awaited: tuple[Pattern, ...] = ()
+    guarded: tuple[Pattern, ...] = ()
+
+    @property
+    def is_test(self) -> bool:
+        """Whether it only answers yes or no."""
+        return not self.outputs
+
+    @property
+    def deferred(self) -> bool:
+        """Whether its outputs are bound after everything else."""
+        return bool(self.fluents) if self.info.defer is None else self.info.defer

@@ -1,0 +1,173 @@
+"""What kind of predicate is which, and the problem in normal form: what every part of the planner looks up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+from tamp.language import FunctionStream, PredicateStream, Rule, Stream
+from tamp.planning.model.awaited import await_domains
+from tamp.planning.model.external import External
+from tamp.planning.model.normal_form import ActionSchema, AxiomSchema, Condition, NormalDomain, normalise
+from tamp.planning.model.objects import Objects, Pattern
+from tamp.planning.problem import Problem, StreamInfo
+
+FALSE_MARK = "~"
+"""Prefix of the pseudo-predicate of atoms that a test has refuted."""
+TRUE_MARK = "+"
+"""Prefix of the pseudo-predicate of atoms that a test has confirmed, where nothing may be assumed."""
+
+
+class Schema:
+    """A problem's domain, goal and streams in normal form, with its constants as handles.
+
+    Attributes:
+        externals: streams, tests and predicates by name, in the order of the file.
+        functions: function streams by name.
+        tests: predicate -> the tests that decide it; only predicates that nothing else certifies.
+        askable: predicate -> the tests that may certify it, whatever else does.
+        guarded: what streams certify for as long as their domain holds, which actions change.
+    """
+
+    def __init__(self, problem: Problem, objects: Objects) -> None:
+        domain, streams = problem.parsed_domain, problem.parsed_streams
+        self.problem = problem
+        self.objects = objects
+        for constant in domain.constants.values():
+            objects.intern(constant.value)
+        normal = normalise(domain, problem.goal_formula, objects)
+        rules = tuple(axiom for rule in streams.rules for axiom in self._rule(rule))
+        self.domain = domain
+        self.functions: dict[str, FunctionStream] = {f.name: f for f in streams.functions}
+        self.actions = tuple(map(self._where_cost_is_defined, normal.actions))
+        self.axioms: tuple[AxiomSchema, ...] = normal.axioms + rules
+        self.goal = normal.goal
+        self.fluents = normal.fluents
+        self.derived = normal.derived | {str(axiom.head[0]) for axiom in rules}
+        declared: tuple[Stream | PredicateStream, ...] = (*streams.streams, *streams.predicates)
+        changing = frozenset(name for name in self.fluents | self.derived if self.influences(name) & self.fluents)
+        self.externals, axioms = await_domains(
+            {stream.name: self._external(stream) for stream in declared}, changing, self.fluents, domain.types
+        )
+        self.axioms += axioms
+        self.guarded = frozenset(str(axiom.head[0]) for axiom in axioms)
+        self.derived |= self.guarded
+        self.tests = self._tests()
+        self.askable = self._askable()
+        self.normal: NormalDomain = normal
+
+    def _pattern(self, atom: object) -> Pattern:
+        from tamp.language import Atom, Variable
+
+        assert isinstance(atom, Atom)
+        return (
+            atom.predicate,
+            *(t.name if isinstance(t, Variable) else self.objects.intern(t.value) for t in atom.args),
+        )
+
+    def _rule(self, rule: Rule) -> tuple[AxiomSchema, ...]:
+        condition = Condition(positive=tuple(map(self._pattern, rule.domain)))
+        return tuple(AxiomSchema(self._pattern(atom), condition) for atom in rule.certified)
+
+    def _where_cost_is_defined(self, action: ActionSchema) -> ActionSchema:
+        """An action that also wants what the functions in its cost want of their inputs.
+
+        Where the initial state gives values of a function, it may be defined outside its domain: then only it is asked.
+        """
+        given = {term.function for term in self.problem.initial_state.values}
+        more: list[Pattern] = []
+        for term in action.cost or ():
+            function = self.functions.get(str(term[0])) if isinstance(term, tuple) else None
+            if function is not None and function.name not in given and isinstance(term, tuple):
+                terms = dict(zip((v.name for v in function.inputs), term[1:], strict=True))
+                patterns = map(self._pattern, function.domain)
+                more += [(p[0], *(terms.get(str(t), t) if isinstance(t, str) else t for t in p[1:])) for p in patterns]
+        condition = replace(action.condition, positive=tuple(dict.fromkeys((*action.condition.positive, *more))))
+        return replace(action, condition=condition)
+
+    def _external(self, stream: Stream | PredicateStream) -> External:
+        inputs = tuple(v.name for v in stream.inputs)
+        domain = tuple(map(self._pattern, stream.domain))
+        covered = {t for pattern in domain for t in pattern[1:]}
+        domain += tuple(("object", v) for v in inputs if v not in covered)
+        info = self.problem.info.get(stream.name, StreamInfo())
+        if isinstance(stream, PredicateStream):
+            return External(stream.name, inputs, domain, (), ((stream.name, *inputs),), (), info, is_predicate=True)
+        outputs = tuple(v.name for v in stream.outputs)
+        certified = tuple(map(self._pattern, stream.certified))
+        return External(stream.name, inputs, domain, outputs, certified, stream.fluents, info)
+
+    def _tests(self) -> dict[str, tuple[External, ...]]:
+        generated = {str(p[0]) for e in self.externals.values() if not e.is_test for p in e.certified}
+        return {name: tests for name, tests in self._askable().items() if name not in generated}
+
+    def _askable(self) -> dict[str, tuple[External, ...]]:
+        found: dict[str, tuple[External, ...]] = {}
+        for external in self.externals.values():
+            for pattern in external.certified if external.is_test else ():
+                found[str(pattern[0])] = (*found.get(str(pattern[0]), ()), external)
+        return found
+
+    @cached_property
+    def doubted(self) -> frozenset[str]:
+        """Derived predicates that some condition wants false: nothing is assumed in their favour."""
+        wanted = [c.negative for c in self._conditions()]
+        found = {str(p[0]) for patterns in wanted for p in patterns if p[0] in self.derived}
+        while True:
+            inside = [a.condition for a in self.axioms if a.head[0] in found]
+            more = {str(p[0]) for c in inside for p in c.positive if p[0] in self.derived} - found
+            if not more:
+                return frozenset(found)
+            found |= more
+
+    @cached_property
+    def ambivalent(self) -> bool:
+        """Whether what is assumed of tests may also hurt: the search can then miss plans until tests are asked.
+
+        So it is where they decide a conditional effect, or a derived predicate that some conditions want true and
+        others false.
+        """
+        effects = [e.condition for a in self.actions for e in a.effects]
+        named = {str(p[0]) for c in effects for p in c.positive + c.negative}
+        if any(not self.influences(name).isdisjoint(self.tests) for name in named):
+            return True
+        inside = [a.condition for a in self.axioms if a.head[0] in self.doubted]
+        if not any(p[0] in self.tests for c in inside for p in c.positive + c.negative):
+            return False
+        wanted = {p[0] for c in self._conditions() for p in c.positive} | {p[0] for c in inside for p in c.negative}
+        return not self.doubted.isdisjoint(wanted)
+
+    @cached_property
+    def recursive(self) -> frozenset[str]:
+        """Derived predicates that depend on themselves."""
+        return frozenset(name for name in self.derived if name in self.below(name))
+
+    def below(self, name: str) -> set[str]:
+        """The derived predicates that one depends on."""
+        found: set[str] = set()
+        queue = [name]
+        while queue:
+            current = queue.pop()
+            for condition in (axiom.condition for axiom in self.axioms if axiom.head[0] == current):
+                more = {str(p[0]) for p in condition.positive + condition.negative if p[0] in self.derived} - found
+                found |= more
+                queue.extend(sorted(more))
+        return found
+
+    def influences(self, name: str) -> frozenset[str]:
+        """The predicates that the truth of one may depend on, through axioms and conditional effects; itself too."""
+        found: set[str] = set()
+        queue = [name]
+        while queue:
+            current = queue.pop()
+            if current not in found:
+                found.add(current)
+                inside = [a.condition for a in self.axioms if a.head[0] == current]
+                inside += [e.condition for a in self.actions for e in a.effects if e.atom[0] == current]
+                queue += [str(p[0]) for c in inside for p in c.positive + c.negative]
+        return frozenset(found)
+
+    def _conditions(self) -> list[Condition]:
+        found = [action.condition for action in self.actions] + [axiom.condition for axiom in self.axioms]
+        found += [effect.condition for action in self.actions for effect in action.effects]
+        return [*found, self.goal]

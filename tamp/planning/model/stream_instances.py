@@ -1,0 +1,78 @@
+"""Stream instances, and what is known: facts that are certified, and facts that are hoped for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from tamp.planning.context import Context
+from tamp.planning.model.external import External
+from tamp.planning.model.objects import Fact, Pattern
+
+
+@dataclass(eq=False, slots=True)
+class Instance:
+    """A stream applied to inputs, and everything that happened to it.
+
+    Attributes:
+        level: how many streams in a row its outputs need that were not called yet.
+        placeholders: its optimistic outputs.
+        supports: the instances that its inputs and domain facts hope for.
+        results: what it has yielded, in order; for a test `[()]` where it holds.
+        activated: numbers of the results that the search may use.
+        failures: attempts to bind a plan that blamed it.
+        exhausted: whether it has ended.
+        gave_up: whether it said that its end is no proof that there is nothing more.
+        nogoods: for a stream with fluents, sets of facts in which it has nothing to give.
+    """
+
+    external: External
+    inputs: tuple[int, ...]
+    fluents: tuple[Fact, ...] = ()
+    level: int = 1
+    placeholders: tuple[int, ...] = ()
+    supports: tuple[Instance, ...] = ()
+    domain: tuple[Fact, ...] = ()
+    results: list[tuple[int, ...]] = field(default_factory=list)
+    reasons: dict[tuple[str, tuple[Fact, ...]], int] = field(default_factory=dict)
+    activated: set[int] = field(default_factory=set)
+    failures: int = 0
+    nogoods: dict[tuple[Fact, ...], None] = field(default_factory=dict)
+    calls: int = 0
+    exhausted: bool = False
+    gave_up: bool = False
+    alive: bool = True
+    context: Context | None = None
+    generator: Iterator[Any] | None = None
+
+    def binding(self, outputs: tuple[int, ...] = ()) -> dict[str, int]:
+        """Variables of the stream -> handles."""
+        external = self.external
+        return dict(zip((*external.inputs, *external.outputs), (*self.inputs, *outputs), strict=False))
+
+    def certified(self, outputs: tuple[int, ...]) -> tuple[Fact, ...]:
+        """What it certifies of its inputs and these outputs."""
+        binding = self.binding(outputs)
+        return tuple(ground(pattern, binding) for pattern in self.external.certified)
+
+    @property
+    def main_reason(self) -> tuple[str, tuple[Fact, ...]]:
+        """The reason that its sampler gave most often, and the facts that it named."""
+        return max(self.reasons, key=lambda key: self.reasons[key], default=("nothing more to give", ()))
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether it may have values that the search does not know."""
+        return not self.exhausted or len(self.activated) < len(self.results)
+
+    @property
+    def effort(self) -> float:
+        """How reluctantly the search should use it."""
+        info = self.external.info
+        return info.cost / max(info.p_success, 0.001) + 60.0 * self.failures
+
+
+def ground(pattern: Pattern, binding: dict[str, int]) -> Fact:
+    """A pattern with its variables replaced."""
+    return (pattern[0], *[binding[t] if isinstance(t, str) else t for t in pattern[1:]])

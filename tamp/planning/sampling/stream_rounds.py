@@ -1,0 +1,89 @@
+"""Calling streams for themselves, apart from any plan: when they appear, and all of them in turn, round by round."""
+
+from __future__ import annotations
+
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.stream_instances import Instance
+from tamp.planning.options import Limits
+from tamp.planning.sampling.evaluation import Evaluator
+from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
+
+
+class Rounds:
+    """Calls streams whose inputs are real, and shows the search what they give.
+
+    Attributes:
+        count: how often all streams were drawn from.
+    """
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        sampling: Sampling,
+        evaluator: Evaluator,
+        limits: Limits,
+        stopwatch: Stopwatch,
+        eager: bool,
+        lazy_tests: bool,
+    ) -> None:
+        """`eager`: let the search see real values alone; `lazy_tests`: ask tests only when a plan rests on them."""
+        self.count = 0
+        self._knowledge = knowledge
+        self._sampling = sampling
+        self._evaluator = evaluator
+        self._limits = limits
+        self._stopwatch = stopwatch
+        self._eager = eager
+        self._lazy_tests = lazy_tests
+
+    def appear(self, instance: Instance) -> None:
+        """A stream instance whose domain facts are there: call it, or hope for it."""
+        knowledge = self._knowledge
+        eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
+        eager |= instance.external.is_test and not self._lazy_tests
+        callable_now = self._is_real(instance) and all(
+            f in knowledge.real or f in knowledge.state or f[0] == "object" for f in instance.domain
+        )
+        if eager and callable_now and instance.external.is_test:
+            self._sampling.draw(instance)
+            knowledge.announce(instance)
+            self._refute(instance)
+        elif eager and self._eager:
+            knowledge.templates.append(instance)
+        else:
+            if eager and callable_now:
+                self._sampling.draw(instance)
+                knowledge.activate(instance, 1)
+            knowledge.hope(instance)
+
+    def expand(self) -> bool:
+        """Draw once more from every stream that has more to give, and show it to the search; whether any had.
+
+        Raises:
+            Ended: at a limit.
+        """
+        any_left = False
+        self.count += 1
+        for instance in self._knowledge.instances():
+            if instance.fluents or instance.external.fluents or not instance.unfinished:
+                continue
+            if not self._is_real(instance) or not all(map(self._evaluator.given, instance.domain)):
+                continue
+            any_left = True
+            self._limits.check()
+            if not instance.exhausted:
+                self._sampling.draw(instance)
+            self._refute(instance)
+            with self._stopwatch.timed("grounding"):
+                self._knowledge.activate(instance, len(instance.results))
+        return any_left
+
+    def _is_real(self, instance: Instance) -> bool:
+        return all(map(self._knowledge.objects.is_real, instance.inputs))
+
+    def _refute(self, instance: Instance) -> None:
+        """Let the search know of a test that has said no."""
+        if instance.external.is_test and not instance.results:
+            for fact in instance.certified(()):
+                if fact not in self._knowledge.real:
+                    self._knowledge.refute(fact)

@@ -1,0 +1,114 @@
+"""Fast Downward's search as a program: the task goes in as SAS+ on standard input, the plan comes back as a file."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import math
+import os
+import signal
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from tamp import clock
+from tamp.errors import DomainError
+from tamp.planning.grounding.ground_task import GroundTask
+from tamp.planning.search.best_first import SearchResult
+from tamp.planning.search.sas import write_sas
+
+_FF = "let(h, ff(axioms=approximate_negative), "
+
+CONFIGURATIONS = {
+    "ff": _FF + "lazy_wastar([h], preferred=[h], w=3, boost=0{bound}))",
+    "ff-greedy": _FF + "lazy_greedy([h], preferred=[h]{bound}))",
+    "ff-eager": _FF + "eager_wastar([h], preferred=[h], w=2, boost=0{bound}))",
+    "add": "let(h, add(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
+    "cea": "let(h, cea(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
+    "astar": "astar(blind(){bound})",
+}
+"""Name -> Fast Downward's search; see its documentation of search algorithms and evaluators."""
+
+MEMORY_KB = 2_000_000
+OUT_OF_TIME = 23
+"""Fast Downward's exit status where its processor time ran out."""
+
+
+@cache
+def binary() -> Path:
+    """Fast Downward's search binary, from the package up-fast-downward.
+
+    Raises:
+        DomainError: where the package is not installed.
+    """
+    spec = importlib.util.find_spec("up_fast_downward")
+    for root in (spec.submodule_search_locations or ()) if spec is not None else ():
+        path = Path(root) / "downward" / "builds" / "release" / "bin" / "downward"
+        if path.is_file():
+            return path
+    raise DomainError("Fast Downward is not installed: pip install up-fast-downward, or choose search='builtin'")
+
+
+class FastDownward:
+    """One of Fast Downward's configurations by name.
+
+    Raises:
+        DomainError: for an unknown name, with those that exist.
+    """
+
+    def __init__(self, name: str = "ff") -> None:
+        if name not in CONFIGURATIONS:
+            raise DomainError(f"unknown search {name!r}; there are: builtin, {', '.join(CONFIGURATIONS)}")
+        self._search = CONFIGURATIONS[name]
+
+    def __call__(
+        self, task: GroundTask, timeout: float, bound: int | None = None, effort: float = math.inf
+    ) -> SearchResult:
+        """Search for a plan that costs less than `bound`.
+
+        After `timeout` seconds the program is killed; after `effort` seconds of processor time, rounded up, it ends.
+        """
+        if not task.goal_positive and not task.goal_negative:
+            return SearchResult(())
+        search = self._search.format(bound="" if bound is None else f", bound={bound}")
+        deadline = clock.now() + timeout
+        with tempfile.TemporaryDirectory(prefix="tamp-") as folder:
+            text = write_sas(task)
+            if text is None:
+                return SearchResult(None, proven=True)
+            code = _run(text, search, folder, max(0.01, deadline - clock.now()), effort)
+            plan = Path(folder) / "plan"
+            if plan.is_file() and code is not None:
+                names = [line[1:-1].split() for line in plan.read_text().splitlines() if line.startswith("(")]
+                return SearchResult(tuple(task.operators[int(name[0][1:])] for name in names), proven=False)
+            # 11 and 12: the whole space was seen; 12 also where a bound cut it, which proves nothing.
+            timed_out = code in (None, OUT_OF_TIME, -signal.SIGXCPU)
+            return SearchResult(None, proven=code in (11, 12) and bound is None, timed_out=timed_out)
+
+
+def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> int | None:
+    """Run the binary in its own process group; its exit code, or None where time ran out."""
+    # `ulimit` bounds the child's memory and processor time without code between fork and exec.
+    seconds = "unlimited" if effort == math.inf else math.ceil(effort)
+    script = f'ulimit -v {MEMORY_KB}; ulimit -S -t {seconds}; exec "$0" "$@"'
+    command = ["/bin/sh", "-c", script, str(binary()), "--internal-plan-file", "plan", "--search", search]
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,  # its end tells at once that the program has ended; without it Python polls and sleeps
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        env={**os.environ, "LC_ALL": "C"},
+    )
+    try:
+        process.communicate(text.encode(), timeout=timeout)
+        return process.returncode
+    except subprocess.TimeoutExpired:
+        return None
+    finally:
+        if process.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()

@@ -1,0 +1,77 @@
+"""The symbolic search of one run: the ground task of the moment, and how long it may be searched."""
+
+from __future__ import annotations
+
+from tamp.planning.grounding.ground_task import GroundTask
+from tamp.planning.grounding.grounder import Grounder
+from tamp.planning.grounding.task_builder import Blame, TaskBuilder
+from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.schema import Schema
+from tamp.planning.model.stream_instances import ground
+from tamp.planning.model.transit_actions import Connectors
+from tamp.planning.sampling.evaluation import Evaluator
+from tamp.planning.search.best_first import Search, SearchResult
+
+SEARCH_S = 2.0
+"""Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
+
+NOVEL_S = 1.0
+"""Processor time of a search that leaves out what was blamed for failures, before the full one has its turn [s]."""
+
+
+class SymbolicSearch:
+    """Searches for plans under the hopes of a moment.
+
+    Attributes:
+        operators: how many the last task had.
+    """
+
+    def __init__(
+        self,
+        schema: Schema,
+        knowledge: Knowledge,
+        evaluator: Evaluator,
+        connectors: Connectors,
+        grounder: Grounder,
+        builder: TaskBuilder,
+        search: Search,
+    ) -> None:
+        self.operators = 0
+        self._schema = schema
+        self._knowledge = knowledge
+        self._evaluator = evaluator
+        self._connectors = connectors
+        self._grounder = grounder
+        self._builder = builder
+        self._search = search
+        self._timeouts = 0
+
+    def task(self, blames: dict[int, Blame], novel: bool) -> GroundTask:
+        """The ground task of this moment; with `novel`, without what was blamed for a failure."""
+        goal = self._connectors.without(self._schema.goal)
+        changing = self._schema.fluents | self._schema.derived
+        positive = [ground(p, {}) for p in goal.positive]
+        negative = [ground(p, {}) for p in goal.negative]
+        static = [f for f in positive if f[0] not in changing]
+        if not all(self._knowledge.usable(f) or self._evaluator.truth(f) for f in static):
+            return GroundTask((), frozenset(), (), (), (), (), solvable=False)
+        literals = (
+            tuple(f for f in positive if f[0] in changing),
+            tuple(f for f in negative if f[0] in changing),
+        )
+        return self._builder.build(self._grounder.operators, self._grounder.axioms, literals, blames, novel)
+
+    def run(self, task: GroundTask, left: float, bound: int | None, novel: bool) -> SearchResult:
+        """Search a task.
+
+        Args:
+            task: what `task` gave.
+            left: of the run's time [s].
+            bound: the cost at which a plan is of no use any more.
+            novel: as for `task`.
+        """
+        effort = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
+        result = self._search(task, left, bound, effort)
+        self._timeouts += result.timed_out and not novel
+        self.operators = len(task.operators)
+        return result

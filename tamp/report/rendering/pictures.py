@@ -1,0 +1,43 @@
+"""Start, goal and end of runs as pictures inside a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from tamp.report.rendering.camera import Camera
+from tamp.report.rendering.images import data_uri
+from tamp.report.rendering.scene import Stage, goal_poses
+from tamp.report.runs import Recorded
+from tamp.task import Pose
+
+CAMERA = Camera(width=480, height=300, distance=1.7)
+
+
+class Gallery:
+    """Takes pictures of some runs.
+
+    Args:
+        most: of how many runs.
+        runs: all that there are; those that are not solved get pictures first.
+    """
+
+    def __init__(self, most: int, runs: Sequence[Recorded]) -> None:
+        ordered = sorted(range(len(runs)), key=lambda i: (runs[i].result.solved, i))
+        self._chosen = {id(runs[i]) for i in ordered[:most]}
+
+    def of(self, run: Recorded) -> dict[str, str]:
+        """Caption -> data URI: the start, the goals drawn into it, the end; none for a run that is left out."""
+        task = run.task
+        if id(run) not in self._chosen or task is None:
+            return {}
+        start: Mapping[str, Pose] = run.plans[0].start if run.plans else {o.name: o.pose for o in task.objects}
+        goals = goal_poses(task)
+        still = {name: pose for name, pose in start.items() if name not in goals}
+        with Stage(task) as stage:
+            shots = {
+                "start": stage.picture(start, camera=CAMERA),
+                "goal": stage.picture({**still, **goals}, camera=CAMERA),
+            }
+            if run.final_poses:
+                shots["end"] = stage.picture(run.final_poses, camera=CAMERA)
+        return {caption: data_uri(image) for caption, image in shots.items()}

@@ -1,0 +1,101 @@
+"""What is wrong with a task file in one sentence: pydantic's errors as file, line, field and what would be valid."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from tamp.task.files import schema
+from tamp.task.files.yaml_document import Document, FieldPath
+
+_EXPECTED = {
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "string_type": "must be text",
+    "missing": "is missing",
+    "tuple_type": "must be a list",
+    "dict_type": "must be a mapping",
+    "model_type": "must be a mapping",
+    "greater_than": "must be greater than 0",
+    "greater_than_equal": "must be from -1000 to 1000",
+}
+
+
+def sentence(error: ValidationError, document: Document) -> str:
+    """The first error of a file, in the file's order, as one sentence."""
+    errors = error.errors(include_url=False)
+    # An error inside a list makes pydantic count its entries anew: what is said about the list itself is then noise.
+    ancestors = {_field(e)[:depth] for e in errors for depth in range(len(_field(e)))}
+    inner = [e for e in errors if _field(e) not in ancestors]
+    first = min(inner, key=lambda e: document.line(_field(e)))
+    field = _field(first)
+    where = document.where(field)
+    if first["type"] == "extra_forbidden":
+        valid = field_names(field[:-1])
+        close = difflib.get_close_matches(str(field[-1]), valid, n=1)
+        hint = f"did you mean {close[0]}? " if close else ""
+        return f"{where}: unknown field; {hint}valid here are {', '.join(valid)}"
+    return f"{where}: {_complaint(first, field)}"
+
+
+def _field(error: ErrorDetails) -> FieldPath:
+    return tuple(key for key in error["loc"] if key != "[key]")
+
+
+def _complaint(error: ErrorDetails, field: FieldPath) -> str:
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "value_error":
+        return str(context["error"])
+    if kind == "string_pattern_mismatch":
+        function = context.get("pattern") == r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"
+        valid = "package.module:function" if function else "letters, digits, '_', '-' and '.'"
+        return f"{_shown(error['input'])} is not valid; it must be {valid}"
+    if kind in ("too_short", "too_long"):
+        bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
+        return f"needs {bound} entries; it has {context['actual_length']}"
+    if kind == "missing":
+        names = field_names(field[:-1])
+        return "is missing" + (f"; the fields here are {', '.join(names)}" if names else "")
+    if kind == "less_than_equal":
+        return f"{_shown(error['input'])} is too large; at most {context['le']:g} is valid"
+    expected = _EXPECTED.get(kind, error["msg"])
+    if kind in ("dict_type", "model_type") and (names := field_names(field)):
+        expected += f" with the fields {', '.join(names)}"
+    return f"{_shown(error['input'])} is not valid; it {expected}"
+
+
+def _shown(value: Any) -> str:
+    text = repr(list(value)) if isinstance(value, tuple) else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def field_names(field: FieldPath) -> tuple[str, ...]:
+    """Names of the fields that the schema has at `field`; none where there is no mapping."""
+    model: type[BaseModel] | None = schema.TaskModel
+    for key in field:
+        if isinstance(key, int):
+            continue
+        found = None if model is None else _field_named(model, key)
+        model = None if found is None else next(_models(found), None)
+    if model is None:
+        return ()
+    return tuple(info.alias or name for name, info in model.model_fields.items())
+
+
+def _field_named(model: type[BaseModel], key: str) -> Any:
+    for name, info in model.model_fields.items():
+        if key == (info.alias or name):
+            return info.annotation
+    return None
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The models inside an annotation such as `tuple[ObjectModel, ...]` or `PoseModel | None`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models(argument)

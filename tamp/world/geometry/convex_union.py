@@ -1,0 +1,183 @@
+"""Unions of convex parts as Coal sees them: exact overlap and signed distance of two, boxes first and GJK after."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import coal
+import numpy as np
+
+from tamp.task.mesh.parts import Part, convex_hull
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """Convex parts rigidly joined, with the boxes that tell most of them apart at once.
+
+    Attributes:
+        parts: a `coal.Convex` for each part.
+        hull: the `coal.Convex` hull of all of them; the part itself where there is one.
+        tree: a `coal.DynamicAABBTreeCollisionManager` of the parts in the solid's frame.
+        center: centre of each part's bounding box, shape (n, 3) [m], in the solid's frame.
+        half: half the size of each part's bounding box, shape (n, 3) [m].
+    """
+
+    parts: tuple[Any, ...]
+    hull: Any
+    tree: Any
+    center: Matrix
+    half: Matrix
+
+    @property
+    def convex(self) -> bool:
+        """Whether the solid is one convex part, and so its own hull."""
+        return len(self.parts) == 1
+
+
+def solid(parts: Sequence[Part]) -> Solid:
+    """The solid that convex parts make up."""
+    shapes = tuple(_convex(part) for part in parts)
+    hull = shapes[0] if len(shapes) == 1 else _convex(convex_hull(np.concatenate([p.vertices for p in parts])))
+    lower = np.array([part.vertices.min(axis=0) for part in parts])
+    upper = np.array([part.vertices.max(axis=0) for part in parts])
+    tree = coal.DynamicAABBTreeCollisionManager()
+    for shape in shapes:
+        tree.registerObject(coal.CollisionObject(shape))
+    tree.setup()
+    return Solid(shapes, hull, tree, (lower + upper) / 2, (upper - lower) / 2)
+
+
+def overlap(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> bool:
+    """Whether two solids come closer than `margin` [m]; a negative margin tolerates that much penetration."""
+    if a.convex and b.convex:
+        request, result = coal.CollisionRequest(), coal.CollisionResult()
+        request.security_margin = margin
+        pose = coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+        return bool(coal.collide(a.hull, coal.Transform3s(), b.hull, pose, request, result))
+    if len(b.parts) > len(a.parts):
+        a, b, T_a_b = b, a, relative(T_a_b, np.eye(4))
+    callback = coal.CollisionCallBackDefault()
+    callback.data.request.security_margin = margin
+    pose = coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+    for j in _parts_near(a, b, T_a_b, max(margin, 0.0)):
+        probe = coal.CollisionObject(b.parts[j], pose)
+        probe.getAABB().expand(max(margin, 0.0))
+        a.tree.collide(probe, callback)
+        if callback.data.result.isCollision():
+            return True
+    return False
+
+
+def _parts_near(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> list[int]:
+    """Parts of `b` whose boxes come within `margin` of the box round all of `a`."""
+    if b.convex:
+        return [0]
+    center = b.center @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    half = b.half @ np.abs(T_a_b[:3, :3]).T + margin
+    lower, upper = (a.center - a.half).min(axis=0), (a.center + a.half).max(axis=0)
+    near = ((center + half >= lower) & (center - half <= upper)).all(axis=1)
+    found: list[int] = np.flatnonzero(near).tolist()
+    return found
+
+
+def separation(a: Solid, b: Solid, T_a_b: Matrix) -> float:
+    """Signed distance of two solids [m]: minus the deepest penetration of two of their parts where they overlap."""
+    gap = _box_gaps(a, b, T_a_b)
+    order = np.argsort(gap, axis=None, kind="stable")
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    pose_a, pose_b = coal.Transform3s(), coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+    nearest = np.inf
+    for flat in order:
+        i, j = divmod(int(flat), len(b.parts))
+        if gap[i, j] > max(nearest, 0.0):
+            break
+        result.clear()
+        nearest = min(nearest, coal.distance(a.parts[i], pose_a, b.parts[j], pose_b, request, result))
+    return float(nearest)
+
+
+def contacts(a: Solid, b: Solid, T_a_b: Matrix, gap: float) -> tuple[Matrix, Matrix]:
+    """For each two parts nearer to each other than a gap [m]: the point of `b` there, and the unit normal to `a`.
+
+    Both in the frame of `a`, shape (n, 3).
+    """
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    pose_a, pose_b = coal.Transform3s(), coal.Transform3s(T_a_b[:3, :3], T_a_b[:3, 3])
+    points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for i, j in np.argwhere(_box_gaps(a, b, T_a_b) < gap):
+        result.clear()
+        if coal.distance(a.parts[i], pose_a, b.parts[j], pose_b, request, result) < gap:
+            points.append(np.array(result.getNearestPoint2())[None])
+            normals.append(-np.array(result.normal)[None])
+    return np.vstack(points), np.vstack(normals)
+
+
+def relative(T_world_a: Matrix, T_world_b: Matrix) -> Matrix:
+    """`T_a_b` of two poses, shape (4, 4)."""
+    T = np.empty((4, 4))
+    R = T_world_a[:3, :3].T
+    T[:3, :3] = R @ T_world_b[:3, :3]
+    T[:3, 3] = R @ (T_world_b[:3, 3] - T_world_a[:3, 3])
+    T[3] = (0.0, 0.0, 0.0, 1.0)
+    return T
+
+
+class Crowd:
+    """Solids that keep still, asked about one convex body after another. Belongs to one thread."""
+
+    def __init__(self, standing: Iterable[tuple[Solid, Matrix]], margin: float) -> None:
+        """Take solids, each with its `T_world_solid`, and how near is too near [m], 0 or more."""
+        self._margin = margin
+        self._callback = coal.CollisionCallBackDefault()
+        self._callback.data.request.security_margin = margin
+        self._tree = coal.DynamicAABBTreeCollisionManager()
+        for one, T in standing:
+            pose = coal.Transform3s(T[:3, :3], T[:3, 3])
+            for part in one.parts:
+                self._tree.registerObject(coal.CollisionObject(part, pose))
+        self._tree.setup()
+
+    def meets(self, probe: Probe, R: Matrix, t: Matrix) -> bool:
+        """Whether a body at a pose in the world, (3, 3) and (3,), comes too close to any of them."""
+        body = probe.body
+        body.setTransform(coal.Transform3s(R, t))
+        body.computeAABB()
+        body.getAABB().expand(self._margin)
+        self._tree.collide(body, self._callback)
+        return bool(self._callback.data.result.isCollision())
+
+
+class Probe:
+    """A body that is moved about in a crowd: the hull of a solid."""
+
+    def __init__(self, one: Solid) -> None:
+        self.body = coal.CollisionObject(one.hull)
+
+
+def _box_gaps(a: Solid, b: Solid, T_a_b: Matrix) -> Matrix:
+    """Lower bounds of the distances of the parts of `a` to those of `b`, shape (n_a, n_b) [m]: their boxes'."""
+    R = T_a_b[:3, :3]
+    center = b.center @ R.T + T_a_b[:3, 3]
+    half = b.half @ np.abs(R).T
+    apart = np.abs(a.center[:, None] - center[None]) - a.half[:, None] - half[None]
+    np.maximum(apart, 0.0, out=apart)
+    gaps: Matrix = np.sqrt(np.einsum("ijk,ijk->ij", apart, apart))
+    return gaps
+
+
+@lru_cache(maxsize=4096)
+def _convex(part: Part) -> Any:
+    """Coal's form of a part; it is never changed, so equal objects of many worlds share it."""
+    points = coal.StdVec_Vec3s()
+    points.extend(list(part.vertices))
+    triangles = coal.StdVec_Triangle()
+    triangles.extend([coal.Triangle(*map(int, face)) for face in part.faces])
+    return coal.Convex(points, triangles)

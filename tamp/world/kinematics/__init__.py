@@ -1,0 +1,4 @@
+"""Inverse kinematics: many configurations for a tool pose, and straight lines of the tool.
+
+May import world.robot.
+"""

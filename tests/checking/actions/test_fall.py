@@ -1,0 +1,162 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tamp
+from tamp.checking import check
+from tamp.checking.actions.fall import check_fall
+from tamp.checking.physics.support import carriers
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
+from tamp.task import Box, Fall, Object, Pose, Task, load_robot
+from tests.checking.judging import assert_wrong_and_rejected
+from tests.checking.mutations import FALLS
+
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
+
+
+@pytest.fixture(scope="module")
+def task():
+    return tamp.load_task(SCENARIOS / "lay_book.yaml")
+
+
+@pytest.fixture(scope="module")
+def plan(task):
+    return tamp.plan(task, seed=0, timeout=100.0)
+
+
+def with_fall(plan, fall):
+    """The plan with another step, or none, in place of its fall."""
+    actions = tuple(
+        replace(a, steps=tuple(new for s in a.steps if (new := fall if isinstance(s, Fall) else s) is not None))
+        for a in plan.actions
+    )
+    return replace(plan, actions=actions)
+
+
+def fallen(plan):
+    return next(s for a in plan.actions for s in a.steps if isinstance(s, Fall))
+
+
+def said(task, plan):
+    return " ".join(p.sentence for p in check(task, plan, start=dict(plan.start)).problems if p.kind != "goal")
+
+
+def test_a_book_laid_on_its_edge_falls_flat(task, plan):
+    assert plan.actions[-1].name == "lay"
+    assert check(task, plan).accepted
+
+
+def test_a_fall_does_not_carry_an_object_elsewhere(task, plan):
+    fall = fallen(plan)
+    beside = Pose((0.05, 0.0, 0.0)) @ fall.pose
+    assert "is said to slide" in said(task, with_fall(plan, replace(fall, pose=beside)))
+
+
+@pytest.mark.parametrize("slid, possible", [(0.0, True), (0.015, True), (0.029, True), (0.05, False), (-0.02, False)])
+def test_an_edge_slides_from_the_side_that_is_up_and_no_farther_than_on_ice(slid, possible):
+    length, height, tilt = 0.09, 0.06, np.radians(40.0)
+    pivot, flat = Pose((0.1, 0.2, 0.0)), Pose((length / 2, 0.0, height / 2))
+    tilted = pivot @ Pose.from_rpy((0, 0, 0), (0, -tilt, 0)) @ flat
+    assert pivot.xyz[0] + length / 2 - tilted.xyz[0] == pytest.approx(0.03, abs=1e-3)  # as far it slides on ice
+    brick = Object("brick", Box((length, 0.12, height)), tilted)
+    state = State({"brick": tilted.matrix}, np.array(load_robot("panda").home))
+    found = []
+    fall = Fall("brick", Pose((-slid, 0.0, 0.0)) @ pivot @ flat)
+    check_fall(Scene.of(Task("ice", (brick,))), state, fall, DEFAULT, lambda kind, *told, **more: found.append(kind))
+    assert ("fall" not in found) == possible
+
+
+def test_a_fall_does_not_turn_an_object_about_the_vertical(task, plan):
+    fall = fallen(plan)
+    turned = replace(fall, pose=fall.pose @ Pose.from_rpy((0, 0, 0), (0, 0, 0.5)))
+    assert "turn sideways" in said(task, with_fall(plan, turned))
+
+
+def test_nothing_falls_up(task, plan):
+    fall = fallen(plan)
+    upright = replace(fall, pose=Pose((*fall.pose.xyz[:2], 0.1), (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))))
+    assert "would not fall to that side" in said(task, with_fall(plan, upright))
+
+
+def test_without_a_fall_a_tilted_book_does_not_stay(task, plan):
+    problems = said(task, with_fall(plan, None))
+    assert "drop nothing" in problems
+    assert "tips over" in problems
+
+
+def test_what_lies_where_an_object_falls_is_hit(task, plan):
+    goal = plan.goals["book"]
+    brick = Object("brick", Box((0.03, 0.03, 0.03)), Pose((goal.xyz[0], goal.xyz[1], 0.015)))
+    crowded = replace(task, objects=(*task.objects, brick))
+    known = replace(plan, start={**plan.start, "brick": brick.pose})
+    assert "book falls" in said(crowded, known)
+    assert "into brick" in said(crowded, known)
+
+
+def test_an_object_may_fall_away_from_what_it_leans_on():
+    tilt, height = np.radians(50.0), 0.06
+    pivot, flat = Pose((0.1, 0.2, 0.0)), Pose((0.045, 0.0, height / 2))
+    brick = Object("brick", Box((0.09, 0.12, height)), pivot @ Pose.from_rpy((0, 0, 0), (0, -tilt, 0)) @ flat)
+    x, z = -0.8 * height * np.sin(tilt), 0.8 * height * np.cos(tilt) - 0.0015  # the end that rose slopes over it
+    block = Object("block", Box((0.03, 0.03, z)), pivot @ Pose((x - 0.015, 0.0, z / 2)))
+    scene = Scene.of(Task("lean", (brick, block)))
+    state = State({o.name: o.pose.matrix for o in (brick, block)}, np.array(load_robot("panda").home))
+    assert carriers(scene, state, "brick", DEFAULT).bodies == ("block", "table")
+    found = []
+    check_fall(scene, state, Fall("brick", pivot @ flat), DEFAULT, lambda *told, **more: found.append(told))
+    assert not found
+
+
+@pytest.fixture(scope="module")
+def corner():
+    return tamp.load_task(SCENARIOS / "drop_into_corner.yaml")
+
+
+@pytest.fixture(scope="module")
+def drop(corner):
+    return tamp.plan(corner, seed=0, timeout=100.0)
+
+
+def moved(plan, x=0.0, z=0.0):
+    """The plan whose fall is said to end elsewhere."""
+    fall = fallen(plan)
+    return with_fall(plan, replace(fall, pose=Pose((x, 0.0, z)) @ fall.pose))
+
+
+def test_a_block_let_go_in_a_box_falls_straight_down(corner, drop):
+    assert drop.actions[-1].name == "lay-on"
+    assert check(corner, drop).accepted
+
+
+def test_without_a_fall_a_block_does_not_stay_in_the_air(corner, drop):
+    assert "stands in the air" in said(corner, with_fall(drop, None))
+
+
+def test_a_falling_block_goes_neither_aside_nor_up_nor_too_far(corner, drop):
+    assert "move 10 mm aside" in said(corner, moved(drop, x=0.01))
+    assert "upwards" in said(corner, moved(drop, z=0.3))
+    assert "nobody knows where it comes to rest" in said(corner, moved(drop, z=-0.2))
+    assert "block falls" in said(corner, moved(drop, z=-0.02))
+
+
+def test_a_falling_block_is_not_let_go_over_the_wall(corner, drop):
+    brick = Object("brick", Box((0.02, 0.02, 0.01)), Pose((*drop.goals["block"].xyz[:2], 0.04)))
+    crowded = replace(corner, objects=(*corner.objects, brick))
+    assert "into brick" in said(crowded, replace(drop, start={**drop.start, "brick": brick.pose}))
+
+
+@pytest.mark.parametrize("mutation", FALLS, ids=lambda mutation: mutation.__name__)
+def test_a_corrupted_fall_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
+    assert_wrong_and_rejected(mutation(task, plan, np.random.default_rng(0)), FALLS[mutation])
+
+
+def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    assert wrong(task, plan) is None

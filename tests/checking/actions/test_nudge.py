@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import tamp
+from tamp.checking import check
+from tamp.checking.tolerances import DEFAULT
+from tamp.task import Box, Move, Object, Pose
+
+SCENARIO = Path(__file__).parents[3] / "scenarios" / "nudge_in_crate.yaml"
+
+
+@pytest.fixture(scope="module")
+def task():
+    return tamp.load_task(SCENARIO)
+
+
+@pytest.fixture(scope="module")
+def plan(task):
+    return tamp.plan(task, seed=0, timeout=100.0)
+
+
+def edited(plan, edit):
+    """The plan with its nudge changed."""
+    *before, nudge = plan.actions
+    steps = tuple(edit(s) if isinstance(s, Move) and s.pushed is not None else s for s in nudge.steps)
+    return replace(plan, actions=(*before, replace(nudge, steps=steps)))
+
+
+def moved(plan, x, y):
+    """The plan with the slab elsewhere when it is nudged; plan and start agree on that."""
+    start = plan.start["slab"]
+    there = Pose((x, y, 0.0)) @ start
+
+    def edit(move):
+        at = move.pushed.T_tool_object @ start.inverse() @ there
+        return replace(move, pushed=replace(move.pushed, T_tool_object=at))
+
+    return replace(edited(plan, edit), start={**plan.start, "slab": there})
+
+
+def said(task, plan, **known):
+    return " ".join(p.sentence for p in check(task, plan, start=dict(plan.start), **known).problems)
+
+
+def with_peg(task, plan, pose, size=(0.02, 0.02, 0.05)):
+    peg = Object("peg", Box(size), pose)
+    return replace(task, objects=(*task.objects, peg)), replace(plan, start={**plan.start, "peg": peg.pose})
+
+
+def test_a_nudge_as_it_is_planned_is_accepted(task, plan):
+    assert check(task, plan).accepted
+
+
+def test_a_nudge_begins_where_the_object_is(task, plan):
+    beside = Pose((0.01, 0.0, 0.0))
+    found = said(
+        task,
+        edited(plan, lambda m: replace(m, pushed=replace(m.pushed, T_tool_object=beside @ m.pushed.T_tool_object))),
+    )
+    assert "from where the plan says" in found
+
+
+def test_a_finger_that_is_not_at_the_object_does_not_nudge_it(task, plan):
+    assert "no finger touches slab" in said(task, moved(plan, 0.02, 0.0))
+
+
+def test_a_finger_that_presses_past_the_centre_of_mass_turns_the_object(task, plan):
+    assert "does not press towards its centre of mass" in said(task, moved(plan, 0.0, 0.04))
+
+
+def test_a_long_nudge_is_not_believed(task, plan):
+    assert "nobody knows where it comes to rest" in said(task, plan, allow=replace(DEFAULT, nudged=0.02))
+
+
+def test_nothing_is_nudged_into_a_neighbour_whatever_the_plan_says(task, plan):
+    x, y, _ = plan.goals["slab"].xyz
+    crowded, pegged = with_peg(task, plan, Pose((x + 0.05, y, 0.031)))
+    allowed = edited(pegged, lambda m: replace(m, contacts=m.contacts | {("slab", "peg")}))
+    for each in (pegged, allowed):
+        assert "slab and peg interpenetrate" in said(crowded, each)
+
+
+def test_what_stands_on_it_would_fall(task, plan):
+    x, y, z = plan.start["slab"].xyz
+    loaded, pegged = with_peg(task, plan, Pose((x, y, z + 0.02 + 0.0125)), (0.025, 0.025, 0.025))
+    assert "peg stands on slab, which is taken away" in said(loaded, pegged)
+
+
+def test_a_thing_in_which_objects_slide_worse_than_it_does_itself_would_come_along(task, plan):
+    slippery = replace(task, objects=tuple(replace(o, friction=1.5 if o.name == "slab" else 0.5) for o in task.objects))
+    assert "crate would come along" in said(slippery, plan)
+
+
+def test_on_the_table_nothing_is_nudged_off(task, plan):
+    x, y, _ = plan.goals["slab"].xyz
+    shorter = replace(task, table=replace(task.table, size=(0.05, 0.05), center=(x, y)))
+    assert "slab" in said(shorter, moved(plan, 0.3, 0.0))

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tamp
+from tamp.checking import check
+from tamp.task import Box, Move, Object, Pose, Trajectory, load_robot
+from tamp.world.robot.model import robot_model
+from tests.checking.judging import assert_wrong_and_rejected
+from tests.checking.mutations import PUSHES
+
+SCENARIO = Path(__file__).parents[3] / "scenarios" / "slide_box.yaml"
+
+
+@pytest.fixture(scope="module")
+def task():
+    return tamp.load_task(SCENARIO)
+
+
+@pytest.fixture(scope="module")
+def plan(task):
+    return tamp.plan(task, seed=0, timeout=100.0)
+
+
+def pushing(plan):
+    return next(s for a in plan.actions for s in a.steps if isinstance(s, Move) and s.pushed)
+
+
+def with_push(plan, push):
+    """The plan with another motion in place of its push."""
+    old = pushing(plan)
+    actions = tuple(replace(a, steps=tuple(push if s is old else s for s in a.steps)) for a in plan.actions)
+    return replace(plan, actions=actions)
+
+
+def said(task, plan, **known):
+    return " ".join(p.sentence for p in check(task, plan, start=dict(plan.start), **known).problems)
+
+
+def test_a_flat_box_is_slid_over_the_edge_and_gripped_there(task, plan):
+    assert [a.name for a in plan.actions] == ["move", "slide", "move", "pick", "move", "place"]
+    assert check(task, plan).accepted
+
+
+def test_a_push_begins_where_the_object_is(task, plan):
+    push = pushing(plan)
+    beside = replace(push.pushed, T_tool_object=Pose((0.01, 0.0, 0.0)) @ push.pushed.T_tool_object)
+    assert "from where the plan says" in said(task, with_push(plan, replace(push, pushed=beside)))
+
+
+def test_an_object_that_no_finger_touches_is_not_pushed(task, plan):
+    start = {**plan.start, "box": Pose((0.02, 0.2, 0.0)) @ plan.start["box"]}
+    push = pushing(plan)
+    away = replace(push.pushed, T_tool_object=push.pushed.T_tool_object @ Pose((0.02, 0.2, 0.0)))
+    moved = replace(with_push(plan, replace(push, pushed=away)), start=start)
+    assert "no finger touches box" in said(task, moved)
+
+
+def test_a_motion_that_pushes_nothing_slides_nothing(task, plan):
+    found = said(task, with_push(plan, replace(pushing(plan), pushed=None)))
+    assert "push nothing" in found and "a push motion that pushes nothing" in found
+
+
+def test_a_hand_that_slows_down_fast_loses_what_it_pushes(task, plan):
+    push = pushing(plan)
+    old = push.trajectory
+    hasty = Trajectory(old.times / 6, old.positions, old.velocities * 6)
+    assert "slides on when the hand slows down" in said(task, with_push(plan, replace(push, trajectory=hasty)))
+
+
+def test_an_object_is_not_pushed_so_far_that_it_may_tip_over_the_edge(task, plan):
+    length, width = task.table.size
+    smaller = replace(task, table=replace(task.table, size=(length - 0.03, width - 0.03)))
+    assert "may tip over" in said(smaller, plan)
+
+
+def left_at(task, plan):
+    """Where the push leaves the box, shape (3,), by another robot model than the checker's."""
+    push = pushing(plan)
+    T = robot_model(load_robot(task.robot)).forward(push.trajectory.positions[-1])
+    return (T @ push.pushed.T_tool_object.matrix)[:3, 3]
+
+
+def test_what_stands_in_its_way_is_not_pushed_along(task, plan):
+    x, y, _ = (left_at(task, plan) + plan.start["box"].xyz) / 2
+    peg = Object("peg", Box((0.02, 0.02, 0.04)), Pose((float(x), float(y), 0.02)))
+    crowded = replace(task, objects=(*task.objects, peg))
+    found = said(crowded, replace(plan, start={**plan.start, "peg": peg.pose}))
+    assert "box and peg interpenetrate" in found
+
+
+def test_what_stands_on_it_is_not_slid_along(task, plan):
+    x, y, _ = plan.start["box"].xyz
+    rider = Object("rider", Box((0.03, 0.03, 0.03)), Pose((x, y, 0.06)))
+    loaded = replace(task, objects=(*task.objects, rider))
+    found = said(loaded, replace(plan, start={**plan.start, "rider": rider.pose}))
+    assert "rider stands on box, which is taken away" in found
+
+
+@pytest.mark.parametrize("mutation", PUSHES, ids=lambda mutation: mutation.__name__)
+def test_a_corrupted_push_is_wrong_and_rejected_for_its_own_reason(task, plan, mutation):
+    assert_wrong_and_rejected(mutation(task, plan, np.random.default_rng(0)), PUSHES[mutation])
+
+
+def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    assert wrong(task, plan) is None

@@ -1,0 +1,83 @@
+"""What leans on something that leaves may slump a little, and may not fall."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.checking.physics.contacts import Contacts, Patch
+from tamp.checking.physics.support import balanced, carriers, slumps, without_part
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
+from tamp.task import Box, Object, Pose, Task
+
+
+def plank_on_two_blocks(height, *more):
+    """A plank, its ends on two blocks."""
+    block = Box((0.04, 0.06, height))
+    blocks = [Object(name, block, Pose((x, 0.0, height / 2))) for name, x in (("left", -0.08), ("right", 0.08))]
+    plank = Object("plank", Box((0.2, 0.04, 0.02)), Pose((0.0, 0.0, height + 0.01)))
+    task = Task("planks", (*blocks, plank, *more))
+    return Scene.of(task), State({o.name: o.pose.matrix for o in task.objects}, np.zeros(7))
+
+
+@given(height=st.floats(0.005, 0.02))
+@settings(max_examples=10, deadline=None)
+def test_a_plank_on_low_blocks_slumps_where_one_leaves(height):
+    scene, state = plank_on_two_blocks(height)
+    rest = carriers(scene, state, "plank", DEFAULT).without("right")
+    assert balanced(scene, state, "plank", rest, DEFAULT) < 0.0
+    assert slumps(scene, state, "plank", "right", DEFAULT)
+    assert state.poses["plank"][2, 3] == pytest.approx(height + 0.01)
+
+
+@given(height=st.floats(0.06, 0.1))
+@settings(max_examples=10, deadline=None)
+def test_a_plank_on_high_blocks_falls(height):
+    scene, state = plank_on_two_blocks(height)
+    assert not slumps(scene, state, "plank", "right", DEFAULT)
+
+
+def test_what_carries_something_may_not_slump():
+    rider = Object("rider", Box((0.03, 0.03, 0.03)), Pose((0.0, 0.0, 0.01 + 0.02 + 0.015)))
+    scene, state = plank_on_two_blocks(0.01, rider)
+    assert not slumps(scene, state, "plank", "right", DEFAULT)
+
+
+def test_what_nothing_else_carries_falls():
+    scene, state = plank_on_two_blocks(0.01)
+    del state.poses["left"]
+    assert not slumps(scene, state, "plank", "right", DEFAULT)
+
+
+@pytest.fixture(scope="module")
+def touching():
+    """A board that leans with its upper edge on an upright wall, its foot on a block; a second block is near."""
+    tilt, thick, high = 0.3, 0.02, 0.2
+    reach = (high * np.sin(tilt) + thick * np.cos(tilt)) / 2
+    height = (high * np.cos(tilt) + thick * np.sin(tilt)) / 2
+    wall = Object("wall", Box((0.04, 0.1, 0.22)), Pose((reach + 0.02, 0.0, 0.16)))
+    block = Object("block", Box((0.2, 0.1, 0.05)), Pose((0.0, 0.0, 0.025)))
+    other = Object("other", Box((0.04, 0.1, 0.05)), Pose((0.0, 0.2, 0.025)))
+    board = Object("board", Box((thick, 0.08, high)), Pose.from_rpy((0.0, 0.0, 0.05 + height), (0.0, tilt, 0.0)))
+    task = Task("leaning", (wall, block, other, board))
+    state = State({o.name: o.pose.matrix for o in task.objects}, np.zeros(7))
+    return carriers(Scene.of(task), state, "board", DEFAULT)
+
+
+def test_what_stands_on_one_body_may_lean_on_another(touching):
+    assert {"block", "wall"} <= set(touching.patches)
+    assert without_part(touching, ["block"]) == []
+    assert without_part(touching, ["block", "wall"]) == []
+
+
+def test_what_it_does_not_touch_has_no_part_in_that(touching):
+    assert without_part(touching, ["block", "other"]) == ["other"]
+    assert without_part(touching, ["other"]) == ["other"]
+
+
+def test_nothing_leans_that_stands_on_nothing():
+    beside = Patch(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]))
+    assert without_part(Contacts({"wall": beside}), ["wall"]) == ["wall"]

@@ -1,0 +1,261 @@
+"""Plans that a hostile hand would write; docs/attacks.md has the whole log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.checking import check
+from tamp.checking.physics.stacks import off_balance, stack_of
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
+from tamp.errors import PlanError, TaskError
+from tamp.task import At, Box, Grip, Move, Object, Plan, Pose, Release, Task, Trajectory
+from tests.checking.handmade import Hand, carry, two_boxes
+from tests.checking.mutations.editing import put, shifted, step_at, steps_of
+from tests.checking.mutations.motions import object_in_the_way, shift_into_table
+
+
+def kinds(task: Task, plan: Plan) -> set[str]:
+    return {problem.kind for problem in check(task, plan).problems}
+
+
+@pytest.fixture(scope="module")
+def valid() -> tuple[Task, Plan]:
+    return two_boxes()
+
+
+def written(task: Task, **poses: Pose) -> Task:
+    """The task with objects written elsewhere."""
+    return replace(task, objects=tuple(replace(o, pose=poses.get(o.name, o.pose)) for o in task.objects))
+
+
+def test_goals_given_as_the_start_solve_nothing(valid):
+    task, plan = valid
+    assert "start" in kinds(task, replace(plan, start={**plan.start, **plan.goals}, actions=()))
+
+
+def test_an_object_in_the_air_frees_no_other(valid):
+    task, plan = valid
+    loose = written(task, can=shifted(task.object("can").pose, np.array([0.0, 0.0, 0.1])))
+    assert check(loose, plan).accepted
+    cheat = replace(plan, start={**plan.start, **plan.goals}, actions=())
+    assert "start" in kinds(loose, cheat)
+
+
+def test_an_object_in_the_air_comes_straight_down(valid):
+    task, plan = valid
+    loose = written(task, can=shifted(task.object("can").pose, np.array([0.05, 0.0, 0.05])))
+    assert "start" in kinds(loose, plan)
+
+
+def test_swapped_names_start_nothing(valid):
+    task, plan = valid
+    assert "start" in kinds(
+        task, replace(plan, start={**plan.start, "red": plan.start["can"], "can": plan.start["red"]})
+    )
+
+
+@pytest.mark.parametrize("far", [0.02, 0.3])
+def test_a_goal_of_its_own_is_not_the_task_s(valid, far):
+    task, plan = valid
+    goals = {**plan.goals, "green": shifted(plan.goals["green"], np.array([far, 0.0, 0.0]))}
+    assert "goal" in kinds(task, replace(plan, goals=goals))
+
+
+def test_goals_and_ends_within_tolerance_each_do_not_add_up(valid):
+    task, plan = valid
+    objects = tuple(
+        replace(o, goal=At(shifted(o.goal.pose, np.array([0.019, 0.0, 0.0])))) if o.name == "red" else o
+        for o in task.objects
+    )
+    goals = {**plan.goals, "red": shifted(plan.goals["red"], np.array([0.0045, 0.0, 0.0]))}
+    assert "goal" in kinds(replace(task, objects=objects), replace(plan, goals=goals))
+
+
+@pytest.mark.parametrize("opening", [0.2, -0.01, float("nan")])
+def test_fingers_open_no_wider_than_they_can(valid, opening):
+    task, plan = valid
+    where = steps_of(plan, Move)[0]
+    assert "limits" in kinds(task, put(plan, where, replace(step_at(plan, where), opening=opening)))
+    where = steps_of(plan, Release)[0]
+    assert kinds(task, put(plan, where, replace(step_at(plan, where), opening=opening))) & {"limits", "release"}
+    where = steps_of(plan, Grip)[0]
+    assert "grasp" in kinds(task, put(plan, where, replace(step_at(plan, where), width=opening)))
+
+
+@pytest.mark.parametrize("mutation", [object_in_the_way, shift_into_table])
+def test_contacts_that_allow_everything_allow_nothing(valid, mutation):
+    task, plan = mutation(*valid, np.random.default_rng(0))
+    names = ["robot", "table", *(o.name for o in task.objects)]
+    every = frozenset((a, b) for a in names for b in names)
+    for where in steps_of(plan, Move):
+        plan = put(plan, where, replace(step_at(plan, where), contacts=every))
+    assert "collision" in kinds(task, plan)
+
+
+def test_a_plan_for_another_task_is_refused(valid):
+    task, plan = valid
+    with pytest.raises(PlanError, match="for task"):
+        check(replace(task, name="other"), plan)
+
+
+def renamed(task: Task, plan: Plan, old: str, new: str) -> tuple[Task, Plan]:
+    def change(name: str) -> str:
+        return new if name == old else name
+
+    def step(s):
+        if isinstance(s, Grip):
+            return replace(s, attachment=replace(s.attachment, object=change(s.attachment.object)))
+        if isinstance(s, Release):
+            return replace(s, object=change(s.object))
+        held = None if s.held is None else replace(s.held, object=change(s.held.object))
+        return replace(s, held=held, contacts=frozenset((change(a), change(b)) for a, b in s.contacts))
+
+    objects = tuple(replace(o, name=change(o.name)) for o in task.objects)
+    actions = tuple(
+        replace(a, arguments=tuple(map(change, a.arguments)), steps=tuple(map(step, a.steps))) for a in plan.actions
+    )
+    start, goals = ({change(n): p for n, p in poses.items()} for poses in (plan.start, plan.goals))
+    return replace(task, objects=objects), replace(plan, start=start, goals=goals, actions=actions)
+
+
+@pytest.mark.parametrize("name", ["panda_link0", "panda_link5", "panda_hand", "panda_leftfinger"])
+def test_an_object_called_like_a_link_is_an_object(valid, name):
+    assert check(*renamed(*valid, "red", name)).accepted
+    task, plan = object_in_the_way(*valid, np.random.default_rng(0))
+    assert "collision" in kinds(*renamed(task, plan, "can", name))
+    assert "collision" in kinds(*renamed(task, plan, "red", name))
+
+
+@pytest.mark.parametrize("name", ["table", "robot", "can"])
+def test_names_that_are_taken_are_refused(valid, name):
+    with pytest.raises(TaskError, match="reserved or taken"):
+        check(*renamed(*valid, "red", name))
+
+
+def test_a_dip_into_the_table_between_two_samples_is_seen(valid):
+    task, plan = valid
+    home = np.array(plan.home)
+    positions, velocities = np.tile(home, (4, 1)), np.zeros((4, 7))
+    velocities[1, 1] = 0.5
+    dip = Trajectory(np.array([0.0, 2.0, 22.0, 23.0]), positions, velocities)
+    where = steps_of(plan, Move)[0]
+    move = step_at(plan, where)
+    assert "collision" in kinds(task, put(plan, where, replace(move, trajectory=dip), move))
+
+
+def test_a_release_shifts_nothing_aside(valid):
+    task, plan = valid
+    where = steps_of(plan, Release)[-1]
+    release = step_at(plan, where)
+    beside = put(plan, where, replace(release, pose=shifted(release.pose, np.array([0.012, 0.0, 0.0]))))
+    assert "release" in kinds(task, beside)
+
+
+def test_small_shifts_do_not_add_up():
+    goal = Pose((0.05, 0.2, 0.04))
+    task = Task("creep", (Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), At(goal)),))
+    hand, at, actions = Hand(two_boxes()[1].home), task.objects[0].pose, []
+    for y in (0.0, 0.1, 0.0, 0.2):
+        end = Pose((0.05, y, 0.04))
+        two = carry(hand, "red", at, end, 0.05, ("table", "table"))
+        creep = shifted(end, np.array([0.0018, 0.0, 0.0]))
+        lowered, release, left = two[3].steps
+        two[3] = replace(two[3], steps=(lowered, replace(release, pose=creep), left))
+        actions, at = actions + two, creep
+    plan = Plan("creep", "panda", 0, {"red": task.objects[0].pose}, two_boxes()[1].home, {"red": at}, tuple(actions))
+    said = [problem.sentence for problem in check(task, plan).problems]
+    assert any("add up" in sentence for sentence in said)
+
+
+def test_a_plank_between_counterweights_tips_when_one_is_taken():
+    plank = Object("plank", Box((0.3, 0.05, 0.02)), Pose((0.05, 0.0, 0.07)))
+    block = Object("block", Box((0.05, 0.05, 0.06)), Pose((0.05, 0.0, 0.03)))
+    weights = [
+        Object(name, Box((0.04, 0.04, 0.06)), Pose((0.05 + side * 0.12, 0.0, 0.11)), mass=0.4)
+        for name, side in (("red", -1), ("green", 1))
+    ]
+    goal = Pose((0.05, 0.25, 0.03))
+    weights[0] = replace(weights[0], goal=At(goal))
+    task = Task("scales", (block, plank, *weights))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", weights[0].pose, goal, 0.04, ("plank", "table"))
+    plan = Plan("scales", "panda", 0, {o.name: o.pose for o in task.objects}, home, {"red": goal}, tuple(actions))
+    assert check(task, replace(plan, actions=()), goals={"red": goal}).problems[0].kind == "goal"  # it starts at rest
+    found = [p for p in check(task, plan).problems if p.kind == "precondition"]
+    assert any("when red is taken away" in p.sentence for p in found)
+
+
+@given(
+    at=st.tuples(st.floats(-0.13, -0.03), st.floats(0.03, 0.13)),
+    masses=st.tuples(st.floats(0.05, 1), st.floats(0.05, 1)),
+)
+@settings(max_examples=25, deadline=None)
+def test_scales_balance_as_their_moments_say(at, masses):
+    width, thickness = 0.05, 0.02
+    block = Object("block", Box((width, 0.05, 0.06)), Pose((0.0, 0.0, 0.03)))
+    plank = Object("plank", Box((0.3, 0.05, thickness)), Pose((0.0, 0.0, 0.07)), mass=0.1)
+    weights = [
+        Object(f"weight {x}", Box((0.03, 0.03, 0.06)), Pose((x, 0.0, 0.11)), mass=m)
+        for x, m in zip(at, masses, strict=True)
+    ]
+    task = Task("scales", (block, plank, *weights))
+    state = State({o.name: o.pose.matrix for o in task.objects}, np.zeros(7))
+    scene = Scene.of(task)
+    off = off_balance(scene, state, stack_of(scene, state, "plank", DEFAULT))
+    outside = abs(sum(m * x for x, m in zip(at, masses, strict=True)) / (sum(masses) + 0.1)) - width / 2
+    if abs(outside) > 0.001:
+        assert (outside > 0) == bool(off)
+
+
+def test_a_weight_set_on_the_end_of_a_plank_tips_it():
+    plank = Object("plank", Box((0.3, 0.05, 0.02)), Pose((0.05, 0.0, 0.07)))
+    block = Object("block", Box((0.05, 0.05, 0.06)), Pose((0.05, 0.0, 0.03)))
+    red = Object("red", Box((0.04, 0.04, 0.06)), Pose((0.05, 0.25, 0.03)), At(Pose((0.17, 0.0, 0.11))), mass=0.4)
+    task = Task("scales", (block, plank, red))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", red.pose, red.goal.pose, 0.04, ("table", "plank"))
+    plan = Plan(
+        "scales", "panda", 0, {o.name: o.pose for o in task.objects}, home, {"red": red.goal.pose}, tuple(actions)
+    )
+    found = [p for p in check(task, plan).problems if p.kind == "support"]
+    assert any("plank tips over" in p.sentence for p in found)
+
+
+def test_what_leans_on_a_face_falls_when_that_leaves():
+    tilt, thick, high = 0.3, 0.02, 0.12
+    reach = (high * np.sin(tilt) + thick * np.cos(tilt)) / 2
+    height = (high * np.cos(tilt) + thick * np.sin(tilt)) / 2
+    wall = Object(
+        "wall", Box((0.04, 0.1, 0.14)), Pose((reach + 0.02, 0.0, 0.07)), At(Pose((0.05, 0.3, 0.07))), mass=1.0
+    )
+    board = Object("board", Box((thick, 0.08, high)), Pose.from_rpy((0.0, 0.0, height), (0.0, tilt, 0.0)), friction=1.0)
+    task = Task("leaning", (wall, board))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "wall", wall.pose, wall.goal.pose, 0.04, ("table", "table"), grip_height=0.06)
+    plan = Plan(
+        "leaning", "panda", 0, {o.name: o.pose for o in task.objects}, home, {"wall": wall.goal.pose}, tuple(actions)
+    )
+    said = [problem.sentence for problem in check(task, plan).problems]
+    assert any("board leans on wall" in sentence for sentence in said), said
+
+
+def test_an_action_without_a_rule_is_refused_by_name(valid):
+    task, plan = valid
+    named = replace(plan.actions[0], name="teleport")
+    problem = check(task, replace(plan, actions=(named,))).problems[0]
+    assert "no rule for action 'teleport'" in problem.sentence
+    assert "pick, place" in problem.sentence
+
+
+def test_a_regrasp_of_the_wrong_object_is_seen(valid):
+    task, plan = valid
+    where = steps_of(plan, Grip)[1]
+    grip = step_at(plan, where)
+    wrong = put(plan, where, replace(grip, attachment=replace(grip.attachment, object="red")))
+    assert {"precondition", "grasp", "continuity"} & kinds(task, wrong)

@@ -1,0 +1,238 @@
+"""The command: usage, exit statuses, and one honest sentence where the input is wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tamp
+from tamp.cli import main, parser
+from tamp.cli.options import settings_given
+from tamp.errors import TaskError
+from tamp.pipeline.options.settings import Settings
+from tamp.results import read_results
+from tamp.versions import versions
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+BLOCK = (
+    "{name: a, shape: {box: [0.05, 0.05, 0.08]}, pose: {xyz: [0.1, 0.2, 0.04]}, goal: {pose: {xyz: [0.1, -0.2, 0.04]}}}"
+)
+
+
+@pytest.fixture
+def task(tmp_path: Path) -> Path:
+    path = tmp_path / "block.yaml"
+    path.write_text(f"objects: [{BLOCK}]\n", encoding="utf-8")
+    return path
+
+
+BAD = {
+    "empty": ("", "is empty"),
+    "list": ("- 1\n", "not a mapping"),
+    "nan": (f"objects: [{BLOCK.replace('0.08', '.nan')}]", "finite number"),
+    "field": (f"objects: [{BLOCK}]\nrobots: panda\n", "did you mean robot?"),
+    "robot": (f"objects: [{BLOCK}]\nrobot: hal\n", "unknown robot 'hal'"),
+    "mesh": ("objects: [{name: a, shape: {mesh: no.obj}, pose: {xyz: [0, 0, 0]}}]", "there is no file no.obj"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_sentence_and_status_two(
+    tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    text, said = BAD[name]
+    path = tmp_path / f"{name}.yaml"
+    path.write_text(text, encoding="utf-8")
+    out = tmp_path / "out"
+    assert main(["solve", str(path), str(task), "--output", str(out)]) == 2
+    output = capsys.readouterr()
+    assert said in output.err
+    assert output.err.startswith(f"tamp: {path}")
+    assert output.err.count("\n") == 1
+    assert not out.exists(), "nothing runs where one file is bad"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [], ["nonsense"], ["solve", "t.yaml", "--seed", "-1"], ["solve", "t.yaml", "--timeout", "nan"],
+        ["solve", "t.yaml", "--workers", "0"], ["solve", "t.yaml", "--sampler", "x"], ["import", "ocrtoc", "F"],
+        ["solve", "t.yaml", "--algorithm", "magic"],
+    ],
+)  # fmt: skip
+def test_wrong_usage_is_status_two(arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as status:
+        main(arguments)
+    assert status.value.code == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (["slove"], "there is no command 'slove'; did you mean solve?"),
+        (["solve", "t.yaml", "--tmeout", "3"], "did you mean --timeout?"),
+        (["solve", "t.yaml", "--algorithm", "adaptve"], "did you mean adaptive?"),
+        (["samplers", "chek"], "did you mean check?"),
+    ],
+)
+def test_what_was_meant_is_said(arguments: list[str], meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as status:
+        main(arguments)
+    said = capsys.readouterr().err
+    assert (status.value.code, said.count("\n")) == (2, 1)
+    assert meant in said
+
+
+@pytest.mark.parametrize("way", [["-m", "tamp"], ["-m", "tamp.cli"]])
+def test_the_command_is_a_module_too(way: list[str]) -> None:
+    done = subprocess.run([sys.executable, *way, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"tamp {versions()['tabletop-tamp']}\n"
+
+
+def test_every_option_of_the_settings_is_a_flag_of_every_command_that_plans() -> None:
+    flags = [field.name for field in dataclasses.fields(Settings) if "help" in field.metadata]
+    assert "algorithm" in flags
+    for command in (
+        ["solve", "t.yaml"],
+        ["plan", "t.yaml"],
+        ["compare", "t.yaml", "--output", "o", "--sampler", "x=a:b"],
+    ):
+        options = parser().parse_args(command)
+        assert settings_given(options) == {}, "what is not named is the task's to say"
+        assert all(hasattr(options, flag) for flag in flags)
+    assert settings_given(parser().parse_args(["plan", "t.yaml", "--clock", "processor"])) == {"clock": "processor"}
+    tuned = settings_given(parser().parse_args(["plan", "t.yaml", "--tuning", "first_plan_share=0.5"]))
+    assert Settings(**tuned).tuning.first_plan_share == 0.5
+
+
+def test_solve_without_tasks_and_resume_without_output_are_refused(
+    task: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["solve"]) == 2
+    assert main(["solve", str(task), "--resume"]) == 2
+    assert "--resume needs --output" in capsys.readouterr().err
+
+
+def test_an_unknown_stream_is_refused_before_anything_runs(task: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", str(task), "--sampler", "sample-grasps=a:b"]) == 2
+    assert "did you mean 'sample-grasp'" in capsys.readouterr().err
+
+
+def test_score_takes_poses_from_any_source(tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    poses = tmp_path / "poses.yaml"
+    for text, status in (
+        ("a: {xyz: [0.1, -0.2, 0.04]}", 0),
+        ("a: {xyz: [0.1, -0.2, 0.04], rpy: [0, 0, 3]}", 1),
+        ("a: null", 1),
+        ("b: null", 2),
+        ("a: {xyz: [0, 0]}", 2),
+        ("a: [0, 0, 0]", 2),
+        ("a: {xyz: [0, 0, 0], quat: [0, 0, 0, 0]}", 2),
+    ):
+        poses.write_text(text, encoding="utf-8")
+        assert main(["score", str(task), str(poses), "--json", str(tmp_path / "score.json")]) == status, text
+    assert json.loads((tmp_path / "score.json").read_text(encoding="utf-8"))["lost"] == ["a"]
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize("command", ["robots", "domains", "samplers"])
+def test_what_is_installed_is_listed(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command]) == 0
+    assert {"robots": "panda", "domains": "tabletop", "samplers": "sample-grasp("}[command] in capsys.readouterr().out
+
+
+def test_a_reader_that_leaves_early_is_no_traceback() -> None:
+    command = f"{sys.executable} -m tamp.cli samplers | head -n 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=True)
+    assert "Traceback" not in done.stderr
+
+
+def test_solve_writes_what_it_promises(tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One block from end to end through the command, then again by --resume, which runs nothing, and by --replay."""
+    out = tmp_path / "out"
+    arguments = ["solve", str(task), "--output", str(out), "--json", str(tmp_path / "all.json")]
+    assert main(arguments) == 0
+    assert "1 of 1 solved" in capsys.readouterr().out
+    (result,) = read_results(out / "results.jsonl")
+    assert json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))[0] == result.as_dict()
+    assert (result.status, result.plan_checked, result.ede_m is not None and result.ede_m < 0.03) == (
+        "solved",
+        True,
+        True,
+    )
+    names = {path.name for path in (out / "block-0").iterdir()}
+    assert {"manifest.json", "result.json", "poses.json", "plan-0.json", "report.txt"} <= names
+    assert main([*arguments, "--resume"]) == 0
+    assert read_results(out / "results.jsonl") == (result,)
+    assert main(["check", str(task), str(out / "block-0" / "plan-0.json")]) == 0
+    assert main(["score", str(task), str(out / "block-0" / "poses.json")]) == 0
+    assert main(["solve", "--replay", str(out / "block-0")]) == 0
+    assert "the same plan" in capsys.readouterr().out
+
+
+def test_results_are_kept_by_default_where_the_last_line_says(
+    tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", str(task), "--no-execute"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    folder = Path(last.rpartition("output=")[2])
+    assert last.startswith("summary: ")
+    assert len(read_results(folder / "results.jsonl")) == 1
+    assert main(["solve", str(task), "--no-execute", "--output", str(folder)]) == 2
+    assert "has results already" in capsys.readouterr().err
+
+
+def test_invalid_tasks_can_be_skipped_and_clashing_files_are_named(
+    tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.yaml").write_text("objects: 3", encoding="utf-8")
+    (tmp_path / "air.yaml").write_text(f"objects: [{BLOCK.replace('-0.2, 0.04', '-0.2, 0.4')}]\n", encoding="utf-8")
+    assert main(["solve", "bad.yaml", "air.yaml", str(task), "--no-execute", "--skip-invalid"]) == 0
+    assert "bad.yaml" in capsys.readouterr().err
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "block.yaml").write_bytes(task.read_bytes())
+    assert main(["solve", str(task), "other/block.yaml", "--no-execute"]) == 2
+    said = capsys.readouterr().err
+    assert str(task) in said
+    assert "other/block.yaml both are 'block'" in said
+
+
+def test_a_task_that_names_code_is_refused_until_it_is_trusted(
+    tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("open('ran', 'w').close()\ngrasps = None\n", encoding="utf-8")
+    (tmp_path / "yaml.py").write_text("open('ran', 'w').close()\n", encoding="utf-8")
+    plain = task.read_text(encoding="utf-8")
+    for field in ("samplers: {sample-grasp: mine:grasps}\n", "domain: mine.domain\n"):
+        task.write_text(plain + field, encoding="utf-8")
+        for command in (["solve"], ["plan"]):
+            assert main([*command, str(task)]) == 2
+            said = capsys.readouterr().err
+            assert said.startswith(f"tamp: {task}:2: ")
+            assert "--trust-task-code" in said
+        with pytest.raises(TaskError, match="trust_task_code=True"):
+            tamp.solve(tamp.load_task(task))
+    assert not (tmp_path / "ran").exists()
+    assert main(["samplers", "--task", str(task)]) == 0
+    task.write_text(plain + "samplers: {sample-grasp: mine:grasps}\n", encoding="utf-8")
+    assert main(["plan", str(task), "--trust-task-code"]) == 2, "now it is imported, and found to be no function"
+    assert (tmp_path / "ran").exists()
+
+
+def test_a_task_that_physics_refutes_is_invalid(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "air.yaml"
+    path.write_text(f"objects: [{BLOCK.replace('-0.2, 0.04', '-0.2, 0.4')}]\n", encoding="utf-8")
+    assert main(["solve", str(path)]) == 2
+    assert "air.yaml:1: objects[0].goal.pose: nothing supports a" in capsys.readouterr().err

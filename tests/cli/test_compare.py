@@ -1,0 +1,131 @@
+"""`tamp compare`: two samplers over the same tasks; statistics that know how little few tasks say."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tamp.cli import main
+from tamp.cli.commands.compare import contender, unnamed
+from tamp.report.comparison import compare
+from tamp.report.statistics import mean, share
+from tamp.results import Result, to_json
+
+ONE = Path(__file__).parents[2] / "scenarios" / "one_object.yaml"
+
+
+def results(shift: float, tasks: int = 8) -> list[Result]:
+    return [
+        Result(f"t{i}", seed, "solved", planning_s=1.0 + 0.1 * i + shift, ede_m=0.01, n_actions=4)
+        for i in range(tasks)
+        for seed in (0, 1)
+    ]
+
+
+def test_a_difference_is_told_from_chance() -> None:
+    (slower,) = compare({"a": results(0.0), "b": results(0.5)})
+    verdicts = {row.measure.name: row.verdict for row in slower.rows}
+    assert slower.pairs == 16
+    assert verdicts["planning [s], where both solve"] == "worse"
+    assert verdicts["EDE [cm]"] == "no clear difference"
+    (row,) = (row for row in slower.rows if row.measure.name.startswith("planning"))
+    assert row.difference.mean == pytest.approx(0.5)
+    assert row.difference.lower == pytest.approx(0.5), "paired: the tasks' own differences are no noise"
+
+
+def test_two_tasks_are_too_few_whatever_they_show() -> None:
+    (few,) = compare({"a": results(0.0, 2), "b": results(9.0, 2)})
+    assert {row.verdict for row in few.rows if row.difference.count} == {"too few tasks"}
+    assert json.dumps(few.as_dict(), allow_nan=False)
+
+
+def test_only_what_both_have_run_is_compared() -> None:
+    (comparison,) = compare({"a": results(0.0), "b": results(0.0)[:4]})
+    assert comparison.pairs == 4
+
+
+@given(st.integers(0, 40), st.integers(1, 40))
+def test_wilsons_interval_holds_the_share_and_stays_in_bounds(successes: int, more: int) -> None:
+    estimate = share(successes, successes + more)
+    assert 0.0 <= estimate.lower <= estimate.mean <= estimate.upper <= 1.0
+    assert math.isnan(share(0, 0).mean)
+
+
+def test_the_bootstrap_repeats_and_covers() -> None:
+    groups = {str(i): [float(i), i + 1.0] for i in range(10)}
+    estimate = mean(groups)
+    assert estimate == mean(dict(reversed(groups.items())))
+    assert estimate.lower < estimate.mean == 5.0 < estimate.upper
+    assert mean({}).count == 0
+
+
+def test_the_command_compares_and_writes_its_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mine = "sample-grasp=tests.pipeline.samplers:from_above"
+    arguments = ["compare", str(ONE), "--sampler", "default", "--sampler", mine, "--output", str(tmp_path)]
+    data = tmp_path / "comparison.json"
+    assert main([*arguments, "--no-execute", "--json", str(data)]) == 0
+    assert f"{mine} against default" in capsys.readouterr().out
+    (comparison,) = json.loads(data.read_text(encoding="utf-8"))
+    assert (comparison["pairs"], comparison["measures"][0]["first"]["mean"]) == (1, 100.0)
+    page = (tmp_path / "comparison.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 2
+    assert set(re.findall(r"https?://[^/\"]+", page)) <= {"http://www.w3.org"}, "names of formats only, no network"
+
+
+def test_contenders_have_names_and_differ_in_samplers_and_settings() -> None:
+    both = contender("mine:sample-grasp=a.b:c,algorithm=focused")
+    assert (both.name, both.samplers, both.settings) == ("mine", {"sample-grasp": "a.b:c"}, {"algorithm": "focused"})
+    assert contender("plain").samplers == contender("plain").settings == {}
+    assert unnamed("sample-grasp=a:b").name == "sample-grasp=a:b"
+    for wrong, said in (
+        ("sample-grasp=a:b", "has no name"),
+        ("x:algorithm=magic", "valid are adaptive, focused, incremental"),
+        ("x:sample-grasp=a", "valid are STREAM=MODULE:FUNCTION"),
+        ("x:sample-grasp", "valid are STREAM=MODULE:FUNCTION"),
+    ):
+        with pytest.raises(argparse.ArgumentTypeError, match=said):
+            contender(wrong)
+
+
+def test_folders_of_results_are_compared_as_they_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, shift in (("fast", 0.0), ("slow", 0.5)):
+        (tmp_path / name).mkdir()
+        lines = [to_json(result) + "\n" for result in results(shift)]
+        (tmp_path / name / "results.jsonl").write_text("".join(lines), encoding="utf-8")
+    folders = [str(tmp_path / "fast"), str(tmp_path / "slow")]
+    assert main(["compare", *folders, "--output", str(tmp_path / "out")]) == 0
+    assert "slow against fast" in capsys.readouterr().out
+    assert main(["compare", *folders, str(ONE), "--output", str(tmp_path / "out")]) == 2
+    assert main(["compare", folders[0], "--output", str(tmp_path / "out")]) == 2
+    assert "at least two folders" in capsys.readouterr().err
+
+
+def test_a_load_that_differs_is_said() -> None:
+    idle = [replace(result, load=0.1) for result in results(0.0)]
+    busy = [replace(result, load=2.0) for result in results(0.0)]
+    (comparison,) = compare({"a": idle, "b": busy})
+    assert comparison.rows[-1].verdict == "not the same for both"
+
+
+@pytest.mark.parametrize(
+    ("samplers", "said"),
+    [
+        (["default"], "at least two --contender or --sampler"),
+        (["default", "default"], "the same contender twice"),
+        (["default", "sample-grasps=a:b"], "did you mean 'sample-grasp'"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(
+    tmp_path: Path, samplers: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named = [part for sampler in samplers for part in ("--sampler", sampler)]
+    assert main(["compare", str(ONE), *named, "--output", str(tmp_path / "out"), "--no-execute"]) == 2
+    assert said in capsys.readouterr().err

@@ -1,0 +1,89 @@
+"""Domains and skills as objects: found by name, put together, refused with a sentence where they do not fit."""
+
+from dataclasses import replace
+
+import pytest
+
+from tamp.domains import kitchen, tabletop
+from tamp.domains.catalog import load_domain
+from tamp.domains.domain import Domain
+from tamp.domains.skill import FactChange, SceneChange, Skill, motionless
+from tamp.errors import DomainError
+from tamp.planning import GroundAction
+from tamp.streams.values import Configuration, Placement
+from tamp.task import Action, Pose
+
+HOME = Configuration((0.0,) * 7, 0.08)
+RING = """(define (domain ring) (:predicates (Rung ?b))
+  (:action ring :parameters (?b) :precondition (HandEmpty) :effect (Rung ?b)))"""
+BELL = Skill("ring", actions=("ring",), domain=RING, words={"ring": "ring {0}"})
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("kichen", r"unknown domain 'kichen' \(one of .*\); did you mean 'kitchen'\?"),
+        ("nowhere_at_all.domain", "domain 'nowhere_at_all.domain': there is no module 'nowhere_at_all'"),
+        ("os.path", "os.path.DOMAIN must be a Domain, found nothing"),
+        ("math:pi", "math.pi must be a Domain, found float"),
+    ],
+)
+def test_a_domain_that_is_not_there_is_refused_in_one_sentence(name, said):
+    with pytest.raises(DomainError, match=said) as refused:
+        load_domain(name)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_domain_from_anywhere_is_named_by_module_and_name():
+    assert load_domain("tamp.domains.kitchen:DOMAIN") is kitchen.DOMAIN
+
+
+def test_a_skill_adds_its_pddl_to_what_is_there():
+    domain = tabletop.DOMAIN.extended(BELL, name="bells")
+    assert domain.pddl.actions.keys() == {*tabletop.DOMAIN.pddl.actions, "ring"}
+    assert domain.strategy == tabletop.DOMAIN.strategy
+    assert domain.words["ring"] == "ring {0}"
+    assert "ring" not in tabletop.DOMAIN.words
+
+
+@pytest.mark.parametrize(
+    ("skill", "said"),
+    [
+        (replace(BELL, actions=("rings",)), "skill ring names 'rings'"),
+        (replace(BELL, actions=()), "no skill has the action ring"),
+        (replace(BELL, domain="(define (domain ring) (:action ring :effect (Rung)))"), "Rung|rung"),
+    ],
+)
+def test_pddl_and_skills_that_do_not_fit_are_refused(skill, said):
+    with pytest.raises(DomainError, match=said):
+        _ = tabletop.DOMAIN.extended(skill, name="bells").pddl
+
+
+@pytest.mark.parametrize("address", ["nowhere_at_all:RULES", "math:pi", "math:RULES"])
+def test_rules_that_are_not_there_are_refused(address):
+    with pytest.raises(DomainError, match=r"rules|mapping"):
+        _ = tabletop.DOMAIN.extended(replace(BELL, rules=address), name="bells").rules
+
+
+def test_facts_follow_from_timed_actions_in_their_order():
+    domain: Domain = kitchen.DOMAIN
+    cooked = domain.facts_after(
+        (("sink", "basin"),), [Action("clean", ("egg", "basin"), ()), Action("cook", ("egg", "hob"), ())]
+    )
+    assert set(cooked) == {("sink", "basin"), ("cooked", "egg")}
+
+
+def test_where_things_are_after_a_solution_follows_from_the_effects_of_its_actions():
+    here, there = (Placement(Pose((x, 0.0, 0.0)), ("table",)) for x in (0.0, 0.1))
+    moved = Skill("shift", actions=("shift",), effect=lambda action: SceneChange(None, {action.args[0]: there}))
+    domain = Domain("shifting", (moved,), lambda workspace: ())
+    placements, configuration = domain.after({"a": here, "b": here}, HOME, [GroundAction("shift", ("a",))])
+    assert placements == {"a": there, "b": here}
+    assert configuration == HOME
+    with pytest.raises(ValueError, match="has no action 'jump'"):
+        domain.effect(GroundAction("jump", ()))
+
+
+def test_a_motionless_action_keeps_its_name_and_arguments():
+    assert motionless(None, GroundAction("ring", ("bell",))) == Action("ring", ("bell",), ())
+    assert BELL.facts(Action("ring", ("bell",), ())) == FactChange()

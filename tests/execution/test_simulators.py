@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import pytest
+
+from tamp.errors import TampError
+from tamp.execution.pybullet.simulator import PyBulletSimulator
+from tamp.execution.settling import settle
+from tamp.execution.simulator import GRAVITY, STEP, wait
+from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
+from tamp.task import Box, Object, Pose, Task, load_robot
+
+SINGLE = 1e-6  # engines may count in single precision
+BOX = Object("box", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)), mass=0.3)
+OTHER = Object("other", Box((0.04, 0.04, 0.04)), Pose((0.1, -0.2, 0.02)))
+
+
+class Heavier(PyBulletSimulator):
+    """A third party's simulator, in a module of its own."""
+
+    made = 0
+
+    def __init__(self, *args, **options):
+        type(self).made += 1
+        super().__init__(*args, **options)
+
+
+def test_a_simulator_from_outside_is_given_by_its_address():
+    address = f"{__name__}:Heavier"
+    require(address)
+    before = Heavier.made
+    settled = settle(Task("one", (BOX,)), simulator=address)
+    assert Heavier.made == before + 1
+    assert settled.resting
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("gazebo", r"unknown simulator 'gazebo'; valid are pybullet.*\"package.module:Class\""),
+        ("nowhere.at_all:Physics", r"simulator 'nowhere.at_all:Physics' cannot be loaded: No module named 'nowhere'"),
+        ("tamp.execution.simulator:Nothing", r"cannot be loaded: .* has no attribute 'Nothing'"),
+        ("tamp.execution.simulator:STEP", r"is no class"),
+    ],
+)
+def test_a_simulator_that_is_not_there_is_refused(name, complaint):
+    with pytest.raises(TampError, match=complaint):
+        require(name)
+
+
+def test_one_whose_library_is_absent_names_the_extra(monkeypatch):
+    absent = {**SIMULATORS, "absent": Entry("nowhere:Class", "no_such_library", "absent")}
+    monkeypatch.setattr("tamp.execution.simulators.SIMULATORS", absent)
+    with pytest.raises(TampError, match=r"pip install 'tabletop-tamp\[absent\]'"):
+        require("absent")
+
+
+def test_naming_simulators_loads_none():
+    code = "import sys, tamp.execution.simulators as s; [s.require(n) for n in s.installed()]; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert DEFAULT in SIMULATORS
+    assert not {entry.library for entry in SIMULATORS.values()} & set(loaded)
+
+
+def test_time_passes_in_steps(simulator):
+    seen = []
+    with make_simulator(simulator, (BOX,)) as world:
+        world.on_step = lambda: seen.append(world.time)
+        world.step(3)
+        assert world.time == pytest.approx(3 * STEP)
+    assert seen == pytest.approx([STEP, 2 * STEP, 3 * STEP])
+
+
+def test_what_falls_obeys_gravity(simulator):
+    with make_simulator(simulator, (BOX,), {"box": Pose((0.1, 0.2, 1.0))}) as world:
+        world.step(60)
+        fallen, (speed, turn) = 1.0 - world.pose("box").xyz[2], world.speeds()["box"]
+    assert fallen == pytest.approx(GRAVITY * 0.25**2 / 2, rel=0.03)
+    assert speed == pytest.approx(GRAVITY * 0.25, rel=0.02)
+    assert turn == pytest.approx(0.0, abs=1e-6)
+
+
+def test_speeds_can_be_limited(simulator):
+    with make_simulator(simulator, (BOX,), {"box": Pose((0.1, 0.2, 1.0))}) as world:
+        world.step(60)
+        world.limit_speeds(0.1, 0.1)
+        assert world.speeds()["box"][0] == pytest.approx(0.1)
+
+
+def test_what_is_put_somewhere_stands_there_at_rest(simulator):
+    there = Pose.from_rpy((0.0, 0.1, 0.5), (0.4, 0.5, 0.6))
+    with make_simulator(simulator, (BOX, OTHER)) as world:
+        world.step(10)
+        other = world.pose("other")
+        world.place("box", there)
+        assert world.pose("box").matrix == pytest.approx(
+            there.matrix, abs=1e-6
+        )  # engines may count in single precision
+        assert world.speeds()["box"] == pytest.approx((0.0, 0.0))
+        assert world.poses() == {"box": world.pose("box"), "other": other}
+
+
+def test_a_touch_carries_the_weight_of_what_rests(simulator):
+    with make_simulator(simulator, (BOX, OTHER)) as world:
+        world.step(240)
+        touches = [touch for touch in world.touches() if "box" in (touch.a, touch.b)]
+    assert {frozenset((touch.a, touch.b)) for touch in touches} == {frozenset(("box", "table"))}
+    upward = [touch.force * touch.normal[2] * (1 if touch.a == "box" else -1) for touch in touches]
+    assert sum(upward) == pytest.approx(BOX.mass * GRAVITY, rel=0.05)
+    for touch in touches:
+        assert abs(touch.normal[2]) == pytest.approx(1.0, abs=1e-3)
+        assert abs(touch.depth) < 0.002
+        assert math.dist(touch.point[:2], BOX.pose.xyz[:2]) < 0.04 and abs(touch.point[2]) < 0.002
+
+
+def test_the_arm_follows_and_the_fingers_open_and_close(simulator):
+    spec = load_robot("panda")
+    with make_simulator(simulator, (BOX,), robot=spec) as world:
+        robot = world.robot
+        assert robot.spec is spec
+        assert robot.configuration() == pytest.approx(spec.home, abs=SINGLE)
+        assert robot.opening() == pytest.approx(spec.gripper.stroke)
+        there = (0.02, *spec.home[1:])
+        robot.command(there)
+        world.step(120)
+        assert robot.configuration() == pytest.approx(there, abs=1e-3)
+        robot.open_to(0.03)
+        assert wait(world, 2.0, lambda: abs(robot.opening() - 0.03) < 5e-4)
+        robot.squeeze(20.0)
+        world.step(240)
+        assert robot.opening() < 0.002
+        assert robot.finger_speed() < 0.005
+        assert robot.touching("box") == (False, False)
+
+
+def test_a_world_without_a_robot_has_none(simulator):
+    with make_simulator(simulator, (BOX,)) as world:
+        assert world.robot is None
+        assert dict(world.objects) == {"box": BOX}

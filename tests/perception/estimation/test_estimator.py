@@ -1,0 +1,84 @@
+"""Objects are found where they are, and not where they are not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tamp.perception.cameras.capture import shoot, views
+from tamp.perception.cameras.setup import load_setup
+from tamp.perception.estimate import Estimate
+from tamp.perception.estimation.estimator import estimate_poses
+from tamp.perception.rendering.surface import Surface, plain
+from tamp.task import Box, Cylinder, Pose, load_robot
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+PANDA = load_robot("panda")
+CAMERAS = tuple(replace(c, intrinsics=c.intrinsics.scaled(0.5)) for c in load_setup())
+LOOKS = {
+    "brick": plain(Box((0.16, 0.09, 0.05)), (190, 60, 50)),
+    "can": plain(Cylinder(0.035, 0.12), (60, 90, 190)),
+    "slab": plain(Box((0.2, 0.14, 0.03)), (190, 190, 60)),
+}
+POSES = {
+    "brick": Pose.from_rpy((-0.05, 0.12, 0.025), (0, 0, 0.5)),
+    "can": Pose.from_rpy((-0.1, -0.15, 0.035), (math.pi / 2, 0, 0.9)),
+}
+
+
+def _estimates(looks: dict[str, Surface], poses: dict[str, Pose], *, masks: bool = False) -> dict[str, Estimate]:
+    shots = shoot(looks, poses, views(CAMERAS, PANDA), PANDA, masks=masks)
+    return estimate_poses([shot.frame for shot in shots], looks)
+
+
+@pytest.fixture(scope="module")
+def estimates() -> dict[str, Estimate]:
+    return _estimates(LOOKS, POSES)
+
+
+@pytest.mark.parametrize(("name", "extent"), [("brick", (0.08, 0.045, 0.025)), ("can", (0.0, 0.0, 0.06))])
+def test_what_is_there_is_found(estimates: dict[str, Estimate], name: str, extent: tuple[float, ...]) -> None:
+    found, true = estimates[name].pose, POSES[name]
+    assert found is not None
+    assert math.dist(found.xyz, true.xyz) < 0.005
+    # Both bodies look the same upside down: axes agree up to their sign.
+    for axis in range(3):
+        if extent[axis]:
+            off = 1 - abs(found.matrix[:3, axis] @ true.matrix[:3, axis])
+            assert off < 1 - math.cos(math.radians(4))
+    assert estimates[name].confidence > 0.5
+
+
+def test_what_is_not_there_is_not_seen(estimates: dict[str, Estimate]) -> None:
+    assert estimates["slab"] == Estimate(None, 0.0)
+
+
+def test_masks_keep_objects_apart() -> None:
+    found = _estimates(LOOKS, POSES, masks=True)
+    assert {name for name, estimate in found.items() if estimate.pose is not None} == {"brick", "can"}
+    for name, true in POSES.items():
+        pose = found[name].pose
+        assert pose is not None
+        assert math.dist(pose.xyz, true.xyz) < 0.005
+
+
+def test_an_empty_table() -> None:
+    assert _estimates(LOOKS, {}) == dict.fromkeys(LOOKS, Estimate(None, 0.0))
+
+
+def test_the_same_seed_gives_the_same_poses(estimates: dict[str, Estimate]) -> None:
+    assert _estimates(LOOKS, POSES) == estimates
+
+
+def test_two_of_a_kind_take_different_places() -> None:
+    brick = LOOKS["brick"]
+    looks = {"one": brick, "other": brick}
+    poses = {"one": POSES["brick"], "other": Pose.from_rpy((-0.05, -0.15, 0.045), (math.pi / 2, 0, 0.2))}
+    found = _estimates(looks, poses)
+    places = sorted(np.array([e.pose.xyz for e in found.values() if e.pose is not None]).tolist())
+    expected = sorted([list(pose.xyz) for pose in poses.values()])
+    assert np.allclose(sorted(p[1] for p in places), sorted(p[1] for p in expected), atol=0.006)

@@ -1,0 +1,73 @@
+"""What is known of an object before it is looked for: its outside, its own turns, its ways to rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tamp.perception.estimation.model import object_model
+from tamp.perception.rendering.surface import Surface, plain
+from tamp.task import Box, Cylinder, Sphere
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+
+def _joined(*surfaces: Surface) -> Surface:
+    first = np.cumsum([0, *(len(s.vertices) for s in surfaces)])
+    return Surface(
+        np.concatenate([s.vertices for s in surfaces]),
+        np.concatenate([s.faces + start for s, start in zip(surfaces, first, strict=False)]),
+        np.concatenate([s.colors for s in surfaces]),
+    )
+
+
+def _moved(surface: Surface, shift: tuple[float, float, float]) -> Surface:
+    return Surface(surface.vertices + shift, surface.faces.copy(), surface.colors.copy())
+
+
+@pytest.mark.parametrize(
+    ("shape", "least", "most"),
+    [
+        (Box((0.16, 0.09, 0.05)), 4, 4),
+        (Box((0.1, 0.1, 0.04)), 8, 8),
+        (Cylinder(0.03, 0.12), 72, 72),
+        (Sphere(0.04), 500, 5000),
+    ],
+)
+def test_a_shapes_own_turns(shape: Box | Cylinder | Sphere, least: int, most: int) -> None:
+    model = object_model(plain(shape))
+    assert np.allclose(model.symmetries[0], np.eye(4))
+    assert least <= len(model.symmetries) <= most
+    R = model.symmetries[:, :3, :3]
+    assert np.allclose(R @ R.transpose(0, 2, 1), np.eye(3), atol=1e-9)
+
+
+def test_a_lopsided_shape_has_none() -> None:
+    hook = _joined(plain(Box((0.12, 0.03, 0.03))), _moved(plain(Box((0.03, 0.08, 0.02))), (0.05, 0.05, 0.01)))
+    assert len(object_model(hook).symmetries) == 1
+
+
+def test_walls_inside_are_left_out_and_faces_turned_over_are_turned_back() -> None:
+    outer, inner = plain(Box((0.1, 0.1, 0.1))), plain(Box((0.05, 0.05, 0.05)))
+    turned = Surface(outer.vertices.copy(), outer.faces[:, ::-1].copy(), outer.colors.copy())
+    model = object_model(_joined(turned, inner))
+    assert (np.abs(model.points).max(axis=1) > 0.049).all()
+    assert (np.einsum("ij,ij->i", model.points, model.normals) > 0).all()
+    assert model.solid.all()
+    assert model.area == pytest.approx(0.06, rel=0.02)
+    assert np.allclose(model.center, 0, atol=1e-3)
+
+
+def test_a_sheet_has_two_sides_and_no_inside() -> None:
+    square = np.array([[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0.001]], dtype=np.float64)
+    sheet = Surface(square, np.array([[0, 1, 2], [0, 2, 3]]), np.full((4, 3), 200, np.uint8))
+    model = object_model(sheet)
+    assert not model.solid.any()
+    assert 0.4 < (model.normals[:, 2] > 0).mean() < 0.6
+    assert model.area == pytest.approx(0.02, rel=0.02)
+
+
+def test_a_box_rests_on_its_six_sides() -> None:
+    model = object_model(plain(Box((0.16, 0.09, 0.05))))
+    heights = sorted(round(pose.height, 4) for pose in model.stable)
+    assert heights == [0.025, 0.025, 0.045, 0.045, 0.08, 0.08]

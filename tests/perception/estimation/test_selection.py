@@ -1,0 +1,71 @@
+"""One candidate for each object: together they explain most, and do not share space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tamp.perception.estimation.candidates import Candidate
+from tamp.perception.estimation.fusion import Cloud
+from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.selection import Selection
+from tamp.perception.rendering.surface import plain
+from tamp.task import Box
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+BIG, SMALL = (object_model(plain(Box(size))) for size in ((0.2, 0.2, 0.1), (0.06, 0.06, 0.06)))
+CLOUD = Cloud(np.zeros((300, 3)), np.zeros((300, 3)), np.zeros((300, 3)))
+
+
+def _candidate(x: float, first: int, last: int, weight: float = 1.0, free: float = 0.0) -> Candidate:
+    pose = np.eye(4)
+    pose[0, 3] = x
+    points = np.arange(first, last)
+    return Candidate(pose, points, np.full(len(points), weight), 0.5, 0.0, free)
+
+
+def _chosen(*found: list[Candidate], models: tuple[object, ...] = (BIG, SMALL)) -> Selection:
+    selection = Selection(CLOUD, models, found)  # type: ignore[arg-type]
+    selection.solve()
+    return selection
+
+
+def test_the_small_one_leaves_the_big_ones_surface() -> None:
+    big = [_candidate(0.0, 0, 200)]
+    small = [_candidate(0.0, 0, 60), _candidate(0.5, 200, 250)]
+    assert _chosen(big, small).chosen == [0, 1]
+
+
+def test_what_explains_nothing_more_is_not_there() -> None:
+    assert _chosen([_candidate(0.0, 0, 200)], [_candidate(0.5, 0, 60)]).chosen == [0, -1]
+
+
+def test_free_space_costs() -> None:
+    assert _chosen([_candidate(0.0, 0, 200, free=250.0)], []).chosen == [-1, -1]
+
+
+def test_two_do_not_stand_in_one_place() -> None:
+    big = [_candidate(0.0, 0, 200)]
+    small = [_candidate(0.01, 200, 240)]  # well inside the big one
+    assert _chosen(big, small).chosen == [0, -1]
+
+
+def test_a_better_exchange_is_found() -> None:
+    twins = (SMALL, SMALL)
+    first = [_candidate(0.0, 0, 100), _candidate(0.5, 100, 190)]
+    second = [_candidate(0.0, 0, 95)]
+    assert _chosen(first, second, models=twins).chosen == [1, 0]
+
+
+def test_twins_of_other_meshes_are_uncertain_and_different_things_are_not() -> None:
+    other = object_model(plain(Box((0.061, 0.06, 0.06))))
+    alike = _chosen(
+        [_candidate(0.0, 0, 100), _candidate(0.5, 100, 198)],
+        [_candidate(0.5, 100, 200), _candidate(0.0, 0, 99)],
+        models=(SMALL, other),
+    )
+    assert alike.chosen == [0, 0]
+    assert alike.lead_over_exchange(0) == pytest.approx(3.0)
+    apart = _chosen([_candidate(0.0, 0, 100)], [_candidate(0.5, 100, 200)], models=(SMALL, other))
+    assert apart.lead_over_exchange(0) == float("inf")

@@ -1,0 +1,102 @@
+"""Perceivers by name, and what the conformance kit says of good and bad ones."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from tamp.errors import TampError
+from tamp.perception.conformance import POSES, check_perceiver
+from tamp.perception.estimate import Estimate
+from tamp.perception.perceiver import load_perceiver
+from tamp.task import Pose
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+
+def blind(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(None, 0.0) for name in objects}
+
+
+def knowing(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(POSES[name], 1.0) if name in POSES else Estimate(None, 0.0) for name in objects}
+
+
+def seeing_ghosts(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(POSES.get(name, Pose()), 0.7) for name in objects}
+
+
+def dicing(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(Pose((random.random(), 0.0, 0.0)), 0.5) for name in objects}
+
+
+def boasting(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(Pose(), 2.0) for name in objects}
+
+
+def forgetful(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {}
+
+
+def bare(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> Any:
+    return dict.fromkeys(objects, Pose())
+
+
+def listing(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> Any:
+    return []
+
+
+def narrow(frames: Any) -> Any:
+    return {}
+
+
+@pytest.mark.parametrize("name", ["fit", f"{__name__}:blind"])
+def test_perceivers_have_names(name: str) -> None:
+    assert callable(load_perceiver(name))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("eyes", "unknown perceiver 'eyes'; valid are fit and package.module:function"),
+        ("no_such_module:f", "there is no module 'no_such_module'"),
+        (f"{__name__}:nothing", "has no 'nothing'"),
+        (f"{__name__}:narrow", r"must take \(frames, objects, \*, table, seed\)"),
+        ("math:pi", "is no function"),
+    ],
+)
+def test_what_is_no_perceiver_is_refused(name: str, said: str) -> None:
+    with pytest.raises(TampError, match=said):
+        load_perceiver(name)
+
+
+@pytest.mark.parametrize(
+    ("perceiver", "said"),
+    [
+        (dicing, "two calls with one seed differ"),
+        (boasting, "its confidence 2 is not in 0..1"),
+        (forgetful, r"names \[\]; asked for were"),
+        (bare, "is a Pose, not an Estimate"),
+        (listing, "is a list, not a mapping"),
+        (narrow, "must take"),
+    ],
+)
+def test_the_kit_says_what_is_wrong(perceiver: Any, said: str) -> None:
+    wrong = [str(finding) for finding in check_perceiver(perceiver) if finding.outcome == "wrong"]
+    assert len(wrong) == 1
+    assert said.replace("\\", "") in wrong[0]
+
+
+def test_the_kit_notes_what_is_missed_and_what_is_not_there() -> None:
+    notes = [f.text for f in check_perceiver(blind) if f.outcome == "note"]
+    assert len(notes) == 2
+    assert all("was not seen" in note for note in notes)
+    assert ["not there" in f.text for f in check_perceiver(seeing_ghosts) if f.outcome == "note"] == [True]
+    assert {f.outcome for f in check_perceiver(knowing)} == {"ok"}
+
+
+def test_the_installed_perceiver_conforms() -> None:
+    assert {f.outcome for f in check_perceiver("fit")} == {"ok"}

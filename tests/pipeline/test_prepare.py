@@ -1,0 +1,260 @@
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tamp.errors import TaskError
+from tamp.execution.settling import settle
+from tamp.formats.obj import box_obj
+from tamp.pipeline.prepare import left_at, observe, placements, prepare, raised, settled_goals
+from tamp.streams.placing.sampler import RELEASE_HEIGHT
+from tamp.streams.values import Placement
+from tamp.task import At, Box, Object, Pose, Task
+from tamp.task.files.load import load_task
+
+NAMES = ("a", "b", "c", "d")
+POSES = {name: Pose((0.1 * i, 0.0, 0.02)) for i, name in enumerate(NAMES)}
+pairs = st.sets(st.tuples(st.sampled_from(NAMES), st.sampled_from((*NAMES, "table"))))
+
+
+def cube(name, x, y, z, goal=None):
+    return Object(name, Box((0.05, 0.05, 0.05)), Pose((x, y, z)), None if goal is None else At(Pose(goal)))
+
+
+def ons(task, poses=None):
+    settled = settle(task, poses)
+    return {name: place.on for name, place in placements(settled.poses, settled.supports).items()}
+
+
+@given(supports=pairs)
+def test_supports_are_among_those_seen_and_never_go_round_in_a_circle(supports):
+    placed = placements(POSES, sorted(supports))
+    assert {name: place.pose for name, place in placed.items()} == POSES
+    for name, place in placed.items():
+        assert place.on
+        assert list(place.on) == sorted(place.on)
+        assert all((name, lower) in supports for lower in place.on) or place.on == ("table",)
+    for name in NAMES:
+        below, seen = set(placed[name].on), set()
+        while below:
+            lower = below.pop()
+            assert lower != name
+            if lower != "table" and lower not in seen:
+                seen.add(lower)
+                below |= set(placed[lower].on)
+
+
+def test_a_tower_rests_on_what_is_below_each():
+    supports = [("c", "b"), ("b", "a"), ("a", "table"), ("d", "table")]
+    assert {name: place.on for name, place in placements(POSES, supports).items()} == {
+        "a": ("table",),
+        "b": ("a",),
+        "c": ("b",),
+        "d": ("table",),
+    }
+
+
+def test_bodies_that_lean_on_each_other_support_neither():
+    placed = placements(POSES, [("a", "b"), ("b", "a"), ("a", "table"), ("c", "a")])
+    assert placed["a"].on == ("table",)
+    assert placed["b"].on == ("table",)
+    assert placed["c"].on == ("a",)
+
+
+def test_a_settled_tower_is_seen_as_one():
+    tower = Task("tower", (cube("low", 0.0, 0.0, 0.025), cube("top", 0.0, 0.0, 0.075), cube("far", 0.0, 0.3, 0.025)))
+    assert ons(tower) == {"low": ("table",), "top": ("low",), "far": ("table",)}
+
+
+def test_a_plank_over_two_rests_on_both():
+    plank = Object("plank", Box((0.2, 0.05, 0.02)), Pose((0.0, 0.0, 0.06)))
+    bridge = Task("bridge", (cube("left", -0.08, 0.0, 0.025), cube("right", 0.08, 0.0, 0.025), plank))
+    assert ons(bridge)["plank"] == ("left", "right")
+
+
+def test_an_object_at_its_goal_keeps_its_start():
+    task = Task(
+        "there", (cube("there", 0.0, 0.1, 0.025, (0.0, 0.1, 0.025)), cube("away", 0.0, -0.1, 0.025, (0.1, 0.3, 0.025)))
+    )
+    setup = prepare(task)
+    seen = observe(task, setup.start, setup.goals)
+    assert seen.goals["there"] is seen.start["there"]
+    assert seen.goals["away"] is setup.goals["away"]
+
+
+def test_an_object_on_a_support_that_must_move_is_not_there_yet():
+    # The top one is where it shall be; what carries it shall be exchanged for another, so it must go and come back.
+    task = Task(
+        "exchange",
+        (
+            cube("low", 0.0, 0.0, 0.025, (0.0, 0.3, 0.025)),
+            cube("top", 0.0, 0.0, 0.075, (0.0, 0.0, 0.075)),
+            cube("next", 0.2, 0.0, 0.025, (0.0, 0.0, 0.025)),
+        ),
+    )
+    setup = prepare(task)
+    seen = observe(task, setup.start, setup.goals)
+    assert seen.start["top"].on == ("low",)
+    assert seen.goals["top"].on == ("next",)
+    assert seen.goals["top"] is not seen.start["top"]
+
+
+def test_a_tower_at_its_goal_stays_as_a_whole():
+    tower = (cube("low", 0.0, 0.0, 0.025, (0.0, 0.0, 0.025)), cube("top", 0.0, 0.0, 0.075, (0.0, 0.0, 0.075)))
+    setup = prepare(Task("tower", tower))
+    seen = observe(setup.task, setup.start, setup.goals)
+    assert all(seen.goals[name] is seen.start[name] for name in ("low", "top"))
+
+
+def test_what_shall_rest_on_an_object_that_stays_a_little_off_moves_along():
+    low, mid = cube("low", 0.005, 0.0, 0.025, (0.0, 0.0, 0.025)), cube("mid", 0.3, 0.2, 0.025, (0.0, 0.0, 0.075))
+    top, beside = cube("top", 0.3, 0.0, 0.025, (0.0, 0.0, 0.125)), cube("beside", 0.3, -0.2, 0.025, (0.0, 0.2, 0.025))
+    setup = prepare(Task("tower", (low, mid, top, beside)))
+    seen = observe(setup.task, setup.start, setup.goals)
+    assert seen.goals["low"] is seen.start["low"]
+    assert seen.goals["beside"] is setup.goals["beside"]
+    for name in ("mid", "top"):
+        expected = setup.goals[name].pose.xyz[0] + 0.005, *setup.goals[name].pose.xyz[1:]
+        assert seen.goals[name].pose.xyz == pytest.approx(expected, abs=5e-4)
+        assert seen.goals[name].on == setup.goals[name].on
+
+
+def test_what_rests_on_two_objects_stays_where_it_shall_be_if_one_of_them_is_off():
+    goals = {
+        "left": raised(Placement(Pose((0.0, 0.0, 0.02)), ("table",))),
+        "right": raised(Placement(Pose((0.1, 0.0, 0.02)), ("table",))),
+        "plank": raised(Placement(Pose((0.05, 0.0, 0.05)), ("left", "right"))),
+    }
+    here = Placement(Pose((0.004, 0.0, 0.02)), ("table",))
+    assert left_at(goals, "left", here) == {"left": here}
+
+
+def test_goals_mean_where_things_come_to_rest_let_go_a_little_above():
+    task = Task(
+        "stack", (cube("low", 0.0, 0.2, 0.025, (0.1, 0.0, 0.03)), cube("top", 0.0, -0.2, 0.025, (0.1, 0.0, 0.085)))
+    )
+    setup = prepare(task)
+    goals = settled_goals(task, setup.world, setup.start)
+    assert goals["low"].on == ("table",)
+    assert goals["top"].on == ("low",)
+    for name, height in (("low", 0.025), ("top", 0.075)):
+        resting = (0.1, 0.0, height + RELEASE_HEIGHT)
+        assert math.dist(goals[name].pose.xyz, resting) < 0.002
+
+
+def test_a_goal_may_rest_on_something_that_has_no_goal():
+    task = Task("shelf", (cube("shelf", 0.1, 0.0, 0.025), cube("top", 0.0, 0.2, 0.025, (0.1, 0.0, 0.075))))
+    setup = prepare(task)
+    assert setup.goals["top"].on == ("shelf",)
+    assert set(setup.goals) == {"top"}
+
+
+def test_what_has_no_goal_and_stands_where_a_goal_will_be_does_not_disturb_it():
+    task = Task("occupied", (cube("idle", 0.1, 0.0, 0.025), cube("red", 0.0, 0.2, 0.025, (0.11, 0.0, 0.025))))
+    goal = prepare(task).goals["red"]
+    assert goal.on == ("table",)
+    assert goal.pose.xyz == pytest.approx((0.11, 0.0, 0.025 + RELEASE_HEIGHT), abs=0.001)
+
+
+RED = "  - {name: red, shape: {box: [0.05, 0.05, 0.08]}, pose: {xyz: [0.05, 0.2, 0.04]}}\n"
+
+
+def entry(name, xyz, goal=None):
+    text = f"  - name: {name}\n    shape: {{box: [0.05, 0.05, 0.08]}}\n    pose: {{xyz: {xyz}}}\n"
+    return text if goal is None else f"{text}    goal: {{pose: {{xyz: {goal}}}}}\n"
+
+
+def refusal(tmp_path, *entries):
+    path = tmp_path / "bad.yaml"
+    path.write_text("objects:\n" + "".join(entries))
+    with pytest.raises(TaskError) as refused:
+        prepare(load_task(path))
+    message = str(refused.value)
+    assert "\n" not in message
+    assert message.startswith(str(path))
+    place, field, complaint = re.match(r".*bad\.yaml:(\d+): (\S+): (.*)", message).groups()
+    return int(place), field, complaint
+
+
+def test_a_pose_off_the_table(tmp_path):
+    line, field, complaint = refusal(tmp_path, RED, entry("blue", [0.6, 0.0, 0.04]))
+    assert (line, field) == (5, "objects[1].pose")
+    assert complaint == "blue is off the table, which spans x -0.54 to 0.30 and y -0.60 to 0.60"
+
+
+def test_a_goal_off_the_table(tmp_path):
+    line, field, complaint = refusal(tmp_path, RED, entry("blue", [0.0, 0.0, 0.04], [0.0, 0.7, 0.04]))
+    assert (line, field) == (6, "objects[1].goal.pose")
+    assert complaint.startswith("blue is off the table")
+
+
+def test_a_pose_under_the_table_top(tmp_path):
+    line, field, complaint = refusal(tmp_path, RED, entry("blue", [0.0, 0.0, -0.02]))
+    assert (line, field) == (5, "objects[1].pose")
+    assert complaint == "blue is under the table top, which is at z = 0"
+
+
+def test_two_objects_inside_each_other(tmp_path):
+    line, field, complaint = refusal(tmp_path, RED, entry("blue", [0.06, 0.2, 0.04]))
+    assert (line, field) == (5, "objects[1].pose")
+    assert complaint == "blue is inside red; move one of them"
+
+
+def test_two_goals_inside_each_other(tmp_path):
+    there = [0.0, -0.2, 0.04]
+    entries = entry("red", [0.05, 0.2, 0.04], there), entry("blue", [0.0, 0.0, 0.04], there)
+    line, field, complaint = refusal(tmp_path, *entries)
+    assert (line, field) == (9, "objects[1].goal.pose")
+    assert complaint == "the goal of blue is inside that of red; move one of them"
+
+
+def test_what_stands_in_for_a_mesh_may_overlap_and_push_others_off(tmp_path):
+    (tmp_path / "bowl.obj").write_text(box_obj("bowl", (-0.1, -0.1, -0.04), (0.1, 0.1, 0.04)))
+    bowl = (
+        "  - {name: bowl, shape: {mesh: bowl.obj%s}, pose: {xyz: [0, 0.5, 0.04]}, goal: {pose: {xyz: [0, 0, 0.3]}}}\n"
+    )
+    spoon = entry("spoon", [0.02, 0.55, 0.05])
+    assert refusal(tmp_path, bowl % "", spoon)[2] == "spoon is inside bowl; move one of them"
+    (tmp_path / "good.yaml").write_text("objects:\n" + bowl % ", stand_in: true" + spoon)
+    assert set(prepare(load_task(tmp_path / "good.yaml")).start) == {"bowl", "spoon"}
+
+
+def test_a_goal_that_nothing_supports(tmp_path):
+    line, field, complaint = refusal(tmp_path, RED, entry("blue", [0.0, 0.0, 0.04], [0.0, -0.2, 0.34]))
+    assert (line, field) == (6, "objects[1].goal.pose")
+    assert complaint.startswith("nothing supports blue there: it would fall 30 cm")
+
+
+def test_an_object_that_does_not_stay_on_the_table(tmp_path):
+    # A tall box stands with its middle just inside the edge, leaning outwards.
+    tilted = "  - {name: blue, shape: {box: [0.04, 0.04, 0.3]}, pose: {xyz: [0.0, 0.599, 0.16], rpy: [-0.5, 0, 0]}}\n"
+    line, field, complaint = refusal(tmp_path, RED, tilted)
+    assert (line, field) == (3, "objects[1].pose")
+    assert complaint == "blue does not stay on the table; give it a pose that is supported"
+
+
+def test_a_task_built_in_code_has_no_file_to_name():
+    box = Box((0.05, 0.05, 0.08))
+    task = Task("built", (Object("red", box, Pose((0.0, 0.2, 0.04)), At(Pose((0.0, 0.0, 0.5)))),))
+    with pytest.raises(TaskError, match=r"^task built: nothing supports red there"):
+        prepare(task)
+
+
+def test_poses_that_overlap_by_a_rounding_are_accepted(tmp_path):
+    path = tmp_path / "good.yaml"
+    path.write_text("objects:\n" + RED + entry("blue", [0.099, 0.2, 0.0399], [0.0, -0.2, 0.041]))
+    setup = prepare(load_task(path))
+    assert set(setup.start) == {"red", "blue"}
+    assert setup.goals["blue"].on == ("table",)
+
+
+def test_a_spoon_may_lie_deep_in_what_carries_it(tmp_path):
+    path = tmp_path / "good.yaml"
+    spoon = "  - {name: spoon, shape: {box: [0.1, 0.02, 0.016]}, pose: {xyz: [0.0, -0.2, 0.012]}}\n"
+    plate = "  - {name: plate, shape: {box: [0.12, 0.12, 0.017]}, pose: {xyz: [0.0, -0.2, 0.009]}}\n"
+    path.write_text("objects:\n" + plate + spoon)
+    assert set(prepare(load_task(path)).start) == {"spoon", "plate"}

@@ -1,0 +1,119 @@
+"""Out of reach: endless streams do not keep a problem open that they cannot help, and no other is closed."""
+
+from __future__ import annotations
+
+import pytest
+
+from tamp.planning import Certified, Problem, StreamInfo, solve
+from tests.planning.exhaustive import search
+from tests.planning.problems import chance
+from tests.planning.problems.unsolvable import DOMAIN, STREAMS, out_of_reach, three_grasps
+from tests.planning.test_problems import ALGORITHMS, check
+
+PICK_AND_PLACE = """
+(define (domain table)
+  (:requirements :strips)
+  (:predicates (Block ?b) (Grasp ?b ?g) (Pose ?b ?p) (InGoal ?b ?p) (Kin ?b ?p ?g ?q) (AtPose ?b ?p) (Held ?b ?g)
+               (HandEmpty) (Done ?b))
+  (:action pick
+    :parameters (?b ?p ?g ?q)
+    :precondition (and (Kin ?b ?p ?g ?q) (AtPose ?b ?p) (HandEmpty))
+    :effect (and (Held ?b ?g) (not (AtPose ?b ?p)) (not (HandEmpty))))
+  (:action place
+    :parameters (?b ?p ?g ?q)
+    :precondition (and (Kin ?b ?p ?g ?q) (Held ?b ?g))
+    :effect (and (AtPose ?b ?p) (HandEmpty) (not (Held ?b ?g))))
+  (:derived (Done ?b) (exists (?p) (and (InGoal ?b ?p) (AtPose ?b ?p)))))
+"""
+SAMPLERS = """
+(define (stream table)
+  (:stream grasps :inputs (?b) :domain (Block ?b) :outputs (?g) :certified (Grasp ?b ?g))
+  (:stream poses :inputs (?b) :domain (Block ?b) :outputs (?p) :certified (and (Pose ?b ?p) (InGoal ?b ?p)))
+  (:stream kinematics
+    :inputs (?b ?p ?g) :domain (and (Pose ?b ?p) (Grasp ?b ?g)) :outputs (?q) :certified (Kin ?b ?p ?g ?q)))
+"""
+
+
+def endless(context, block):
+    while True:
+        yield float(context.rng.random())
+
+
+def table(poses=endless, fresh=True):
+    """Two blocks; the second cannot be reached where it stands, by neither of its two grasps."""
+    init = [("HandEmpty",)]
+    for block in ("red", "blue"):
+        init += [("Block", block), ("Pose", block, f"start of {block}"), ("AtPose", block, f"start of {block}")]
+
+    def kinematics(context, block, pose, grasp):
+        if pose != "start of blue":
+            yield (block, pose, grasp)
+
+    return Problem(
+        domain=PICK_AND_PLACE,
+        streams=SAMPLERS,
+        samplers={"grasps": lambda context, block: [1, 2], "poses": poses, "kinematics": kinematics},
+        init=init,
+        goal=("and", ("Done", "red"), ("Done", "blue")),
+        info={"poses": StreamInfo(fresh=fresh)},
+    )
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_poses_without_end_do_not_make_up_for_grasps_that_fail(algorithm):
+    solution = solve(table(), algorithm=algorithm, timeout=20.0)
+    assert solution.status == "infeasible"
+    assert solution.report.message == "(done blue) is out of reach: the streams it needs are exhausted."
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_stream_that_may_name_known_objects_keeps_the_problem_open(algorithm):
+    def late(context, block):
+        for _ in range(30):
+            yield None
+        yield f"start of {block}"
+
+    solution = solve(table(late, fresh=False), algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved"
+    assert solve(table(fresh=False), algorithm=algorithm, timeout=0.5).status == "timeout"
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_streams_that_have_nothing_to_do_with_the_goal(algorithm):
+    noise = STREAMS.replace(
+        "(define (stream reach)", "(define (stream reach) (:stream noise :outputs (?n) :certified (N ?n))"
+    )
+
+    def numbers(context):
+        while True:
+            yield float(context.rng.random())
+
+    problem = Problem(
+        domain=DOMAIN.replace("(Thing ?x)", "(Thing ?x) (N ?n)"),
+        streams=noise,
+        samplers={"sample-grasp": three_grasps, "inverse-kinematics": out_of_reach, "noise": numbers},
+        init=[("Thing", "cup"), ("HandEmpty",)],
+        goal=("Held", "cup"),
+    )
+    assert solve(problem, algorithm=algorithm, timeout=20.0).status == "infeasible"
+
+
+def test_a_sampler_that_certifies_more_than_it_promises_keeps_the_problem_open():
+    def generous(context, block):
+        yield Certified(0.5, facts=(("Kin", block, "start of red", 1, "q"),))
+        yield from [None] * 40
+        yield Certified(0.7, facts=(("Kin", "blue", "start of blue", 1, "q"), ("Kin", "blue", 0.7, 1, "q")))
+
+    assert solve(table(generous), timeout=20.0).status == "solved"
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(12))
+def test_nothing_is_called_infeasible_that_has_a_plan(seed, algorithm):
+    """Streams that never end, though they have no more to give than those of the same problem that do."""
+    solution = solve(chance.problem(seed, streams=True, endless=True), algorithm=algorithm, timeout=1.0, seed=0)
+    finite = chance.problem(seed, streams=True)
+    if solution.plan is not None:
+        check(finite, solution)
+    elif solution.status == "infeasible":
+        assert search(finite, rounds=5, calls=3, limit=300)[0] is None

@@ -1,0 +1,121 @@
+"""Strategies: plans of every one are valid; goal by goal is no less complete; soft goals are weighed rightly."""
+
+import dataclasses
+
+import pytest
+
+from tamp.errors import DomainError
+from tamp.planning import Constraints, Problem, Serialized, solve
+from tamp.planning.strategies.serialized import conjuncts
+from tests.planning.problems import blocksworld, continuous, costs, ported, tabletop, unsolvable
+from tests.planning.test_problems import ALGORITHMS, check
+
+TRAP = """
+(define (domain trap)
+  (:predicates (key) (a) (b) (burnt))
+  (:action burn :precondition (key) :effect (and (a) (burnt) (not (key))))
+  (:action open :precondition (and (key) (not (burnt))) :effect (b))
+  (:action work :precondition (b) :effect (and (a))))
+"""
+
+ERRANDS = """
+(define (domain errands)
+  (:requirements :action-costs)
+  (:predicates (at ?x) (road ?x ?y) (been ?x))
+  (:functions (total-cost) (length ?x ?y))
+  (:action go :parameters (?x ?y) :precondition (and (at ?x) (road ?x ?y))
+    :effect (and (at ?y) (been ?y) (not (at ?x)) (increase (total-cost) (length ?x ?y)))))
+"""
+
+
+def errands(soft, goal=None):
+    roads = {("home", "shop"): 2, ("shop", "home"): 2, ("home", "sea"): 9, ("sea", "home"): 9, ("shop", "bank"): 1}
+    roads[("bank", "home")] = 2
+    init = [("at", "home"), *(("road", *road) for road in roads)]
+    init += [("=", ("length", *road), length) for road, length in roads.items()]
+    return Problem(domain=ERRANDS, init=init, goal=goal, soft_goals=soft)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: blocksworld.inversion(5),
+        lambda: continuous.line(2),
+        lambda: continuous.occupied(2),
+        lambda: ported.spawn(2),
+        costs.delivery,
+    ],
+)
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_goal_by_goal_gives_valid_plans(make, algorithm):
+    problem = make()
+    solution = solve(problem, algorithm=algorithm, strategy="serialized", timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+    assert solution.report.strategy == {"name": "serialized", "ladder": (0.02, 0.08, 0.2)}
+
+
+@pytest.mark.parametrize("family", ["sort", "permutation"])
+def test_goal_by_goal_on_a_tabletop(family):
+    problem = getattr(tabletop, family)(4)
+    solution = solve(problem, strategy="serialized", timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+
+
+@pytest.mark.parametrize("goal", [("and", ("a",), ("b",)), ("and", ("and", ("a",)), ("and", ("b",)))])
+def test_what_one_goal_makes_impossible_is_planned_at_once(goal):
+    problem = Problem(domain=TRAP, init=[("key",)], goal=goal)
+    solution = solve(problem, strategy=Serialized(ladder=(0.5,)), timeout=10.0)
+    assert solution.status == "solved"
+    check(problem, solution)
+
+
+@pytest.mark.parametrize("make", [unsolvable.impossible_goal, unsolvable.no_streams, unsolvable.unknown_thing])
+def test_infeasible_is_said_of_the_whole(make):
+    solution = solve(make(), strategy="serialized", timeout=20.0)
+    assert (solution.plan, solution.status) == (None, "infeasible")
+
+
+def test_goals_in_order():
+    assert conjuncts(("and", ("a",), ("AND", ("b",), ["and", ("c",)]))) == (("a",), ("b",), ("c",))
+    assert conjuncts(None) == () and conjuncts(("or", ("a",), ("b",))) == (("or", ("a",), ("b",)),)
+
+
+@pytest.mark.parametrize(
+    ("soft", "cost", "forgone"),
+    [
+        ([(("been", "shop"), 3.0), (("been", "sea"), 5.0)], 2.0 + 5.0, [("been", "sea")]),
+        ([(("been", "shop"), 5.0), (("been", "sea"), 30.0)], 2.0 + 2.0 + 9.0, []),
+        ([(("been", "shop"), 1.0), (("been", "sea"), 5.0)], 6.0, [("been", "shop"), ("been", "sea")]),
+        ([(("and", ("been", "bank"), ("at", "home")), 6.0)], 5.0, []),
+        ([(("not", ("at", "home")), 2.5)], 2.0, []),
+    ],
+)
+def test_net_benefit_is_the_greatest(soft, cost, forgone):
+    solution = solve(errands(soft), strategy="net-benefit", timeout=20.0)
+    assert (solution.status, solution.cost, list(solution.forgone)) == ("solved", cost, forgone)
+    assert all(action.name == "go" for action in solution.plan)
+    assert solution.report.message.startswith(f"Forgone: {len(forgone)} of {len(soft)} soft goals.")
+
+
+def test_hard_goals_come_first():
+    solution = solve(errands([(("at", "home"), 1.0)], goal=("been", "sea")), strategy="net-benefit", timeout=20.0)
+    assert [action.args for action in solution.plan] == [("home", "sea")]
+    assert solution.forgone == (("at", "home"),)
+
+
+def test_what_does_not_fit_is_refused():
+    problem = blocksworld.inversion(2)
+    with pytest.raises(DomainError, match="unknown strategy 'serialised'; there are: all-at-once, serialized"):
+        solve(problem, strategy="serialised")
+    with pytest.raises(DomainError, match="are about a whole plan"):
+        solve(problem, strategy="serialized", constraints=Constraints(skeleton=()))
+    with pytest.raises(DomainError, match="shares of the time limit"):
+        Serialized(ladder=())
+    with pytest.raises(DomainError, match="no soft_goals"):
+        solve(problem, strategy="net-benefit")
+    with pytest.raises(DomainError, match="'all-at-once' does not plan for soft_goals"):
+        solve(dataclasses.replace(problem, soft_goals=((problem.goal, 1.0),)))
+    with pytest.raises(DomainError, match="expected pairs such as"):
+        dataclasses.replace(problem, soft_goals=((problem.goal, 0.0),))

@@ -1,0 +1,226 @@
+"""Samplers in PDDLStream's form: each wrapper, and a whole stream map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+
+import pytest
+
+from tamp.errors import DomainWarning, SamplerError
+from tamp.planning import (
+    Certified,
+    Context,
+    Problem,
+    from_fn,
+    from_gen_fn,
+    from_list_fn,
+    from_list_gen_fn,
+    from_sampler,
+    from_stream_map,
+    from_test,
+    solve,
+)
+from tamp.planning.pddlstream import And, Exists, Not, WildOutput, empty_gen, from_constant
+from tests.planning.problems import continuous, unsolvable
+from tests.planning.test_problems import check
+
+
+@dataclass
+class Wild:
+    """What PDDLStream's wild streams yield."""
+
+    values: list
+    facts: list
+
+
+def context(fluents=None):
+    return Context(None, lambda: pytest.fail("PDDLStream's samplers know no generator"), 0.0, fluents)
+
+
+def pairs(x):
+    yield (x, 1)
+    yield None
+    yield [x, 2]
+
+
+@pytest.mark.parametrize(
+    ("sampler", "outputs"),
+    [
+        (from_gen_fn(pairs), [(7, 1), None, (7, 2)]),
+        (from_gen_fn(lambda x: ((i,) for i in range(x - 5))), [0, 1]),
+        (from_list_gen_fn(lambda x: iter([[(x,), ((1, 2),)], []])), [7, (1, 2), None]),
+        (from_list_fn(lambda x: [(x,), (x + 1,)]), [7, 8]),
+        (from_list_fn(lambda x: []), [None]),
+        (from_fn(lambda x: (x, x)), [(7, 7)]),
+        (from_fn(lambda x: None), [None]),
+        (from_sampler(lambda x: (x,), max_attempts=3), [7, 7, 7]),
+        (from_sampler(lambda x: None, max_attempts=2), [None, None]),
+    ],
+)
+def test_generators_and_functions(sampler, outputs):
+    assert list(sampler(context(), 7)) == outputs
+
+
+def test_wild_outputs_certify_their_facts_with_each_output():
+    wild = [Wild([(1,), (2,)], [["good", 1]]), Wild([], [("nice", 3)]), [(4,)]]
+    expected = [Certified(1, (("good", 1),)), Certified(2, (("good", 1),)), Certified(None, (("nice", 3),)), 4]
+    assert list(from_list_gen_fn(lambda: iter(wild))(context())) == expected
+
+
+def test_a_bare_generator_function_yields_lists_and_a_bare_function_its_value():
+    bare = from_stream_map({"lists": lambda x: iter([[(x,)], []]), "cost": lambda x: x + 0.5})
+    assert list(bare["lists"](context(), 7)) == [7, None]
+    assert bare["cost"](context(), 7) == 7.5
+
+
+@pytest.mark.parametrize(("fluents", "seen"), [(None, "none declared"), ((), ()), ((("on", 1),), (("on", 1),))])
+def test_fluents_are_passed_wherever_the_stream_has_them(fluents, seen):
+    assert list(from_fn(lambda fluents="none declared": (fluents,))(context(fluents))) == [seen]
+
+
+DOMAIN = """(define (domain d) (:predicates (Thing ?x) (Made ?x ?y) (Nice ?y) (Dirty ?x) (Done ?x))
+  (:action wash :parameters (?x) :precondition (Dirty ?x) :effect (not (Dirty ?x)))
+  (:action use :parameters (?x ?y) :precondition (and (Made ?x ?y) (Nice ?y)) :effect (Done ?x)))"""
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+def test_facts_of_a_wild_stream_make_a_plan_possible(algorithm):
+    streams = (
+        "(define (stream s) (:wild-stream make :inputs (?x) :domain (Thing ?x) :outputs (?y) :certified (Made ?x ?y)))"
+    )
+    wild = from_stream_map({"make": lambda x: iter([Wild([(x + "1",), (x + "2",)], [("Nice", x + "2")])])})
+    problem = Problem(domain=DOMAIN, streams=streams, samplers=wild, init=[("Thing", "a")], goal=("Done", "a"))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert [action.args for action in solution.plan] == [("a", "a2")], str(solution.report)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_a_stream_is_asked_where_none_of_its_fluents_holds(algorithm):
+    streams = """(define (stream s) (:stream make :inputs (?x) :domain (Thing ?x) :fluents (Dirty) :outputs (?y)
+        :certified (and (Made ?x ?y) (Nice ?y))))"""
+    clean = from_stream_map({"make": from_fn(lambda x, fluents: None if fluents else ("clean",))})
+    init = [("Thing", "a"), ("Dirty", "a")]
+    problem = Problem(domain=DOMAIN, streams=streams, samplers=clean, init=init, goal=("Done", "a"))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert [action.name for action in solution.plan] == ["wash", "use"], str(solution.report)
+
+
+def test_sampling_goes_on_without_end():
+    numbers = count()
+    outputs = from_sampler(lambda: (next(numbers),))(context())
+    assert [next(outputs) for _ in range(50)] == list(range(50))
+
+
+def test_tests_answer_with_a_bool_and_may_see_fluents():
+    empty = from_test(lambda x, fluents=(): [f for f in fluents if f[1] == x])
+    assert empty(context(), 1) is False
+    assert empty(context([("on", 1)]), 1) is True
+
+
+@pytest.mark.parametrize(
+    "wrapped", [from_fn(lambda x: x), from_gen_fn(lambda x: iter([x])), from_list_fn(lambda x: [x])]
+)
+def test_an_output_that_is_no_tuple_is_refused(wrapped):
+    with pytest.raises(SamplerError, match=r"expected a tuple of outputs such as \(x,\).* found 7"):
+        list(wrapped(context(), 7))
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+def test_a_stream_map_works_as_it_is(algorithm):
+    line = continuous.line(2)
+    lower, upper = line.scene["goal"]
+    numbers = count()
+    stream_map = {
+        "sample-pose": from_gen_fn(lambda b, r: ((lower + 0.5 + 0.37 * i % (upper - lower - 1.0),) for i in numbers)),
+        "inverse-kinematics": from_fn(lambda b, p: (p + 1.0,)),
+        "plan-motion": from_sampler(lambda q1, q2: ([q1, q2],), max_attempts=1),
+        "test-cfree": from_test(continuous.collision_free),
+        "distance": lambda q1, q2: float(abs(q1 - q2).sum()),
+    }
+    domain = continuous.DOMAIN.replace(
+        "(not (CanMove)))", "(not (CanMove)) (increase (total-cost) (Distance ?q1 ?q2)))"
+    )
+    domain = domain.replace("(:action move", "(:functions (Distance ?q1 ?q2)) (:action move")
+    function = "(:function (Distance ?q1 ?q2) (and (Conf ?q1) (Conf ?q2)))"
+    problem = Problem(
+        domain=domain,
+        streams=continuous.STREAMS.rstrip()[:-1] + function + ")",
+        samplers=from_stream_map(stream_map),
+        init=line.init,
+        goal=line.goal,
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+
+
+PICK = """
+(define (domain pick)
+  (:predicates (thing ?x) (grasp ?x ?g) (good ?g) (held ?x) (bad ?x))
+  (:action pick :parameters (?x ?g) :precondition (and (grasp ?x ?g) (good ?g) (not (bad ?x))) :effect (held ?x)))
+"""
+
+PICK_STREAMS = """
+(define (stream pick)
+  (:stream sample :inputs (?x) :domain (thing ?x) :outputs (?g) :certified (grasp ?x ?g))
+  (:stream test-good :inputs (?x ?g) :domain (grasp ?x ?g) :certified (good ?g)))
+"""
+
+GOAL = Exists(["?x"], And(("held", "?x"), Not(("bad", "?x"))))
+
+
+def pick(samplers):
+    return Problem(domain=PICK, streams=PICK_STREAMS, samplers=samplers, init=[("thing", "cup")], goal=GOAL)
+
+
+@pytest.mark.parametrize(
+    "test",
+    [
+        from_test(lambda x, g: g == 2),
+        from_fn(lambda x, g: () if g == 2 else None),
+        from_gen_fn(lambda x, g: iter([()] if g == 2 else [])),
+        from_gen_fn(lambda x, g: iter([None, ()] if g == 2 else [None])),
+        from_list_fn(lambda x, g: [()] if g == 2 else []),
+        from_list_gen_fn(lambda x, g: iter([[], [()]] if g == 2 else [[]])),
+    ],
+)
+def test_a_test_may_be_wrapped_by_anything(test):
+    grasps = from_list_fn(lambda x: [(1,), (2,), (3,)])
+    solution = solve(pick(from_stream_map({"sample": grasps, "test-good": test})))
+    assert [action.args for action in solution.plan] == [("cup", 2)]
+
+
+def test_names_that_are_no_streams_are_ignored_with_a_warning():
+    grasps = {"sample": from_constant((1,)), "test-good": from_test(lambda x, g: True)}
+    with pytest.warns(DomainWarning, match="'sampel', which is no stream and is ignored.*'sample'"):
+        assert solve(pick(from_stream_map(grasps | {"sampel": empty_gen()}))).solved
+    with pytest.raises(SamplerError, match="unknown stream 'sampel'"):
+        pick(grasps | {"sampel": lambda context, x: iter(())})
+
+
+@pytest.mark.parametrize("name", ["debug", "shared-debug"])
+def test_a_domain_can_be_tried_without_samplers(name):
+    solution = solve(pick(name))
+    assert [(a.name, a.args[0], str(a.args[1])) for a in solution.plan] == [("pick", "cup", "g0")]
+    assert solution.plan[0].args[1].inputs == (() if "shared" in name else ("cup",))
+    with pytest.raises(SamplerError, match="expected a mapping, 'debug' or 'shared-debug', found 'debgu'"):
+        pick("debgu")
+
+
+def test_no_outputs_and_the_same_outputs():
+    assert list(empty_gen()(context(), 1)) == []
+    assert list(from_constant((1, 2))(context(), "any")) == [(1, 2)]
+
+
+def test_wild_outputs_of_our_own():
+    wild = from_list_gen_fn(lambda: iter([WildOutput([(1,)], [("good", 1)])]))
+    assert list(wild(context())) == [Certified(1, (("good", 1),))]
+
+
+def test_attempts_that_are_counted_prove_nothing():
+    grasps = from_sampler(lambda thing: (1,), max_attempts=3)
+    samplers = {"sample-grasp": grasps, "inverse-kinematics": empty_gen()}
+    problem = unsolvable._reach(*samplers.values(), ("Held", "cup"))
+    assert solve(problem).status == "failed"
+    assert "it was asked 3 times" in str(solve(problem).report)

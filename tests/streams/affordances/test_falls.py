@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams.affordances.falls import HEIGHTS, drops, letting_go, may_fall
+from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.hand.finger_closing import between_pads
+from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
+from tamp.streams.releasing.tilted_release import lays, plan_bringing, plan_laying
+from tamp.streams.values import Placement
+from tamp.task import At, Box, Mesh, Object, Pose
+from tests.streams.tables import OBJECTS, SLAB, ToldContext, at, corners, workspace_of
+
+CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
+GOAL = Pose((0.012, -0.352, 0.022))
+BLOCK = Object("block", Box((0.04, 0.05, 0.03)), Pose.from_rpy((0.05, 0.2, 0.015), (0.0, 0.0, 0.4)), At(GOAL))
+
+
+def inside(pose=GOAL, *others):
+    """A block whose goal is in a deep box."""
+    workspace = workspace_of(Object("block", BLOCK.shape, BLOCK.pose, At(pose)), CRATE, *others)
+    return replace(workspace, goals={"block": Placement(pose, ("crate",))})
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return inside()
+
+
+@given(x=st.floats(0.02, 0.18), y=st.floats(-0.34, -0.10), yaw=st.floats(-3.0, 3.0))
+@settings(max_examples=15, deadline=None)
+def test_a_drop_goes_straight_down_to_the_placement(x, y, yaw):
+    goal = Pose.from_rpy((x, y, 0.022), (0.0, 0.0, yaw))
+    workspace = inside(goal)
+    found = drops(workspace, "block", workspace.goals["block"])
+    assert [round(fall[0].xyz[2] - goal.xyz[2], 6) for fall in found] in [list(HEIGHTS), []]
+    for fall in found:
+        assert fall[-1] == goal
+        heights = [pose.xyz[2] for pose in fall]
+        assert heights == sorted(heights, reverse=True)
+        assert {(pose.xyz[:2], pose.quat) for pose in fall} == {(goal.xyz[:2], goal.quat)}
+
+
+def test_what_stands_on_the_table_or_on_a_slab_is_not_dropped():
+    on_slab = Object("block", BLOCK.shape, BLOCK.pose, At(Pose((0.05, -0.05, 0.045))))
+    workspace = workspace_of(on_slab, SLAB)
+    assert not drops(workspace, "block", workspace.start["block"])
+    assert not drops(workspace, "block", workspace.goals["block"])
+    workspace = replace(workspace, goals={"block": Placement(workspace.goals["block"].pose, ("slab",))})
+    assert not drops(workspace, "block", workspace.goals["block"])
+
+
+def test_nothing_is_dropped_through_a_wall():
+    leaning = Pose.from_rpy((-0.002, -0.22, 0.06), (0.0, 0.9, 0.0))
+    across = Pose((0.0, -0.22, 0.03))
+    assert not drops(inside(across), "block", Placement(across, ("crate",)))
+    assert all(len(fall) > 1 for fall in drops(inside(leaning), "block", Placement(leaning, ("crate",))))
+
+
+def test_only_a_goal_is_let_fall_to(workspace):
+    assert may_fall(workspace, "block", workspace.goals["block"])
+    assert not may_fall(workspace, "block", workspace.start["block"])
+    x, y, z = workspace.goals["block"].pose.xyz
+    elsewhere = Placement(Pose((x, y + 0.001, z), workspace.goals["block"].pose.quat), ("crate",))
+    assert letting_go(workspace, "block", elsewhere) == []
+    equal = Placement(workspace.goals["block"].pose, ("crate",))
+    assert letting_go(workspace, "block", equal) == letting_go(workspace, "block", workspace.goals["block"])
+    lowest, *_, highest = letting_go(workspace, "block", workspace.goals["block"])
+    assert GOAL.xyz[2] < lowest.xyz[2] < highest.xyz[2] == pytest.approx(GOAL.xyz[2] + HEIGHTS[-1])
+
+
+def test_a_block_for_the_corner_of_a_deep_box_is_let_go_above_it(workspace):
+    crate = at("crate", workspace.start["crate"])
+    start, goal = workspace.start["block"], workspace.goals["block"]
+    grasp = next(sample_grasp(ToldContext(workspace), "block"))
+    assert next(inverse_kinematics(ToldContext(workspace), "block", start, grasp), None) is not None
+    _, _, handling = next(plan_laying(ToldContext(workspace, bound=(crate,)), "block", goal, grasp))
+    assert handling.dropped
+    T_tool = handling.let_go.matrix @ handling.grasp.T_object_tool.matrix
+    np.testing.assert_allclose(workspace.world.robot.forward(handling.approach[-1]), T_tool, atol=1e-3)
+    assert corners(workspace, "block", handling.let_go)[:, 2].min() > corners(workspace, "block", goal.pose)[:, 2].min()
+
+
+def test_what_cannot_be_put_into_the_corner_is_brought_there_by_a_drop(workspace):
+    context, goal = ToldContext(workspace, bound=(at("crate", workspace.start["crate"]),)), workspace.goals["block"]
+    grasp = next(sample_grasp(context, "block"))
+    assert lays(context, "block", goal, grasp)
+    falls = [handling.dropped for _, _, handling in plan_bringing(context, "block", goal, grasp)]
+    assert falls == sorted(falls)
+    assert falls[-1]
+
+
+def test_what_has_fallen_is_not_between_the_fingers_any_more(workspace):
+    context, goal = ToldContext(workspace), workspace.goals["block"]
+    grasp = next(sample_grasp(context, "block"))
+    stroke = workspace.world.robot.spec.gripper.stroke
+    found = [handling for _, _, handling in plan_laying(context, "block", goal, grasp)]
+    assert found
+    for handling in found:
+        T_object_tool = goal.pose.inverse().matrix @ workspace.world.robot.forward(handling.approach[0])
+        assert not len(between_pads(workspace, "block", T_object_tool, stroke))
+
+
+def test_nothing_is_dropped_that_would_stay_between_the_fingers(workspace, monkeypatch):
+    monkeypatch.setattr("tamp.streams.motion.inverse_kinematics.WITHDRAWALS", (0.001,))
+    context, goal = ToldContext(workspace), workspace.goals["block"]
+    grasp = next(sample_grasp(context, "block"))
+    low = (Pose((*goal.pose.xyz[:2], goal.pose.xyz[2] + 0.002), goal.pose.quat), goal.pose)
+    assert list(handlings(context, "block", goal, grasp, low)) == []
+    assert "block would not fall out of the hand" in context.reasons

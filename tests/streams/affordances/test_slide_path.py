@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams.affordances.slide_path import STEADY, slidable, ways
+from tamp.streams.values import Placement
+from tamp.task import Box, Mesh, Object, Pose
+from tests.streams.tables import corners, workspace_of
+
+PLATE = (
+    Path(__file__).resolve().parents[4] / "shared" / "ocrtoc" / "2021" / "models" / "round_plate_4" / "collision.obj"
+)
+FLAT = Object("flat", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)))
+NARROW = Object("narrow", Box((0.17, 0.07, 0.045)), Pose((0.1, 0.0, 0.0225)))
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(FLAT, NARROW)
+
+
+def test_only_what_lies_wider_than_the_hand_opens_is_slid(workspace):
+    assert slidable(workspace, "flat", workspace.start["flat"])
+    assert not slidable(workspace, "narrow", workspace.start["narrow"])
+
+
+def test_what_stands_on_its_edge_is_gripped_as_it_stands(workspace):
+    upright = Placement(Pose.from_rpy((0.1, 0.1, 0.055), (np.pi / 2, 0.0, 0.0)), ("table",))
+    assert not slidable(workspace, "flat", upright)
+
+
+def test_what_stands_on_other_things_is_not_slid(workspace):
+    assert not slidable(workspace, "flat", replace(workspace.start["flat"], on=("narrow",)))
+
+
+def test_what_hangs_over_the_edge_already_is_gripped_there(workspace):
+    (way, *_) = ways(workspace, "flat", workspace.start["flat"])
+    assert not slidable(workspace, "flat", way.end)
+
+
+@pytest.mark.skipif(not PLATE.exists(), reason="the models of OCRTOC 2021 are not beside the checkout")
+def test_a_plate_whose_rim_would_tilt_out_of_every_hand_is_slid():
+    workspace = workspace_of(Object("plate", Mesh(PLATE), Pose((0.0, 0.2, 0.012))))
+    assert slidable(workspace, "plate", workspace.start["plate"])
+
+
+@settings(max_examples=20, deadline=None)
+@given(x=st.floats(-0.3, 0.1), y=st.floats(-0.4, 0.4), yaw=st.floats(-np.pi, np.pi))
+def test_every_way_ends_over_an_edge_with_the_centre_of_mass_well_inside(workspace, x, y, yaw):
+    start = Placement(Pose.from_rpy((x, y, 0.0225), (0.0, 0.0, yaw)), ("table",))
+    table = workspace.task.table
+    half = np.array(table.size) / 2
+    for way in ways(workspace, "flat", start):
+        assert way.end.pose.quat == start.pose.quat
+        np.testing.assert_allclose(np.array(way.end.pose.xyz)[:2] - start.pose.xyz[:2], way.shift, atol=1e-12)
+        inside = half - np.abs(np.array(way.end.pose.xyz[:2]) - table.center)
+        assert inside.min() > STEADY - 1e-6
+        outside = np.abs(corners(workspace, "flat", way.end.pose)[:, :2] - table.center) - half
+        assert outside.max() > 0.02
+
+
+@settings(max_examples=20, deadline=None)
+@given(yaw=st.floats(-np.pi, np.pi))
+def test_the_hand_pushes_from_behind_in_line_with_the_centre_of_mass(workspace, yaw):
+    start = Placement(Pose.from_rpy((-0.1, -0.3, 0.0225), (0.0, 0.0, yaw)), ("table",))
+    for way in ways(workspace, "flat", start):
+        ahead = way.shift / np.linalg.norm(way.shift)
+        assert way.behind @ ahead < -np.cos(np.radians(21.0))
+        lever = np.array(start.pose.xyz[:2]) - way.touch
+        assert abs(lever[0] * ahead[1] - lever[1] * ahead[0]) < 1e-9

@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tamp.streams.affordances.stable_poses import BALANCE, STEADY, midtable, moved, outline, stands, stays, steady_faces
+from tamp.streams.affordances.tilts import tilts
+from tamp.streams.values import Placement
+from tamp.task import Box, Cylinder, Object, Pose
+from tamp.task.mesh.parts import convex_hull
+from tamp.world.geometry.object_geometry import geometry_of, load_geometry, stable_poses
+from tests.streams.tables import workspace_of
+
+
+@given(points=arrays(np.float64, (12, 2), elements=st.floats(-1.0, 1.0, width=32)))
+def test_an_outline_turns_left_all_around_and_leaves_no_point_outside(points):
+    corners = outline(points)
+    if len(corners) < 3:
+        return
+    edges = np.roll(corners, -1, axis=0) - corners
+    for corner, edge in zip(corners, edges, strict=True):
+        offsets = points - corner
+        assert (edge[0] * offsets[:, 1] - edge[1] * offsets[:, 0] > -1e-9).all()
+
+
+def test_points_in_line_have_no_outline():
+    assert len(outline(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]))) < 3
+
+
+@given(size=st.tuples(*[st.floats(0.02, 0.2)] * 3))
+def test_a_box_stands_on_each_of_its_faces(size):
+    geometry = load_geometry(Box(size))
+    assert all(stands(geometry, pose.R) for pose in stable_poses(geometry))
+
+
+@given(size=st.tuples(*[st.floats(0.05, 0.2)] * 3), angle=st.floats(0.1, 1.4))
+def test_a_box_does_not_stand_on_an_edge(size, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    assert not stands(load_geometry(Box(size)), np.array([[1, 0, 0], [0, c, -s], [0, s, c]]))
+
+
+def test_a_disc_stands_flat_and_not_on_its_rim():
+    disc = load_geometry(Cylinder(0.1, 0.01))
+    assert stands(disc, np.eye(3))
+    leaning = np.array([[1.0, 0, 0], [0, np.cos(1.4), -np.sin(1.4)], [0, np.sin(1.4), np.cos(1.4)]])
+    assert not stands(disc, leaning)
+
+
+@given(height=st.floats(0.1, 0.3), slope=st.floats(0.02, 0.3))
+def test_a_board_on_its_edge_stands_only_where_it_is_not_easily_tipped(height, slope):
+    assume(abs(slope - STEADY) > 1e-3 and slope * height / 2 > 2 * BALANCE)
+    board = load_geometry(Box((slope * height, 0.2, height)))
+    assert stands(board, np.eye(3)) == (slope > STEADY)
+
+
+def test_a_face_that_nearly_every_throw_ends_on_is_steady_though_it_rocks():
+    # A plate whose underside bends up by three degrees, a millimetre beside its centre of mass.
+    half, bend = 0.05, -0.002
+    rise = (half - bend) * np.tan(np.radians(3.0))
+    under = [(-half, 0.0), (bend, 0.0), (half, rise)]
+    corners = [(x, y, z) for y in (-half, half) for x, z in (*under, (half, 0.01), (-half, 0.01))]
+    plate = geometry_of([convex_hull(np.array(corners))])
+    flat = np.eye(3)
+    assert not stands(plate, flat)
+    assert any(np.allclose(R, flat, atol=1e-6) for R in steady_faces(plate))
+
+
+@given(size=st.tuples(*[st.floats(0.02, 0.2)] * 3))
+def test_a_box_stays_on_the_broadest_of_its_faces(size):
+    assert stays(load_geometry(Box(tuple(sorted(size, reverse=True)))), np.eye(3))
+
+
+def test_what_falls_onto_a_narrow_end_or_a_round_side_does_not_stay():
+    pillar, rod = load_geometry(Box((0.02, 0.02, 0.2))), load_geometry(Cylinder(0.02, 0.2))
+    lying = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert not stays(pillar, np.eye(3))
+    assert stays(pillar, lying)
+    assert not stays(rod, lying)
+    assert not stays(rod, np.eye(3))
+    assert stays(load_geometry(Cylinder(0.08, 0.03)), np.eye(3))
+
+
+BOOK = Object("book", Box((0.15, 0.20, 0.03)), Pose.from_rpy((0.1, 0.25, 0.016), (0.0, 0.0, 0.0)))
+FLAT = Placement(BOOK.pose, ("table",))
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(BOOK)
+
+
+def elsewhere(placement, x, y, angle):
+    moved = Pose.from_rpy((x, y, 0.0), (0.0, 0.0, angle)) @ placement.pose
+    return Placement(moved, placement.on)
+
+
+@given(
+    st.floats(-0.3, 0.3),
+    st.floats(-0.3, 0.3),
+    st.floats(-3.0, 3.0),
+    st.sampled_from([0.0, np.pi / 2, np.pi]),
+)
+def test_all_places_on_the_table_have_one_in_its_middle(workspace, x, y, angle, roll):
+    placement = Placement(Pose.from_rpy((0.0, 0.0, 0.05), (roll, 0.0, 0.0)), ("table",))
+    middle = midtable(workspace, placement)
+    other = midtable(workspace, elsewhere(placement, x, y, angle))
+    np.testing.assert_allclose(other.pose.matrix, middle.pose.matrix, atol=1e-8)
+    np.testing.assert_allclose(middle.pose.matrix[2], placement.pose.matrix[2], atol=1e-8)
+    assert middle.pose.xyz[:2] == workspace.task.table.center
+
+
+def test_a_fall_is_moved_as_a_whole_and_ends_at_the_placement(workspace):
+    there = elsewhere(FLAT, 0.2, -0.1, 1.0)
+    fall = tilts(workspace, "book", midtable(workspace, FLAT))[0].fall
+    found = moved(fall, there)
+    assert found[-1] == there.pose
+    for pose, before in zip(found, fall, strict=True):
+        step, meant = found[-1].inverse() @ pose, fall[-1].inverse() @ before
+        np.testing.assert_allclose(step.matrix, meant.matrix, atol=1e-8)

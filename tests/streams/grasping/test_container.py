@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tamp.streams.affordances.neighbours import enclosed
+from tamp.streams.grasping.container import LEVEL, roomy_pinches
+from tamp.streams.grasping.hand_clearance import support_cost
+from tamp.streams.hand.candidates import sample_pinches
+from tamp.streams.hand.clearance import HAND_MARGIN, opening_for
+from tamp.streams.hand.finger_closing import closed
+from tamp.streams.values import CLEARANCE
+from tamp.streams.workspace import TABLE
+from tamp.task import Box, Mesh, Object, Pose, Sphere
+from tamp.world.scene import Scene
+from tests.streams.tables import CUBE, OBJECTS, panda, workspace_of
+
+CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
+FLOOR = 0.01
+INSIDE = Object("inside", Box((0.04, 0.05, 0.06)), Pose((0.14, -0.2, 0.041 + FLOOR)))
+"""Stands in the crate, a hand's breadth from one of its walls."""
+CORNER = Object("corner", Sphere(0.028), Pose((0.024, -0.341, 0.035)))
+"""Lies in a corner of the crate, so near to both walls that no hand that comes straight down gets between."""
+
+
+@pytest.fixture(scope="module")
+def rack():
+    """A plate on edge in the crate between two others that leave little room."""
+    mesh = Mesh(OBJECTS / "plate" / "collision.obj")
+    plates = [
+        Object(name, mesh, Pose.from_rpy((x, -0.22, 0.11), (0.0, np.pi / 2, 0.0)))
+        for name, x in (("left", 0.055), ("plate", 0.1), ("right", 0.145))
+    ]
+    return workspace_of(CRATE, *plates, on={plate.name: ("crate",) for plate in plates})
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(CRATE, INSIDE, CUBE, on={"inside": ("crate",)})
+
+
+def drawn(workspace, name, seed=0):
+    return roomy_pinches(workspace, name, [workspace.start[name]], np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hands_that_reach_into_something_meet_no_wall(workspace, seed):
+    pinches = drawn(workspace, "inside", seed)
+    assert len(pinches)
+    assert not support_cost(workspace, pinches, "inside", workspace.start["inside"]).any()
+
+
+def test_most_of_them_come_straight_down(workspace):
+    approach = (workspace.start["inside"].pose.matrix @ drawn(workspace, "inside").T_object_tool)[:, :3, 2]
+    assert np.median(approach[:, 2]) < -0.9
+
+
+def test_what_stands_on_the_table_is_pinched_from_all_around(workspace):
+    expected = sample_pinches(workspace, "cube", np.random.default_rng(0))
+    assert np.array_equal(drawn(workspace, "cube").T_object_tool, expected.T_object_tool)
+
+
+def test_for_a_goal_alone_no_room_is_sought_at_the_start(workspace):
+    expected = sample_pinches(workspace, "inside", np.random.default_rng(0))
+    found = roomy_pinches(workspace, "inside", [], np.random.default_rng(0))
+    assert np.array_equal(found.T_object_tool, expected.T_object_tool)
+
+
+def test_in_a_corner_hands_lean_over_and_open_less():
+    workspace = workspace_of(CRATE, CORNER, on={"corner": ("crate",)})
+    pinches = drawn(workspace, "corner")
+    assert len(pinches)
+    assert not support_cost(workspace, pinches, "corner", workspace.start["corner"]).any()
+    wide = pinches.opened(CLEARANCE)
+    assert support_cost(workspace, wide, "corner", workspace.start["corner"]).any()
+    assert (np.abs(pinches.T_object_tool[:, 2, 1]) > LEVEL).any()
+
+
+def test_where_no_hand_has_room_there_is_no_pinch():
+    fitting = Object("fitting", Box((0.07, 0.07, 0.02)), Pose((0.023, -0.342, 0.0165)))
+    workspace = workspace_of(CRATE, fitting, on={"fitting": ("crate",)})
+    assert not len(drawn(workspace, "fitting"))
+
+
+def test_among_neighbours_room_is_judged_as_the_fingers_close(rack):
+    place, around = rack.start["plate"], ("crate", "left", "right")
+    pinches = drawn(rack, "plate")
+    assert len(pinches)
+    hand = rack.world.free_hand(Scene({name: rack.start[name].pose.matrix for name in around}), HAND_MARGIN)
+    for T, width, clearance in zip(pinches.T_object_tool, pinches.widths, pinches.clearances, strict=True):
+        grasp = closed(rack, "plate", T, float(width), float(clearance))
+        assert grasp is not None
+        T_world_tool = place.pose.matrix @ grasp.T_object_tool.matrix
+        assert not hand.hit(T_world_tool, opening_for(panda().spec.gripper, grasp))
+
+
+def test_what_touches_the_table_lies_in_nothing(workspace):
+    place = workspace.start["inside"]
+    assert enclosed(workspace, "inside", place)
+    assert not enclosed(workspace, "inside", replace(place, on=("crate", TABLE)))

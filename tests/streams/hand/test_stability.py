@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams.hand.stability import FIRM, LOST, TURN_STEP, Squeezed, looseness, second_best, slipping, turning
+from tamp.streams.values import Grasp
+from tamp.task import Box, Mesh, Object, Pose
+from tests.streams.tables import workspace_of
+
+WORKSPACE = workspace_of(Object("board", Box((0.1, 0.01, 0.1)), Pose((0.0, 0.1, 0.05)), mass=0.1, friction=0.5))
+PLACE = WORKSPACE.start["board"]
+
+
+def slanted(angle):
+    """A grasp of the board whose pads are slanted by an angle, so that the board turns by about as much."""
+    return Grasp(Pose.from_rpy((0, 0, 0.03), (np.pi + angle, 0, 0)), 0.01)
+
+
+def offered(loose=(), partly=()):
+    found = second_best(WORKSPACE, "board", PLACE, [(angle, slanted(angle)) for angle in loose], partly)
+    return [grasp for grasp in found if grasp is not None]
+
+
+def test_grasps_in_which_it_turns_a_little_come_before_those_in_which_it_turns_more():
+    assert offered(loose=[0.3, 0.2, 0.4]) == [slanted(0.2), slanted(0.3), slanted(0.4)]
+
+
+def test_firm_grasps_of_one_place_alternate_with_loose_ones_of_all():
+    firm = [Grasp(Pose.from_rpy((x, 0, 0.03), (np.pi, 0, 0)), 0.01) for x in (0.0, 0.01)]
+    assert offered(loose=[0.2, 0.3], partly=firm) == [slanted(0.2), firm[0], slanted(0.3), firm[1]]
+
+
+def test_grasps_that_are_neither_firm_nor_serve_all_places_come_last():
+    assert offered(loose=[0.3], partly=[slanted(0.2)]) == [slanted(0.3), slanted(0.2)]
+
+
+def test_grasps_that_would_lose_the_object_are_not_offered():
+    assert looseness(WORKSPACE, "board", slanted(0.65), PLACE.pose) > LOST
+    assert offered(loose=[0.65], partly=[slanted(0.65)]) == []
+
+
+@pytest.mark.parametrize("angle", [0.2, 0.4])
+def test_a_slant_is_no_firm_grasp(angle):
+    assert FIRM < looseness(WORKSPACE, "board", slanted(angle), PLACE.pose) < LOST
+
+
+DOWN = Pose.from_rpy((0, 0, 0), (np.pi, 0, 0))
+
+
+def wedge(slant, folder, height=0.06):
+    """The path of a wedge whose two faces across y lean by `slant` [rad]; narrow at the top where that is positive."""
+    ends = [(0.02 - z * np.tan(slant), z) for z in (-height / 2, height / 2)]
+    corners = [(x, side * half, z) for x in (-0.03, 0.03) for half, z in ends for side in (-1, 1)]
+    path = folder / "wedge.obj"
+    trimesh.convex.convex_hull(np.array(corners)).export(path)
+    return path
+
+
+def slipped(slant, folder, friction=0.5, mass=0.1):
+    item = Object("wedge", Mesh(wedge(slant, folder)), Pose((0.0, 0.1, 0.03)), mass=mass, friction=friction)
+    workspace = workspace_of(item)
+    grasp = Grasp(DOWN, 0.04)
+    return slipping(Squeezed(workspace, "wedge", grasp), workspace.start["wedge"].pose)
+
+
+@given(slant=st.floats(-0.2, 0.2))
+@settings(max_examples=20, deadline=None)
+def test_what_is_nearly_parallel_keeps_still(slant, tmp_path_factory):
+    assert slipped(slant, tmp_path_factory.mktemp("wedges")) == 0.0
+
+
+@pytest.mark.parametrize("slant", [-0.6, 0.6])
+def test_what_is_steeper_than_the_cone_of_friction_shoots_out(slant, tmp_path):
+    assert slipped(slant, tmp_path) > 0.01
+
+
+def test_more_friction_holds_what_is_steeper(tmp_path):
+    assert slipped(0.5, tmp_path, friction=0.5) > 0.01
+    assert slipped(0.5, tmp_path, friction=1.0) == 0.0
+
+
+def test_weight_draws_down_what_friction_hardly_holds(tmp_path):
+    assert slipped(0.3, tmp_path, mass=0.01) == 0.0
+    assert slipped(0.0, tmp_path, mass=20.0) > 0.01
+
+
+def test_a_block_at_the_tip_of_the_fingers_is_held(tmp_path):
+    block = Object("block", Box((0.05, 0.04, 0.05)), Pose((0.0, 0.1, 0.025)))
+    workspace = workspace_of(block)
+    grasp = Grasp(Pose((0.0, 0.0, 0.028)) @ DOWN, 0.04)
+    assert slipping(Squeezed(workspace, "block", grasp), workspace.start["block"].pose) == 0.0
+
+
+HALF_TURN = Pose.from_rpy((0, 0, 0), (0, 0, np.pi))
+
+
+def board(thickness=0.01, mass=0.1, friction=0.5):
+    """A board that stands on its edge, thin along y."""
+    return Object("board", Box((0.1, thickness, 0.1)), Pose((0.0, 0.1, 0.05)), mass=mass, friction=friction)
+
+
+def turned(workspace, obj, grasp, *poses):
+    return turning(Squeezed(workspace, obj, grasp), *poses)
+
+
+def turned_in_hand(angle, thickness=0.01, mass=0.1, friction=0.5, offset=0.0, yaw=0.0):
+    workspace = workspace_of(board(thickness, mass, friction))
+    grasp = Grasp(Pose.from_rpy((offset, 0, 0.03), (angle, 0, yaw)) @ DOWN, thickness)
+    return turned(workspace, "board", grasp, workspace.start["board"].pose)
+
+
+def test_what_lies_flat_between_the_pads_keeps_still():
+    assert turned_in_hand(0.0) == 0.0
+
+
+def test_about_the_closing_axis_the_pads_hold():
+    assert turned_in_hand(0.0, offset=0.04, mass=0.5) == 0.0
+
+
+@pytest.mark.parametrize("angle", [-0.3, -0.2, 0.2, 0.3])
+def test_what_is_slanted_between_the_pads_turns_until_it_lies_flat(angle):
+    assert turned_in_hand(angle) == pytest.approx(abs(angle), abs=2 * TURN_STEP)
+    assert turned_in_hand(0.0, yaw=angle) == pytest.approx(abs(angle), abs=2 * TURN_STEP)
+
+
+@pytest.mark.parametrize("angle", [-0.3, 0.3])
+def test_what_is_slanted_about_both_axes_turns_about_one_after_the_other(angle):
+    assert turned_in_hand(angle, yaw=0.3) == pytest.approx(np.hypot(angle, 0.3), abs=2 * TURN_STEP)
+
+
+def test_friction_holds_what_is_thick_and_a_little_slanted():
+    assert turned_in_hand(0.08, thickness=0.06, friction=1.0) == 0.0
+    assert turned_in_hand(0.08, thickness=0.06, friction=0.1) > 0.0
+
+
+@given(angle=st.floats(-0.4, 0.4), thickness=st.floats(0.004, 0.05))
+@settings(max_examples=20, deadline=None)
+def test_a_hand_turned_by_half_a_turn_holds_as_well(angle, thickness):
+    workspace = workspace_of(board(thickness))
+    tool = Pose.from_rpy((0, 0, 0.03), (angle, 0, 0)) @ DOWN
+    pose = workspace.start["board"].pose
+    one, other = (turned(workspace, "board", Grasp(T, thickness), pose) for T in (tool, tool @ HALF_TURN))
+    assert one == pytest.approx(other, abs=1.01 * TURN_STEP)
+
+
+def test_the_pose_at_which_it_turns_farthest_counts():
+    workspace = workspace_of(board(mass=2.0, friction=0.2))
+    grasp = Grasp(Pose.from_rpy((0.04, 0, 0.03), (0.2, 0, 0)) @ DOWN, 0.01)
+    standing = workspace.start["board"].pose
+    poses = [standing, standing @ Pose.from_rpy((0, 0, 0), (np.pi / 2, 0, 0)), Pose((0.3, 0, 0)) @ standing]
+    angles = [turned(workspace, "board", grasp, pose) for pose in poses]
+    assert turned(workspace, "board", grasp, *poses) == max(angles)
+    assert angles[0] == angles[2]

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from tamp.streams.affordances.slide_path import ways
+from tamp.streams.collisions import approach_contact
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
+from tamp.streams.pushing.hand_contact import barred, hands_at
+from tamp.streams.pushing.push_motion import push_hits, pushes
+from tamp.streams.pushing.slide import plan_sliding, test_cfree_slide
+from tamp.streams.values import Placement
+from tamp.task import Box, Object, Pose
+from tests.streams.tables import ToldContext, workspace_of
+
+test_cfree_slide.__test__ = False
+
+BOX = Object("box", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)))
+PEG = Object("peg", Box((0.02, 0.02, 0.02)), Pose((0.1, 0.3, 0.01)))
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(BOX, PEG)
+
+
+@pytest.fixture(scope="module")
+def offer(workspace):
+    return next(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]))
+
+
+def test_the_hand_takes_the_object_straight_to_where_it_is_gripped(workspace, offer):
+    end, before, after, slide = offer
+    robot = workspace.world.robot
+    for q, placement in ((slide.push[0], workspace.start["box"]), (slide.push[-1], end)):
+        T = robot.forward(q) @ slide.T_tool_object.matrix
+        np.testing.assert_allclose(T, placement.pose.matrix, atol=1e-4)
+    path = np.array([robot.forward(q)[:3, 3] for q in slide.push])
+    ahead = (path[-1] - path[0]) / np.linalg.norm(path[-1] - path[0])
+    beside = (path - path[0]) - np.outer((path - path[0]) @ ahead, ahead)
+    assert np.abs(beside).max() < 1e-3
+    assert before.q == tuple(slide.approach[0]) and after.q == tuple(slide.retreat[-1])
+
+
+def test_the_hand_comes_down_clear_of_the_object_and_then_touches_it(workspace, offer):
+    slide, start = offer[-1], workspace.start["box"].pose
+    assert approach_contact(workspace, "box", start, slide.opening, slide.approach, {}) is None
+    farther = slide.push[:3]  # the fingers go into an object that does not give way
+    assert approach_contact(workspace, "box", start, slide.opening, farther, {}) is not None
+
+
+def test_where_it_hangs_over_the_edge_it_can_be_gripped(workspace, offer):
+    context = ToldContext(workspace)
+    grasps = islice(sample_exposed_grasp(context, "box", offer[0]), 10)
+    assert any(next(inverse_kinematics(context, "box", offer[0], grasp), None) is not None for grasp in grasps)
+
+
+def test_what_stands_in_the_way_of_the_object_is_hit_and_what_stands_elsewhere_is_not(workspace, offer):
+    end, _, _, slide = offer
+    x, y = (np.array(workspace.start["box"].pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    in_the_way = Placement(Pose((x, y, 0.01)), ("table",))
+    assert push_hits(workspace, slide, {"peg": in_the_way}) is not None
+    assert push_hits(workspace, slide, {"peg": workspace.start["peg"]}) is None
+    context = ToldContext(workspace)
+    assert not test_cfree_slide(context, "box", slide, "peg", in_the_way)
+    assert context.reasons and "peg" in context.reasons[0]
+    assert test_cfree_slide(context, "box", slide, "peg", workspace.start["peg"])
+
+
+def test_slides_that_are_free_of_what_stands_there_come_first(workspace, offer):
+    end = offer[0]
+    x, y = (np.array(workspace.start["box"].pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    around = (("AtPose", "peg", Placement(Pose((x, y, 0.01)), ("table",))),)
+    context = ToldContext(workspace, bound=around)
+    offers = list(plan_sliding(context, "box", workspace.start["box"]))
+    free = [push_hits(workspace, slide, {"peg": around[0][2]}) is None for *_, slide in offers]
+    assert free == sorted(free, reverse=True) and any(free) and not all(free)
+
+
+def test_a_way_is_barred_by_what_stands_in_it_or_where_the_hand_would_be(workspace, offer):
+    end, _, _, slide = offer
+    start = workspace.start["box"]
+    way = next(way for way in ways(workspace, "box", start) if way.end == end)
+    x, y = (np.array(start.pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    hand = workspace.world.robot.forward(slide.push[-1])[:3, 3]
+    elsewhere = workspace.start["peg"]
+    assert not barred(workspace, "box", start, way, {"peg": elsewhere})
+    for at, height in (((x, y), 0.01), (hand[:2], hand[2])):  # in the air, only the hand comes there
+        peg = Placement(Pose((float(at[0]), float(at[1]), float(height))), ("table",))
+        assert barred(workspace, "box", start, way, {"peg": peg})
+        assert push_hits(workspace, slide, {"peg": peg}) is not None
+
+
+def test_barred_ways_come_after_all_others_though_they_are_looked_at_last(workspace, offer):
+    end, start = offer[0], workspace.start["box"]
+    x, y = (np.array(start.pose.xyz[:2]) + end.pose.xyz[:2]) / 2
+    peg = Placement(Pose((float(x), float(y), 0.01)), ("table",))
+    context = ToldContext(workspace, bound=(("AtPose", "peg", peg),))
+    ended = [end for end, *_ in plan_sliding(context, "box", start)]
+    bars = {way.end: barred(workspace, "box", start, way, {"peg": peg}) for way in ways(workspace, "box", start)}
+    told = [bars[end] for end in ended]
+    assert told == sorted(told) and any(told) and not all(told)
+
+
+def test_a_slim_hand_pushes_with_the_back_of_one_finger_and_is_narrower(workspace, offer):
+    start = workspace.start["box"]
+    way = next(way for way in ways(workspace, "box", start) if way.end == offer[0])
+    across = np.array([-way.behind[1], way.behind[0]])
+    closing = np.array(workspace.world.robot.spec.gripper.axis)
+    for slim, along in ((False, across), (True, way.behind)):
+        for T, opening in hands_at(workspace, "box", start, way, slim):
+            assert abs((T[:3, :3] @ closing)[:2] @ along) == pytest.approx(1.0)
+            assert (opening == 0.0) == slim
+    assert next(pushes(ToldContext(workspace), "box", start, way, slim=True)).end == way.end
+
+
+def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(workspace, offer):
+    end, _, _, slide = offer
+    T = workspace.world.robot.forward(slide.push[0])
+    back = np.array(workspace.start["box"].pose.xyz) - end.pose.xyz
+    back /= np.linalg.norm(back)
+    finger = T[:3, 3] + T[:3, :3] @ np.array(workspace.world.robot.spec.gripper.axis) * slide.opening / 2
+    places = [finger + distance * back for distance in np.arange(0.03, 0.1, 0.002)]
+    behind = [Placement(Pose((float(x), float(y), 0.01)), ("table",)) for x, y, _ in places]
+    met = [place for place in behind if push_hits(workspace, slide, {"peg": place}) is not None]
+    context = ToldContext(workspace, bound=(("AtPose", "peg", met[-1]),))
+    close = next(s for ended, *_, s in plan_sliding(context, "box", workspace.start["box"]) if ended == end)
+    assert push_hits(workspace, close, {"peg": met[-1]}) is None

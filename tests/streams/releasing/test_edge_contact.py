@@ -1,0 +1,164 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tamp.streams.affordances.tilts import tilts
+from tamp.streams.releasing.edge_contact import FARTHEST, aimed, dragged, friction_beneath, held_up, skid
+from tamp.streams.values import Grasp, Placement
+from tamp.task import At, Box, Mesh, Object, Pose
+from tests.streams.tables import OBJECTS, workspace_of
+
+LENGTH, WIDTH, HEIGHT = 0.16, 0.12, 0.03
+BOOK = Object("book", Box((LENGTH, WIDTH, HEIGHT)), Pose((0.1, 0.3, HEIGHT / 2)), At(Pose((0.1, -0.2, 0.1))))
+ROUGH = Object("rough", Box((0.2, 0.2, 0.02)), Pose((-0.1, 0.0, 0.01)), friction=1.0)
+SMOOTH = Object("smooth", Box((0.2, 0.2, 0.02)), Pose((0.1, 0.0, 0.01)), friction=0.3)
+
+# At the side towards +x, a centimetre deep, from there, closing across the book's thickness; and closing along y.
+T_BEYOND = np.array([[0, 0, -1, LENGTH / 2 - 0.01], [1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
+T_ACROSS = np.array([[0, 0, -1, LENGTH / 2 - 0.01], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
+BEYOND, ACROSS = Grasp(Pose.from_matrix(T_BEYOND), HEIGHT), Grasp(Pose.from_matrix(T_ACROSS), 0.07)
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    return workspace_of(BOOK, ROUGH, SMOOTH)
+
+
+def is_dragged(workspace, degrees, *on, grasp=BEYOND, rising=(1.0, 0.0)):
+    """Whether the book is, laid down over the edge from which it rises in a direction."""
+    place = Placement(BOOK.goal.pose, on)
+    falls = [tilt.fall for tilt in tilts(workspace, "book", place) if round(np.degrees(tilt.angle)) == degrees]
+    (tilted,) = (
+        fall[0] for fall in falls if np.allclose(-fall[0].matrix[:2, 2], np.sin(np.radians(degrees)) * np.array(rising))
+    )
+    return dragged(workspace, "book", place, grasp, tilted)
+
+
+def test_a_book_that_lies_nearly_flat_on_something_smooth_goes_with_the_hand(workspace):
+    assert is_dragged(workspace, 10, "smooth")
+    assert not is_dragged(workspace, 30, "smooth")
+
+
+def test_it_does_not_where_it_is_held_faster_than_by_the_finger(workspace):
+    assert not is_dragged(workspace, 10, "rough")
+    assert not is_dragged(workspace, 10, "table")
+
+
+def test_the_smoothest_of_what_it_lies_on_counts(workspace):
+    assert is_dragged(workspace, 10, "rough", "smooth")
+
+
+@pytest.mark.parametrize("on", ["smooth", "rough"])
+def test_whoever_is_dragged_at_a_tilt_is_so_at_every_lesser_one(workspace, on):
+    answers = [is_dragged(workspace, degrees, on) for degrees in range(10, 50, 5)]
+    assert answers == sorted(answers, reverse=True)
+
+
+def test_fingers_beside_a_book_do_not_carry_it(workspace):
+    assert not is_dragged(workspace, 10, "smooth", grasp=ACROSS)
+
+
+def test_nor_does_a_hand_at_the_side_that_is_down(workspace):
+    assert not is_dragged(workspace, 10, "smooth", rising=(-1.0, 0.0))
+
+
+LYING = Pose.from_rpy((0.10, -0.15, 0.0341), (0.0, np.pi / 2, 0.0))
+BLOCK = Object("block", Box((0.06, 0.10, 0.07)), Pose((0.05, 0.20, 0.035)), At(LYING))
+CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", scale=0.6), Pose((0.10, -0.15, 0.018)))
+SHELF = Object("shelf", Box((0.3, 0.3, 0.02)), Pose((0.10, -0.15, -0.0065)))
+
+
+@pytest.fixture(scope="module")
+def rimmed():
+    return workspace_of(BLOCK, CRATE, SHELF)
+
+
+def held(rimmed, name):
+    """Tilts from which the block would be held up [degrees], and those from which it falls."""
+    place, below = Placement(LYING, (name,)), {name: rimmed.start[name]}
+    found = {True: set(), False: set()}
+    for tilt in tilts(rimmed, "block", place):
+        found[held_up(rimmed, "block", tilt.fall, below)].add(round(np.degrees(tilt.angle)))
+    return found[True], found[False]
+
+
+def test_nothing_is_held_up_on_a_flat_support(rimmed):
+    assert held(rimmed, "shelf")[0] == set()
+
+
+def test_a_block_that_is_tilted_far_over_the_rim_of_a_crate_is_held_up_there(rimmed):
+    up, falling = held(rimmed, "crate")
+    assert up
+    assert min(falling) == 10
+    assert min(up) > 20
+
+
+def test_what_touches_nothing_is_not_held_up(rimmed):
+    fall = (Pose.from_rpy((0.1, 0.2, 0.5), (0.3, 0.0, 0.0)), Pose((0.1, 0.2, 0.45)))
+    assert not held_up(rimmed, "block", fall, {"crate": rimmed.start["crate"]})
+
+
+SKIDDING_BOOK = Object("book", Box((0.16, 0.12, 0.03)), Pose((0.1, 0.3, 0.015)), At(Pose((0.1, -0.2, 0.1))))
+SKIDDING_SMOOTH = Object("smooth", Box((0.2, 0.2, 0.02)), Pose((0.1, 0.0, 0.01)), friction=0.2)
+
+# A board, half as long and half as thick, that falls by an angle.
+boards = st.tuples(st.floats(0.03, 0.15), st.floats(0.005, 0.03), st.floats(0.1, 1.0)).filter(
+    lambda board: lever(*board)[0] > 0.005
+)
+
+
+def lever(length, thickness, angle):
+    """From the edge of a tilted board to its middle."""
+    c, s = math.cos(angle), math.sin(angle)
+    return length * c - thickness * s, length * s + thickness * c
+
+
+def skid_of(board, friction):
+    length, thickness, angle = board
+    return skid(lever(*board), (length**2 + thickness**2) / 3, angle, friction)
+
+
+@pytest.fixture(scope="module")
+def books():
+    return workspace_of(SKIDDING_BOOK, SKIDDING_SMOOTH)
+
+
+@given(board=boards)
+def test_on_ice_the_middle_falls_straight_down(board):
+    assert skid_of(board, 0.0) == pytest.approx(board[0] - lever(*board)[0], abs=3e-3)
+
+
+@given(board=boards)
+def test_an_edge_on_something_rough_stays(board):
+    assert abs(skid_of(board, 20.0)) < 1e-3
+
+
+@given(board=boards, friction=st.floats(0.0, 1.0))
+def test_no_edge_skids_farther_than_on_ice(board, friction):
+    assert skid_of(board, friction) < skid_of(board, 0.0) + 1e-3
+
+
+def test_the_smoothest_of_what_it_lies_on_counts_skidding(books):
+    at = SKIDDING_BOOK.goal.pose
+    assert friction_beneath(books, "book", Placement(at, ("table",))) == pytest.approx(0.5)
+    assert friction_beneath(books, "book", Placement(at, ("smooth", "table"))) == pytest.approx(0.1)
+
+
+def test_what_skids_is_let_go_on_the_side_that_is_up_and_lands_at_its_placement(books):
+    place = Placement(SKIDDING_BOOK.goal.pose, ("smooth",))
+    shifted = []
+    for tilt in tilts(books, "book", place):
+        found = aimed(books, "book", place, tilt.fall)
+        shifts = np.array([np.subtract(to.xyz, by.xyz) for to, by in zip(found, tilt.fall, strict=True)])
+        assert [pose.quat for pose in found] == [pose.quat for pose in tilt.fall]
+        assert (np.linalg.norm(shifts, axis=1) <= FARTHEST + 1e-9).all()
+        assert np.allclose(shifts[-1], 0.0)
+        rising = -tilt.fall[0].matrix[:2, 2]
+        assert shifts[0][:2] @ rising >= 0.0
+        shifted.append(np.linalg.norm(shifts[0]) > 2e-3)
+    assert sum(shifted) > len(shifted) / 2

@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tamp.errors import RobotError
+from tamp.task import Pose, load_robot
+from tamp.world.kinematics.levenberg_marquardt import rotation_vector
+from tamp.world.robot.chain import chain
+from tamp.world.robot.model import robot_model
+from tamp.world.robot.urdf import link_shapes
+
+ROBOT = """<robot name="r">
+  <link name="base"/>
+  <joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>LIMIT</joint>
+  <link name="arm"><collision><geometry>SHAPE</geometry></collision></link>
+</robot>"""
+LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+
+
+def test_the_tool_of_the_panda_at_home(panda):
+    T = panda.forward(panda.home)
+    np.testing.assert_allclose(T[:3, 2], (0, 0, -1), atol=1e-9)
+    np.testing.assert_allclose(T[:3, 3], (-0.42 + 0.5545, 0, 0.002 + 0.5211), atol=1e-3)
+
+
+def test_every_link_has_a_hull_with_volume(panda):
+    names = [body.name for body in panda.bodies]
+    assert names[0] == "panda_link0"
+    assert {"panda_link6", "panda_hand", "panda_leftfinger", "panda_rightfinger"} <= set(names)
+    assert [names[i] for i in panda.hand] == ["panda_hand", "panda_leftfinger", "panda_rightfinger"]
+
+
+def test_self_collision_pairs_leave_out_neighbours_and_keep_what_folds(panda):
+    names = [(panda.bodies[a].name, panda.bodies[b].name) for a, b in panda.pairs]
+    assert ("panda_link0", "panda_hand") in names
+    assert ("panda_link5", "panda_hand") in names
+    assert ("panda_link6", "panda_link7") not in names
+    assert ("panda_leftfinger", "panda_rightfinger") not in names
+
+
+def test_the_base_may_stand_anywhere(panda):
+    moved = robot_model(dataclasses.replace(panda.spec, T_world_base=Pose.from_rpy((1, 2, 3), (0, 0, np.pi))))
+    T_base = panda.spec.T_world_base.matrix
+    expected = moved.spec.T_world_base.matrix @ np.linalg.inv(T_base) @ panda.forward(panda.home)
+    np.testing.assert_allclose(moved.forward(moved.home), expected, atol=1e-9)
+
+
+def test_the_chain_agrees_with_pinocchio_and_its_jacobian_with_differences(panda):
+    rng = np.random.default_rng(0)
+    q = rng.uniform(panda.lower, panda.upper, (20, panda.dof))
+    step = 1e-6 * rng.normal(size=q.shape)
+    R, p, jacobian = chain(panda).forward(q)
+    R_after, p_after, _ = chain(panda).forward(q + step)
+    moved = np.einsum("bij,bj->bi", jacobian, step)
+    np.testing.assert_allclose(p_after - p, moved[:, :3], atol=1e-10)
+    np.testing.assert_allclose(rotation_vector(R_after @ R.transpose(0, 2, 1)), moved[:, 3:], atol=1e-10)
+    for i in range(len(q)):
+        T = panda.forward(q[i])
+        np.testing.assert_allclose(T[:3, :3], R[i], atol=1e-12)
+        np.testing.assert_allclose(T[:3, 3], p[i], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("limit", "shape", "complaint"),
+    [
+        (LIMIT, '<mesh filename="package://absent.stl"/>', r"link 'arm': .*absent\.stl: no such mesh file"),
+        ("", '<box size="1 1 1"/>', "joint 'j' has no limits"),
+        (LIMIT, "<torus/>", "geometry <torus>; valid are mesh, box, cylinder and sphere"),
+        (LIMIT, "", "a <collision> without geometry"),
+    ],
+)
+def test_an_unusable_urdf_is_refused_in_one_sentence(tmp_path, limit, shape, complaint):
+    path = tmp_path / "robot.urdf"
+    path.write_text(ROBOT.replace("LIMIT", limit).replace("SHAPE", shape))
+    gripper = dataclasses.replace(load_robot("panda").gripper, joints=("j",), fingers=("arm",))
+    spec = dataclasses.replace(
+        load_robot("panda"), urdf=path, mesh_root=tmp_path, joints=("j",), tool_parent="arm", gripper=gripper
+    )
+    with pytest.raises(RobotError, match=complaint) as error:
+        link_shapes(spec)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_missing_or_broken_urdf_and_an_unknown_joint_are_named(tmp_path):
+    spec = load_robot("panda")
+    with pytest.raises(RobotError, match="no such URDF"):
+        link_shapes(dataclasses.replace(spec, urdf=tmp_path / "absent.urdf"))
+    (tmp_path / "broken.urdf").write_text("<robot>")
+    with pytest.raises(RobotError, match="not a URDF"):
+        link_shapes(dataclasses.replace(spec, urdf=tmp_path / "broken.urdf"))
+    with pytest.raises(RobotError, match="no joint 'elbow'"):
+        link_shapes(dataclasses.replace(spec, joints=(*spec.joints[:-1], "elbow")))
