@@ -73,7 +73,9 @@ def test_a_wrong_sampler_in_a_batch_is_an_error_without_a_traceback(tmp_path: Pa
 
 
 def test_nothing_for_ever_is_a_timeout_and_prints_are_not_results(tmp_path: Path) -> None:
-    nothing = tamp_("plan", str(ONE), "--timeout", "2", "--sampler", f"sample-grasp={HERE}:yields_nothing")
+    no_regrasp = ["--sampler", "sample-regrasp=tamp.streams.nothing:nothing"]  # the other way to the goal
+    unending = ["--timeout", "2", "--sampler", f"sample-grasp={HERE}:yields_nothing"]
+    nothing = tamp_("plan", str(ONE), *unending, *no_regrasp)
     assert "no plan (timeout)" in nothing.stderr
     for command in (["plan", str(ONE)], ["solve", str(ONE), "--output", str(tmp_path / "out")]):
         printed = tamp_(*command, "--timeout", "5", "--sampler", f"sample-grasp={HERE}:prints", "--json", "-")
