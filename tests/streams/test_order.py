@@ -13,17 +13,19 @@ from tamp.streams.cache import SampleCache
 from tamp.streams.collisions import handling_hits
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.motion.paths import plan_free_motion, plan_holding_motion
 from tamp.streams.placing.put_aside import sample_laid_aside, sample_put_aside
 from tamp.streams.placing.regrasp import sample_regrasp
 from tamp.streams.placing.sampler import sample_placement
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
+from tamp.streams.pushing.nudge import plan_nudging
 from tamp.streams.pushing.slide import plan_sliding
 from tamp.streams.pushing.topple import plan_toppling
 from tamp.streams.releasing.tilted_release import plan_bringing, plan_laying
-from tamp.streams.values import Placement
+from tamp.streams.values import Configuration, Placement
 from tamp.task import At, Box, Object, Pose
 from tests.streams.affordances.test_topple_path import PAIL
-from tests.streams.tables import CUBE, RED, ToldContext, workspace_of
+from tests.streams.tables import CUBE, RED, ToldContext, at, panda, workspace_of
 
 BOX = Object("box", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)))
 BLOCK = Object(
@@ -35,6 +37,7 @@ BLOCK = Object(
 NEXT_TO_RED = Pose((0.11, 0.2, 0.02))
 AWAY = Pose((-0.25, -0.2, 0.02))
 BOOK = Object("book", Box((0.04, 0.17, 0.26)), Pose((0.2, -0.35, 0.13)))
+HOME = Configuration(tuple(panda().spec.home), panda().spec.gripper.stroke)
 SAMPLES = 3
 
 
@@ -65,6 +68,28 @@ def grasp_of(workspace, obj, seed):
     return next(sample_grasp(ToldContext(replace(workspace, cache=SampleCache()), seed=seed), obj))
 
 
+@cache
+def taking():
+    """Red's grasp, and the arm's configurations before red is taken and after."""
+    grasp = grasp_of(table(), "red", 0)
+    approach, lifted, _ = next(inverse_kinematics(ToldContext(table()), "red", table().start["red"], grasp))
+    return grasp, approach, lifted
+
+
+def moving(context, workspace):
+    _, approach, _ = taking()
+    return plan_free_motion(among(context, workspace), HOME, approach)
+
+
+def carrying(context, workspace):
+    grasp, _, lifted = taking()
+    return plan_holding_motion(among(context, workspace), "red", grasp, lifted, HOME)
+
+
+def among(context, workspace):
+    return replace(context, fluents=tuple(at(name, place) for name, place in workspace.start.items()))
+
+
 QUERIES = [
     ("grasp", lambda c, s: sample_grasp(c, "red")),
     ("grasp of another", lambda c, s: sample_grasp(c, "block")),
@@ -75,9 +100,13 @@ QUERIES = [
     ("placing", lambda c, s: sample_placement(c, "red", "table")),
     ("regrasping", lambda c, s: sample_regrasp(c, "block", s.start["block"], s.goals["block"])),
     ("putting aside", lambda c, s: sample_put_aside(c, "book", s.start["book"])),
+    ("moving", moving),
+    ("carrying", carrying),
     ("laying aside", lambda c, s: sample_laid_aside(c, "book", s.start["book"])),
 ]
+NUDGED = Placement(Pose((-0.23, -0.2, 0.02)), ("table",))
 PUSHES = [
+    ("nudging", lambda c, s: plan_nudging(c, "cube", s.start["cube"], NUDGED)),
     ("sliding", lambda c, s: plan_sliding(c, "box", s.start["box"])),
     ("toppling", lambda c, s: plan_toppling(c, "pail", s.start["pail"])),
     ("taking after a push", lambda c, s: sample_exposed_grasp(c, "red", s.start["red"])),
