@@ -43,6 +43,7 @@ class Result:
         goals_met: object -> whether its goal holds.
         plan_sha256: of the first plan's content; empty without a plan.
         message: why it is not solved, in words.
+        remarks: poses of the task that settle elsewhere than given, in words.
         versions: of the program, of Python and of the libraries that decide results.
         task_path: the file the task came from, as it was given.
         level: of difficulty, as the task's file has it.
@@ -78,6 +79,7 @@ class Result:
     goals_met: Mapping[str, bool] = field(default_factory=dict)
     plan_sha256: str = ""
     message: str = ""
+    remarks: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     task_path: str = ""
     level: int | None = None
@@ -95,6 +97,7 @@ class Result:
         if self.status not in get_args(Status):
             raise ValueError(f"unknown status {self.status!r}; valid are {', '.join(get_args(Status))}")
         object.__setattr__(self, "objects", tuple(MappingProxyType(dict(o)) for o in self.objects))
+        object.__setattr__(self, "remarks", tuple(self.remarks))
         for name in ("goals_met", "versions", "settings", "configuration"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 

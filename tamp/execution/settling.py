@@ -75,6 +75,9 @@ def _tipping(item: Object, pose: Pose, carrying: Array) -> tuple[float, Array]:
 GENTLE_S = 0.5
 """How long speeds are limited at the start, so that bodies that overlap part without a bang [s]."""
 
+PARTED, PARTED_S = 0.005, 2.0
+"""Bodies that are deeper than this in each other [m] are let part as gently, but no longer than this [s]."""
+
 GENTLE_SPEED, GENTLE_TURN = 0.05, 0.5
 """[m/s], [rad/s]."""
 
@@ -156,24 +159,29 @@ def _in_time(deadline: float) -> None:
 
 def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf) -> bool:
     """Step a scene until it rests, gently at first; False where it still moves after `limit_s` [s]."""
-    gentle_until = simulator.time + GENTLE_S
-    while simulator.time < gentle_until:
-        _in_time(deadline)
+    began = simulator.time
+    while simulator.time < began + GENTLE_S or (simulator.time < began + PARTED_S and _deepest(simulator) > PARTED):
         simulator.step()
         simulator.limit_speeds(GENTLE_SPEED, GENTLE_TURN)
+    _in_time(deadline)
 
     since, poses, stays = simulator.time, simulator.poses(), False
 
     def resting() -> bool:
         nonlocal since, poses, stays
-        _in_time(deadline)
         if simulator.time >= since + WINDOW_S:
+            _in_time(deadline)
             before, poses = poses, simulator.poses()
             stays = _stays(before, poses, simulator.time - since)
             since = simulator.time
         return stays or at_rest(simulator)
 
     return wait(simulator, limit_s - GENTLE_S, resting, patience=REST_STEPS)
+
+
+def _deepest(simulator: Simulator) -> float:
+    """How deep two bodies are in each other, at most [m]."""
+    return max((touch.depth for touch in simulator.touches()), default=0.0)
 
 
 def at_rest(simulator: Simulator) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,109 +10,22 @@ from types import MappingProxyType
 from tamp.checking import Verdict, check
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
-from tamp.errors import DomainError, TaskError
+from tamp.errors import DomainError
 from tamp.execution.settling import settle
 from tamp.execution.simulators import DEFAULT
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
+from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.cache import SampleCache
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE
-from tamp.task import At, Mesh, Object, Plan, Pose, SymbolicFact, Task, load_robot
-from tamp.task.files.yaml_document import FieldPath, read_document
+from tamp.task import At, Plan, Pose, SymbolicFact, Task, load_robot
 from tamp.task.validate import validate
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.robot.model import robot_model
 from tamp.world.world import World
-
-INSIDE = 0.025  # rounding lets given poses overlap a little; deeper than this, two objects are inside each other [m]
-THIN = 0.9  # of what is thin, less: spoons were found 13 mm deep in the plates they shall lie on
-IN_THE_AIR = 0.05  # a goal that settles farther than this rests on nothing [m]
-
-
-def _stands_in(obj: Object) -> bool:
-    """Whether no more than an object's size is known."""
-    return isinstance(obj.shape, Mesh) and obj.shape.stand_in
-
-
-def check_geometry(task: Task, world: World) -> None:
-    """Refuse objects inside each other and objects that stand off the table; what stands in for a mesh may overlap.
-
-    Raises:
-        TaskError: names the object, its line in the file, and what would be valid.
-    """
-    for index, obj in enumerate(task.objects):
-        _check_on_table(task, world, ("objects", index, "pose"), obj.name, obj.pose)
-        if isinstance(obj.goal, At):
-            _check_on_table(task, world, ("objects", index, "goal", "pose"), obj.name, obj.goal.pose)
-    known = [(index, obj) for index, obj in enumerate(task.objects) if not _stands_in(obj)]
-    for (_, first), (second_index, second) in itertools.combinations(known, 2):
-        if _inside(world, first.name, first.pose, second.name, second.pose):
-            field = ("objects", second_index, "pose")
-            raise _refusal(task, field, f"{second.name} is inside {first.name}; move one of them")
-        if (
-            isinstance(first.goal, At)
-            and isinstance(second.goal, At)
-            and _inside(world, first.name, first.goal.pose, second.name, second.goal.pose)
-        ):
-            goal_field = ("objects", second_index, "goal", "pose")
-            raise _refusal(
-                task, goal_field, f"the goal of {second.name} is inside that of {first.name}; move one of them"
-            )
-
-
-def check_settled(task: Task, start: Mapping[str, Pose], goals: Mapping[str, Placement]) -> None:
-    """Refuse objects that fall off the table and goals that nothing supports.
-
-    Where something stands in for a mesh that is missing nothing is refused: it pushes away what should lie in it.
-
-    Raises:
-        TaskError: names the object, its line in the file, and what would be valid.
-    """
-    if any(map(_stands_in, task.objects)):
-        return
-    for index, obj in enumerate(task.objects):
-        if start[obj.name].xyz[2] < -task.table.thickness:
-            field: FieldPath = ("objects", index, "pose")
-            raise _refusal(task, field, f"{obj.name} does not stay on the table; give it a pose that is supported")
-        if isinstance(obj.goal, At):
-            fallen = math.dist(obj.goal.pose.xyz, goals[obj.name].pose.xyz)
-            if fallen > IN_THE_AIR:
-                raise _refusal(
-                    task,
-                    ("objects", index, "goal", "pose"),
-                    f"nothing supports {obj.name} there: it would fall {100 * fallen:.0f} cm; "
-                    f"give a goal that rests on the table or on another goal",
-                )
-
-
-def _check_on_table(task: Task, world: World, field: FieldPath, name: str, pose: Pose) -> None:
-    geometry, table = world.geometries[name], task.table
-    center = pose.matrix[:3, :3] @ geometry.center_of_mass + pose.matrix[:3, 3]
-    low = [c - s / 2 for c, s in zip(table.center, table.size, strict=True)]
-    high = [c + s / 2 for c, s in zip(table.center, table.size, strict=True)]
-    if not all(lo <= c <= hi for lo, c, hi in zip(low, center, high, strict=False)):
-        raise _refusal(
-            task,
-            field,
-            f"{name} is off the table, which spans x {low[0]:.2f} to {high[0]:.2f} and y {low[1]:.2f} to {high[1]:.2f}",
-        )
-    if center[2] < 0:
-        raise _refusal(task, field, f"{name} is under the table top, which is at z = 0")
-
-
-def _inside(world: World, a: str, pose_a: Pose, b: str, pose_b: Pose) -> bool:
-    thinnest = min(float((world.geometries[n].upper - world.geometries[n].lower).min()) for n in (a, b))
-    return world.overlap(a, pose_a.matrix, b, pose_b.matrix, tolerance=min(INSIDE, THIN * thinnest))
-
-
-def _refusal(task: Task, field: FieldPath, complaint: str) -> TaskError:
-    if task.path is None:
-        return TaskError(f"task {task.name}: {complaint}")
-    return TaskError(f"{read_document(task.path).where(field)}: {complaint}")
-
 
 SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there [m]
 DISJOINT = 0.005  # objects without a goal that overlap a goal deeper than this are not part of the goal scene [m]
@@ -261,6 +173,7 @@ class Setup:
         goals: object with a goal pose -> the placement it comes to rest in.
         settings: how it is planned and carried out.
         cache: what samplers keep, for every search of the run.
+        remarks: what its settled poses have to do with the given ones, where that is not plain.
     """
 
     task: Task
@@ -270,6 +183,7 @@ class Setup:
     goals: Mapping[str, Placement]
     settings: Settings = DEFAULT_SETTINGS
     cache: SampleCache = field(default_factory=SampleCache, repr=False)
+    remarks: tuple[str, ...] = ()
 
     def check(
         self,
@@ -306,8 +220,8 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     check_geometry(task, world)
     start = settle(task, deadline=deadline, simulator=simulator).poses
     goals = settled_goals(task, world, start, deadline, simulator)
-    check_settled(task, start, goals)
-    return Setup(task, domain, world, start, goals, settings)
+    check_settled(task, world, start, goals)
+    return Setup(task, domain, world, start, goals, settings, remarks=tuple(remarks(task, start, goals)))
 
 
 def _domain(task: Task, name: str | None) -> Domain:
@@ -317,14 +231,14 @@ def _domain(task: Task, name: str | None) -> Domain:
     except DomainError as error:
         if name is not None:
             raise
-        raise _refusal(task, ("domain",), str(error)) from None
+        raise refusal(task, ("domain",), str(error)) from None
     for section, facts in (("init", task.init), ("goal", task.goal)):
         for index, (predicate, *names) in enumerate(facts):
             signature = domain.pddl.predicates.get(predicate)
             if signature is None:
                 near = suggest(predicate, domain.pddl.predicates, "predicates")
-                raise _refusal(task, (section, index), f"domain {domain.name} has no predicate {predicate!r}{near}")
+                raise refusal(task, (section, index), f"domain {domain.name} has no predicate {predicate!r}{near}")
             if len(signature.parameters) != len(names):
                 complaint = f"{predicate} is said of {len(signature.parameters)} things, here of {len(names)}"
-                raise _refusal(task, (section, index), complaint)
+                raise refusal(task, (section, index), complaint)
     return domain

@@ -84,7 +84,7 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
 
 
 def _report(run: Run) -> str:
-    lines = [f"{run.result.task}, seed {run.result.seed}: {run.result.status}", run.result.message]
+    lines = [f"{run.result.task}, seed {run.result.seed}: {run.result.status}", run.result.message, *run.result.remarks]
     for number, plan in enumerate(run.plans):
         lines += ["", f"plan {number}:", *(f"  {i}. {action}" for i, action in enumerate(plan.actions))]
     for number, execution in enumerate(run.executions):

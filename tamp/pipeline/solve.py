@@ -56,6 +56,7 @@ class Job:
     amended: set[str] = field(default_factory=set)
     strategy: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -198,6 +199,7 @@ def closed(job: Job, execute: bool) -> Run:
         **(_outcome(reached) if execute else {}),  # what was not executed has no score
         plan_sha256=plan_sha256(job.plans[0]) if job.plans else "",
         message="" if status in ("solved", "planned") else _message(job, reached, status),
+        remarks=job.remarks,
         versions=versions(),
         task_path="" if job.task.path is None else str(job.task.path),
         level=job.task.level,
@@ -294,7 +296,7 @@ def _carried_out(job: Job, execute: bool) -> Run:
         return closed(job, execute)
     job.settings = setup.settings
     job.strategy, job.facts = job.settings.strategy or setup.domain.strategy, task.init
-    job.words = setup.domain.words
+    job.words, job.remarks = setup.domain.words, setup.remarks
     home = load_robot(task.robot).home
     job.final_poses = dict(setup.start)
     if job.plan(setup, setup.start, home) and execute:

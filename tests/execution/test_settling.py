@@ -196,6 +196,9 @@ class Trembling:
     def limit_speeds(self, linear, angular):
         pass
 
+    def touches(self):
+        return ()
+
     def speeds(self):
         return {"body": (1e-4 / STEP, 0.0)}
 
