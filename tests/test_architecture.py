@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -173,6 +174,16 @@ def test_samplers_import_one_way(module: str) -> None:
 def test_a_heavy_library_has_few_homes(library: str) -> None:
     homes = {name for name, path in MODULES.items() if any(i.partition(".")[0] == library for i in _imports(path))}
     assert homes <= HOMES[library]
+
+
+def test_a_simulators_name_stands_in_its_own_folder_and_in_the_register() -> None:
+    """Whoever asks for a simulator asks by name: another engine takes no edit elsewhere."""
+    named = {
+        name
+        for name, path in MODULES.items()
+        if re.search(r"pybullet(?!_data)", path.read_text(encoding="utf-8"), re.IGNORECASE)
+    }
+    assert {name for name in named if not name.startswith("execution.pybullet")} <= {"execution.simulators", "versions"}
 
 
 @pytest.mark.parametrize("module", MODULES)

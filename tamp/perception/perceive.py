@@ -61,7 +61,7 @@ def perceive_task(
         visuals: folder of coloured meshes, MODEL.ply; without it, visual.ply beside each mesh, or the mesh in grey.
         masks: whether the perceiver is told which object each pixel shows.
         seed: decides noise and guesses.
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
 
     Raises:
         TampError: where set-up, perceiver, meshes or renderer cannot be used; says which and why.

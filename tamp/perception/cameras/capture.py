@@ -77,7 +77,7 @@ def shoot(
         table: the table in the pictures.
         seed: decides every error of sensors and calibration, for each view by itself.
         masks: whether the frames tell which object each pixel shows.
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
 
     Raises:
         TampError: where the renderer is unknown or not installed.

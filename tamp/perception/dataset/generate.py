@@ -80,7 +80,7 @@ def write_dataset(
         noise: of the depth; None is none.
         table: the table top.
         seed: decides views and noise of each scene by itself, so that a data set may be extended.
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
         progress: told each scene's number when it is there, and whether it was already.
     """
     write_models(objects, folder)
