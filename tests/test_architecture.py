@@ -35,8 +35,8 @@ ALLOWED = {
     "generate": {"execution", "scenarios", "scoring", "world", "task", "errors"},
     "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
-        "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "scoring", "results",
-        "versions", "task", "errors",
+        "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "perception",
+        "scoring", "results", "versions", "task", "errors",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
     "conformance": {"clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors"},
@@ -63,7 +63,7 @@ HOMES = {
     "numba": set(),
     "ompl": {"world.motion.ompl"},
     "PIL": {
-        "perception.dataset.bop", "perception.perceive", "perception.rendering.software", "report.rendering.images",
+        "perception.dataset.bop", "perception.overlay", "perception.rendering.software", "report.rendering.images",
     },
     "pinocchio": {"world.collision.broadphase", "world.robot.chain", "world.robot.hand", "world.robot.model"},
     "pybullet": {"execution.pybullet.client"},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,6 +47,14 @@ def overlay(frame: Frame, objects: Mapping[str, Surface], estimates: Mapping[str
             line = T[:3, 3] + np.linspace(0, AXIS, 160)[:, None] * T[:3, axis]
             _dots(image, frame, line, np.array(shade, dtype=np.float64), 1.0)
     return image
+
+
+def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
+    """Write a picture (height, width, 3) as PNG; its folder is made where absent."""
+    from PIL import Image
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(picture).save(path)
 
 
 def _dots(image: NDArray[np.uint8], frame: Frame, points: Array, color: Array, opacity: float) -> None:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from typing_extensions import Unpack
 
@@ -27,6 +27,9 @@ from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Grip, Move, Plan, Pose, SymbolicFact, Task, load_robot
 from tamp.task.files.plan_file import plan_sha256
 from tamp.versions import versions
+
+if TYPE_CHECKING:
+    from tamp.pipeline.perceived.run import Perceived
 
 USED_UP = 0.9  # of the limit are used up where the last search ended for want of time
 BRIEF = 5.0  # a second search in less than this would find nothing, and be late [s]
@@ -56,6 +59,7 @@ class Job:
     amended: set[str] = field(default_factory=set)
     strategy: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
+    perceived: Perceived | None = None
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -184,7 +188,7 @@ def closed(job: Job, execute: bool) -> Run:
         seed=job.seed,
         status=status,
         planning_s=job.planning_s,
-        execution_sim_s=sum(e.sim_s for e in job.executions),
+        execution_sim_s=sum(e.sim_s for e in job.executions) if job.perceived is None else job.perceived.sim_s,
         wall_s=time.monotonic() - job.began,
         n_actions=sum(len(e.log) for e in job.executions) or sum(len(p.actions) for p in job.plans[:1]),
         n_replans=max(0, len(job.plans) - 1),
@@ -205,10 +209,12 @@ def closed(job: Job, execute: bool) -> Run:
         domain=job.settings.domain or job.task.domain,
         strategy=job.strategy,
         simulator=job.settings.chosen("simulator"),
+        **_perception(job, reached),
         settings=job.settings.recorded() | {"timeout_s": job.limit, "execute": execute},
     )
     executions, rejections = tuple(job.executions), tuple(job.rejections)
-    return Run(result, tuple(job.plans), executions, job.final_poses, job.failure, rejections, job.words)
+    looks = () if job.perceived is None else job.perceived.looks
+    return Run(result, tuple(job.plans), executions, job.final_poses, job.failure, rejections, job.words, looks)
 
 
 def _status(job: Job, execute: bool, reached: Score) -> Status:
@@ -245,6 +251,13 @@ def _outcome(reached: Score) -> dict[str, Any]:
         "objects": tuple(vars(o) for o in reached.objects),
         "goals_met": reached.goals_met,
     }
+
+
+def _perception(job: Job, reached: Score) -> dict[str, Any]:
+    if job.perceived is None:
+        return {"perceived": job.settings.perceive is not None}
+    told = job.perceived.outcomes(job.plans, job.executions, reached)
+    return {"perceived": True, "perceiving_s": job.perceived.perceiving_s, "perception": told}
 
 
 __all__ = ["Run", "carry_out", "solve"]
@@ -297,12 +310,23 @@ def _carried_out(job: Job, execute: bool) -> Run:
     job.words = setup.domain.words
     home = load_robot(task.robot).home
     job.final_poses = dict(setup.start)
-    if job.plan(setup, setup.start, home) and execute:
+    if job.settings.perceive is not None:
+        _perceive(job, setup, execute)
+    elif job.plan(setup, setup.start, home) and execute:
         with open_execution(
             task, setup.start, home, seed=job.seed, simulator=job.settings.chosen("simulator")
         ) as executor:
             _execute(job, setup, executor)
     return closed(job, execute)
+
+
+def _perceive(job: Job, setup: Setup, execute: bool) -> None:
+    """Have the task done by what cameras see; the setup is the true world's, and no part of the job's planning."""
+    from tamp.pipeline.perceived.run import perceive_and_rearrange
+
+    task, job.planning_s, job.final_poses = job.task, 0.0, {}
+    job.perceived = perceive_and_rearrange(job, task, setup.start, job.settings, job.seed, execute=execute)
+    job.task, job.final_poses = task, dict(job.perceived.final_poses)
 
 
 def _execute(job: Job, setup: Setup, executor: Executor) -> None:

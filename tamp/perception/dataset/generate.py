@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.perception.cameras.camera import Intrinsics, Noise, StereoNoise
+from tamp.perception.cameras.camera import Intrinsics, Noise, StereoNoise, looking_at
 from tamp.perception.cameras.noise import measured
 from tamp.perception.dataset.bop import Label, LabelledFrame, scene_folder, steps, write_models, write_scene
 from tamp.perception.rendering.backends import open_renderer
@@ -43,17 +43,6 @@ def around(table: Table, count: int, rng: np.random.Generator) -> Iterator[Array
         target = np.append(rng.uniform(-0.06, 0.06, 2), 0.04)
         middle = np.array([*table.center, 0.0])
         yield looking_at(middle + eye, middle + target)
-
-
-def looking_at(eye: Array, target: Array) -> Array:
-    """The pose (4, 4) of an optical frame at a point, looking at another, upright."""
-    z = target - eye
-    z /= np.linalg.norm(z)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x = np.array([1.0, 0.0, 0.0]) if np.linalg.norm(x) < 1e-9 else x / np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, eye
-    return T
 
 
 def write_dataset(

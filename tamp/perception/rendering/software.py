@@ -46,8 +46,8 @@ class SoftwareRenderer:
             Lens(*size, _view(T_world_camera), _projection(intrinsics), (x, y, z), AMBIENT)
         )
         seen = raster.meshes >= 0
-        depth = (FAR * NEAR / (FAR - (FAR - NEAR) * raster.buffer)).astype(np.float32)
-        depth = np.where(seen, depth, np.float32(0))
+        depth = np.zeros(seen.shape, dtype=np.float32)
+        depth[seen] = FAR * NEAR / (FAR - (FAR - NEAR) * raster.buffer[seen])
         color = np.where(seen[..., None], raster.color, 0).astype(np.uint8)
         return Picture(color, depth, raster.meshes, _slant(intrinsics, depth))
 
