@@ -71,8 +71,7 @@ def _slant(intrinsics: Intrinsics, depth: NDArray[np.float32]) -> NDArray[np.flo
 
 def _view(T_world_camera: Array) -> Array:
     """OpenGL's view matrix: its camera looks along -z with y up."""
-    T: Array = np.linalg.inv(T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0]))
-    return T
+    return np.asarray(np.linalg.inv(T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0])), dtype=np.float64)
 
 
 def _projection(k: Intrinsics) -> Array:
