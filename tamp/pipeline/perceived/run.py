@@ -139,8 +139,8 @@ class _Record:
         pictures = {}
         for number in chosen:
             frame = belief.frames[number]
-            picture = overlay(frame, self.surfaces, belief.estimates)
-            pictures[f"{number:02}-{frame.camera}"] = picture[::SHRUNK, ::SHRUNK].copy()
+            picture = overlay(frame, self.surfaces, belief.estimates, shrink=SHRUNK)
+            pictures[f"{number:02}-{frame.camera}"] = picture
         self.looks.append(Look(Belief(belief.estimates), truth, pictures))
 
     def named(self, names: Mapping[str, str]) -> tuple[Look, ...]:
