@@ -114,18 +114,18 @@ def _sighting(path: Path) -> Sighting:
     """Raises TampError where the file is not what `tamp solve --perceive` writes."""
     try:
         entries = json.loads(path.read_text(encoding="utf-8"))
-        poses = {
-            which: {
-                name: Pose(tuple(e[which]["xyz"]), tuple(e[which]["quat"])) for name, e in entries.items() if e[which]
-            }
-            for which in ("pose", "truth")
-        }
+        estimates, truth = (_poses(entries, which) for which in ("pose", "truth"))
         confidence = {name: float(entry["confidence"]) for name, entry in entries.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise TampError(f"{path}: not the record of a look: {error}") from None
     stem = path.name.partition(".")[0]
     pictures = tuple(sorted(path.parent.glob(f"{stem}-*.png")))
     return Sighting(int(stem.partition("-")[2]), estimates, truth, confidence, pictures)
+
+
+def _poses(entries: Mapping[str, Any], which: str) -> dict[str, Pose]:
+    told = {name: entry[which] for name, entry in entries.items() if entry[which] is not None}
+    return {name: Pose(tuple(pose["xyz"]), tuple(pose["quat"])) for name, pose in told.items()}
 
 
 def read_run(folder: Path) -> Recorded:
