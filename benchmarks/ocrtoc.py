@@ -1,7 +1,7 @@
 """OCRTOC's public tasks of 2021 or 2020, from settled start scenes to a score, and the means that rank a solution.
 
 Every result is on disk before the next task begins; with --output, a run that was interrupted goes on where it was, and
-with --pictures each task's start, goal and end are rendered side by side beside it.
+with --pictures each task's start, goal and end are rendered side by side beside it. With --perceive no poses are given.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ def rows(
     timeout: float,
     clock: str,
     workers: int,
+    perceive: str | None,
     output: Path | None,
     pictures: bool,
 ) -> Iterator[Row]:
@@ -45,7 +46,7 @@ def rows(
         wanted = set(tasks or (QUICK[year] if quick else ()))
         files = [f for f in sorted((folder / "tasks").glob("*.yaml")) if not wanted or f.stem in wanted]
         loaded = {task.name: task for task in map(load_task, files) if not levels or task.level in levels}
-        options = {"timeout": timeout, "clock": clock}
+        options = {"timeout": timeout, "clock": clock} | ({"perceive": perceive} if perceive else {})
         batch = Batch(list(loaded.values()), seeds, options, workers=workers, output=folder, resume=True)
         results = []
         for result in batch.run():
@@ -73,7 +74,14 @@ def _row(result: Result) -> Row:
         "idle_cm": "-" if result.do_nothing_ede_m is None else 100 * result.do_nothing_ede_m,
         "improvement": "-" if result.improvement is None else f"{result.improvement:.1%}",
         "left": ", ".join(f"{o['name']} {100 * o['error_m']:.0f} cm" for o in result.objects if o["error_m"] > 0.03),
+        **(_sight(result) if result.perceived else {}),
     }
+
+
+def _sight(result: Result) -> Row:
+    """What perceiving cost, and what became of the objects that are not where they should be."""
+    told = [f"{o['name']}: {o['fate']}" for o in result.perception if o["fate"] not in ("reached", "no goal")]
+    return {"see_s": result.perceiving_s, "lost": ", ".join(told)}
 
 
 def _means(name: str, results: Sequence[Result]) -> Row:
@@ -124,6 +132,8 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="planning a task")
     parser.add_argument("--clock", choices=("wall", "processor"), default="wall", help="on which that is kept")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="tasks at the same time")
+    eyes = "estimate poses from the two cameras, by a perceiver's name; alone: fit"
+    parser.add_argument("--perceive", nargs="?", const="fit", metavar="NAME", help=eyes)
     parser.add_argument("--output", type=Path, metavar="DIR", help="keep results and runs there, and resume from them")
     parser.add_argument("--pictures", action="store_true", help="render start, goal and end of each run into DIR")
     return parser

@@ -52,6 +52,9 @@ class Result:
         strategy: by which parts of the task were put to the planner.
         simulator: in which the plans were carried out; empty in results of before it was recorded.
         perceived: whether poses were estimated from cameras, and not given.
+        perceiving_s: time that estimating poses took, on the same clock; no part of planning [s].
+        perception: one mapping an object, where poses were perceived: name, fate, estimate_m, raw_m, confidence, look;
+            see `tamp.pipeline.perceived.outcome.Outcome`.
         settings: every option that decided the result, defaults and the task's own included.
         configuration: the options that a batch was given, by which it can be run again.
         task_sha256: of the task's file and meshes, as the batch found them.
@@ -88,6 +91,8 @@ class Result:
     strategy: str = ""
     simulator: str = ""
     perceived: bool = False
+    perceiving_s: float = 0.0
+    perception: tuple[Mapping[str, Any], ...] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
     configuration: Mapping[str, Any] = field(default_factory=dict)
     task_sha256: str = ""
@@ -96,8 +101,9 @@ class Result:
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
             raise ValueError(f"unknown status {self.status!r}; valid are {', '.join(get_args(Status))}")
-        object.__setattr__(self, "objects", tuple(MappingProxyType(dict(o)) for o in self.objects))
         object.__setattr__(self, "remarks", tuple(self.remarks))
+        for name in ("objects", "perception"):
+            object.__setattr__(self, name, tuple(MappingProxyType(dict(o)) for o in getattr(self, name)))
         for name in ("goals_met", "versions", "settings", "configuration"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 

@@ -47,6 +47,7 @@ def add_settings(parser: Parser) -> None:
                 f"--{field.name.replace('_', '-')}",
                 choices=field.metadata["choices"] or None,
                 metavar=None if field.metadata["choices"] else "NAME",
+                **({"nargs": "?", "const": field.metadata["bare"], "type": name} if field.metadata["bare"] else {}),
                 help=field.metadata["help"] + (f"; default {field.default}" if field.default else ""),
             )
     tuning = "a number that a user may change, a field of tamp.pipeline.options.tuning.Tuning"
@@ -89,6 +90,13 @@ def add_verbosity(parser: Parser) -> None:
     unsaid = argparse.SUPPRESS
     parser.add_argument("-v", "--verbose", action="count", default=unsaid, help="say what happens; -vv everything")
     parser.add_argument("-q", "--quiet", action="store_true", default=unsaid, help="say errors only")
+
+
+def name(text: str) -> str:
+    """A name after an option that may stand alone, and so takes what comes next: no file."""
+    if text.endswith((".yaml", ".yml")):
+        raise argparse.ArgumentTypeError(f"{text} is a file, no name; put files before this option, or =NAME after it")
+    return text
 
 
 def seconds(text: str) -> float:

@@ -6,7 +6,7 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
@@ -102,3 +102,39 @@ def _bar(total: int) -> Iterator[Advance]:
 
 def _tell(result: Result) -> None:
     log.info("%s, seed %d: %s after %.1f s", result.task, result.seed, result.status, result.wall_s)
+
+
+@contextmanager
+def counted(total: int, what: str) -> Iterator[Callable[[str], None]]:
+    """Say on standard error how many of `total` are done: a bar on a terminal, else a line a minute at most.
+
+    Args:
+        total: how many there are.
+        what: what they are called.
+
+    Yields:
+        A function that counts one, told its name.
+    """
+    if log.getEffectiveLevel() > logging.WARNING:
+        yield lambda name: None
+        return
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            line = bar.add_task("", total=total)
+            yield lambda name: bar.update(line, advance=1, description=name)
+        return
+    done, spoken = 0, time.monotonic()
+
+    def count(name: str) -> None:
+        nonlocal done, spoken
+        done += 1
+        log.info("%s: %s", what, name)
+        if time.monotonic() - spoken >= PAUSE_S or done == total:
+            spoken = time.monotonic()
+            print(f"tamp: {done} of {total} {what} done", file=sys.stderr, flush=True)
+
+    yield count

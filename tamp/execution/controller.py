@@ -87,19 +87,24 @@ class Operator:
     def move(self, move: Move) -> None:
         """Follow a trajectory; empty fingers first go to their opening, a held object stays squeezed."""
         if self.held is None:
-            self._open(move.opening)
-        positions, velocities = set_points(move.trajectory, STEP)
+            self.open(move.opening)
+        self.follow(move.trajectory)
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Follow a trajectory set point by set point, and wait until the arm has arrived."""
+        positions, velocities = set_points(trajectory, STEP)
         for q, v in zip(positions, velocities, strict=True):
             self.robot.command(q, v)
             self._simulator.step()
             # After the step the arm should be where the velocity was to take it.
             error = float(np.abs(self.robot.configuration() - (q + v * STEP)).max())
             self.tracking_error = max(self.tracking_error, error)
-        end = move.trajectory.positions[-1]
+        end = trajectory.positions[-1]
         self.robot.command(end)
         wait(self._simulator, 0.5, lambda: float(np.abs(self.robot.configuration() - end).max()) < ARRIVED, patience=6)
 
-    def _open(self, opening: float) -> None:
+    def open(self, opening: float) -> None:
+        """Send the fingers to an opening [m] and wait until they are there."""
         self.robot.open_to(opening)
         wait(self._simulator, 1.5, lambda: abs(self.robot.opening() - opening) < 0.0005, patience=3)
 
@@ -115,7 +120,7 @@ class Operator:
     def release(self, release: Release) -> None:
         """Open the fingers and give the object a moment to come to rest."""
         self.held = None
-        self._open(release.opening)
+        self.open(release.opening)
         self._simulator.step(round(0.15 / STEP))
 
     def await_fall(self, name: str) -> None:
@@ -132,7 +137,7 @@ class Operator:
             return None
         self.held = None
         off = deviation(held.object, kind, held.T_tool_object, self.in_tool(held.object))
-        self._open(self._opening)
+        self.open(self._opening)
         return off
 
     def _holds(self) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from tamp.task.model import Shape
@@ -69,3 +70,62 @@ class Renderer(Protocol):
 
     def close(self) -> None:
         """Free the scene; every later call fails."""
+
+
+@dataclass(frozen=True)
+class TexturedMesh:
+    """A mesh that stands still.
+
+    Attributes:
+        path: an OBJ file with texture coordinates.
+        texture: a picture.
+        pose: where it stands (world frame).
+    """
+
+    path: Path
+    texture: Path
+    pose: Pose
+
+
+@dataclass(frozen=True, eq=False)
+class Lens:
+    """How a picture of meshes is taken.
+
+    Attributes:
+        width, height: of the picture [pixels].
+        view, projection: OpenGL's matrices, shape (4, 4).
+        light: direction to a distant lamp, a unit vector (world frame).
+        ambient: share of the light that comes from everywhere.
+    """
+
+    width: int
+    height: int
+    view: NDArray[np.float64]
+    projection: NDArray[np.float64]
+    light: Vector3
+    ambient: float
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """A picture of meshes, arrays of shape (height, width).
+
+    Attributes:
+        color: shape (height, width, 3), red, green, blue in 0..255.
+        buffer: OpenGL's depth buffer, 0 at the near plane and 1 at the far one.
+        meshes: the place of the mesh that each pixel shows, -1 for none.
+    """
+
+    color: Image
+    buffer: NDArray[np.float64]
+    meshes: NDArray[np.int16]
+
+
+class Rasterizer(Protocol):
+    """Textured meshes to take pictures of; its class is called with them, `Rasterizer(meshes)`."""
+
+    def picture(self, lens: Lens) -> Raster:
+        """One picture of all meshes."""
+
+    def close(self) -> None:
+        """Free the meshes; every later call fails."""

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import cast
 
 from tamp.errors import TampError
-from tamp.execution.renderer import Item, Renderer
+from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
 from tamp.task import Object, Pose, RobotSpec, Table
 
@@ -40,6 +40,9 @@ class Entry:
 
 RENDERER = "tamp.execution.pybullet.renderer:PyBulletRenderer"
 """What draws pictures."""
+
+RASTERIZER = "tamp.execution.pybullet.rasterizer:PyBulletRasterizer"
+"""What draws textured meshes with their depths."""
 
 SIMULATORS: Mapping[str, Entry] = MappingProxyType(
     {
@@ -98,6 +101,11 @@ def make_simulator(
 def make_renderer(items: Sequence[Item], robot: RobotSpec | None) -> Renderer:
     """A scene to take pictures of; see tamp.execution.renderer for the arguments and what is raised."""
     return cast("Renderer", _class(RENDERER)(items, robot))
+
+
+def make_rasterizer(meshes: Sequence[TexturedMesh]) -> Rasterizer:
+    """Meshes to take pictures of, with their depths; see tamp.execution.renderer."""
+    return cast("Rasterizer", _class(RASTERIZER)(meshes))
 
 
 def _class(address: str) -> type:

@@ -34,15 +34,18 @@ class Imported:
 def import_ocrtoc(folder: Path, out: Path) -> Imported:
     """Write a task.yaml for each task in `folder`, and the meshes they need into `out`/models.
 
+    Coloured meshes, visual/MODEL.ply, are taken along as visual.ply beside the others.
+
     Raises:
         TaskError: where the folder holds no tasks of OCRTOC, or one of them cannot be read.
     """
     tasks, warnings = _read(folder, out / "models")
     out.mkdir(parents=True, exist_ok=True)
+    looks = folder / "visual"
     paths = []
     for task in tasks:
         paths.append(out / f"{task.name}.yaml")
-        save_task(_with_meshes_in(task, out / "models"), paths[-1])
+        save_task(_with_meshes_in(task, out / "models", looks), paths[-1])
     return Imported(tuple(paths), warnings)
 
 
@@ -56,16 +59,19 @@ def _read(folder: Path, stand_ins: Path) -> tuple[tuple[Task, ...], tuple[str, .
     )
 
 
-def _with_meshes_in(task: Task, folder: Path) -> Task:
-    """The same task on copies of its meshes in `folder`."""
-    return replace(task, objects=tuple(replace(o, shape=_copied(o.shape, folder)) for o in task.objects))
+def _with_meshes_in(task: Task, folder: Path, looks: Path) -> Task:
+    """The same task on copies of its meshes in `folder`, with the coloured ones beside them where `looks` has some."""
+    return replace(task, objects=tuple(replace(o, shape=_copied(o.shape, folder, looks)) for o in task.objects))
 
 
-def _copied(shape: Shape, folder: Path) -> Shape:
+def _copied(shape: Shape, folder: Path, looks: Path) -> Shape:
     if not isinstance(shape, Mesh):
         return shape
     copy = folder / model_name(shape) / shape.path.name
     if copy.resolve() != shape.path.resolve():
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(shape.path, copy)
+    look = looks / f"{model_name(shape)}.ply"
+    if look.is_file():
+        shutil.copyfile(look, copy.with_name("visual.ply"))
     return replace(shape, path=copy)

@@ -68,11 +68,16 @@ def pose_errors(
         said = [estimates.get(name, unseen) for name in names]
         table = [[_error(model, e, truth[name]) for name in names] for e in said]
         cost = [[10.0 if error is None else error[0] for error in row] for row in table]
-        for row, column in zip(*linear_sum_assignment(cost), strict=True):
+        for row, column in enumerate(assigned(np.array(cost))):
             error = table[row][column]
             symmetric, raw = (None, None) if error is None else error
             errors[names[column]] = PoseError(symmetric, raw, said[row].confidence)
     return {name: errors[name] for name in truth}
+
+
+def assigned(costs: Array) -> tuple[int, ...]:
+    """A column for each row of costs (n, n), so that their sum is least (Kuhn, 1955)."""
+    return tuple(int(column) for column in linear_sum_assignment(costs)[1])
 
 
 def _error(model: ObjectModel, estimate: Estimate, truth: Pose) -> tuple[float, float] | None:

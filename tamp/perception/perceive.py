@@ -13,7 +13,7 @@ from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import OCRTOC_2021, load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.evaluation import pose_errors
-from tamp.perception.overlay import overlay
+from tamp.perception.overlay import overlay, save_picture
 from tamp.perception.perceiver import load_perceiver
 from tamp.perception.poses_file import details_path, save_estimates
 from tamp.perception.rendering.scene import surfaces
@@ -61,7 +61,7 @@ def perceive_task(
         visuals: folder of coloured meshes, MODEL.ply; without it, visual.ply beside each mesh, or the mesh in grey.
         masks: whether the perceiver is told which object each pixel shows.
         seed: decides noise and guesses.
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
 
     Raises:
         TampError: where set-up, perceiver, meshes or renderer cannot be used; says which and why.
@@ -91,13 +91,10 @@ def report(sight: Sight) -> list[str]:
 
 def save_sight(sight: Sight, output: Path, pictures: Path | None = None) -> list[Path]:
     """Write poses, their details, and where asked each frame with the estimates over it; returns all paths."""
-    from PIL import Image
-
     save_estimates(sight.estimates, output)
     paths = [output, details_path(output)]
     for number, frame in enumerate(sight.frames if pictures is not None else ()):
         assert pictures is not None
-        pictures.mkdir(parents=True, exist_ok=True)
         paths.append(pictures / f"{number:02}-{frame.camera}.png")
-        Image.fromarray(overlay(frame, sight.objects, sight.estimates)).save(paths[-1])
+        save_picture(overlay(frame, sight.objects, sight.estimates), paths[-1])
     return paths

@@ -9,17 +9,21 @@ from __future__ import annotations
 import importlib
 import inspect
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from types import MappingProxyType
+from typing import Any, Protocol
 
 from tamp.errors import TampError
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
 from tamp.task.model import Table
+from tamp.task.pose import Pose
 
 
 class Perceiver(Protocol):
     """Says where objects are.
+
+    One that also takes `expected`, name -> pose of what is known already, is told it, and may answer sooner for that.
 
     It is given frames with camera models, name -> mesh of everything that may be there, the table and a seed; it
     answers for every name, with `Estimate(None, 0.0)` for what it does not see. Same seed, same answer.
@@ -56,6 +60,34 @@ def load_perceiver(name: str) -> Perceiver:
         raise TampError(f"perceiver {name!r}: {wrong}")
     perceiver: Perceiver = found
     return perceiver
+
+
+def ask(
+    perceiver: Perceiver,
+    frames: Sequence[Frame],
+    objects: Mapping[str, Surface],
+    *,
+    table: Table,
+    seed: int,
+    expected: Mapping[str, Pose] = MappingProxyType({}),
+) -> Mapping[str, Estimate]:
+    """What a perceiver says; it is told what is expected if it takes that.
+
+    Raises:
+        TampError: where it does not answer for every object; says which.
+    """
+    takes: Any = perceiver
+    more = {"expected": expected} if expected and "expected" in inspect.signature(perceiver).parameters else {}
+    found: Mapping[str, Estimate] = takes(frames, objects, table=table, seed=seed, **more)
+    missing = [name for name in objects if name not in found]
+    if missing:
+        raise TampError(f"the perceiver {address(perceiver)} says nothing of {', '.join(missing)}")
+    return found
+
+
+def address(perceiver: Perceiver) -> str:
+    """A perceiver's function as "package.module:function"."""
+    return f"{getattr(perceiver, '__module__', '?')}:{getattr(perceiver, '__qualname__', type(perceiver).__name__)}"
 
 
 def misfit(function: object) -> str:

@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from tamp.perception.estimate import Estimate
 from tamp.task.pose import Pose
 
 
-def save_estimates(estimates: Mapping[str, Estimate], path: Path) -> None:
+def save_estimates(
+    estimates: Mapping[str, Estimate], path: Path, truth: Mapping[str, Pose] = MappingProxyType({})
+) -> None:
     """Write object -> {"xyz", "quat"} [m; x y z w], null for what was not seen, and more of it into NAME.details.json.
 
-    The first file has the form of all files of final poses; the second adds confidence and alternatives to each.
+    The first file has the form of all files of final poses; the second adds confidence and alternatives to each, and
+    the true pose where it is given.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     poses = {name: _pose(estimate.pose) for name, estimate in estimates.items()}
@@ -24,6 +28,7 @@ def save_estimates(estimates: Mapping[str, Estimate], path: Path) -> None:
             "pose": _pose(estimate.pose),
             "confidence": round(estimate.confidence, 4),
             "alternatives": [_pose(pose) for pose in estimate.alternatives],
+            **({"truth": _pose(truth[name])} if name in truth else {}),
         }
         for name, estimate in estimates.items()
     }

@@ -7,13 +7,16 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.log import Execution
 from tamp.results import Result, to_json
 from tamp.task import Mesh, Plan, Pose, Task
 from tamp.task.files.plan_file import save_plan
+
+if TYPE_CHECKING:
+    from tamp.pipeline.perceived.run import Look
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,7 @@ class Run:
         failure: why planning gave up the last time, or None.
         rejections: the verdict on each piece of a plan that the checker sent back.
         words: action -> what it does, as the domain says, for reports.
+        looks: what was seen, where poses were perceived.
     """
 
     result: Result
@@ -37,10 +41,13 @@ class Run:
     failure: PlanningFailure | None = None
     rejections: tuple[str, ...] = ()
     words: Mapping[str, str] = field(default_factory=dict)
+    looks: tuple[Look, ...] = ()
 
 
 def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Path) -> None:
     """Write a run's files into `folder`: manifest.json, result.json, poses.json, plan-N.json, report.txt.
+
+    Where poses were perceived also look-N.json, look-N.details.json and the pictures look-N-VIEW.png.
 
     Args:
         run: what came of it.
@@ -51,10 +58,13 @@ def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Pat
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "result.json").write_text(to_json(run.result) + "\n", encoding="utf-8")
     save_poses(run.final_poses, folder / "poses.json")
-    for stale in folder.glob("plan-*.json"):
-        stale.unlink()
+    for pattern in ("plan-*.json", "look-*"):
+        for stale in folder.glob(pattern):
+            stale.unlink()
     for number, plan in enumerate(run.plans):
         save_plan(plan, folder / f"plan-{number}.json")
+    for number, look in enumerate(run.looks):
+        look.save(folder, number)
     _write_json(folder / "manifest.json", manifest(task, configuration, run))
     (folder / "report.txt").write_text(_report(run), encoding="utf-8")
 

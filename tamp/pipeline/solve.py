@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from typing_extensions import Unpack
 
@@ -27,6 +27,9 @@ from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Grip, Move, Plan, Pose, SymbolicFact, Task, load_robot
 from tamp.task.files.plan_file import plan_sha256
 from tamp.versions import versions
+
+if TYPE_CHECKING:
+    from tamp.pipeline.perceived.run import Perceived
 
 USED_UP = 0.9  # of the limit are used up where the last search ended for want of time
 BRIEF = 5.0  # a second search in less than this would find nothing, and be late [s]
@@ -57,6 +60,7 @@ class Job:
     strategy: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    perceived: Perceived | None = None
 
     @contextmanager
     def planning(self) -> Iterator[None]:
@@ -105,6 +109,24 @@ class Job:
         self.plans.append(found)
         self.hurried = search.cut_short
         return True
+
+    def insist(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
+        """Plan again after a search in vain, while time is left: other seeds find other plans.
+
+        Returns:
+            Whether a plan was found that moves anything.
+        """
+        for _ in range(self.settings.tuning.max_vain_plans):
+            proven = self.failure is not None and self.failure.status == "infeasible"
+            if proven or self.settings.tuning.punctual_share * self.limit - self.planning_s < BRIEF:
+                return False
+            self.hopeless.clear()
+            before = len(self.plans)
+            if self.plan(setup, poses, q):
+                if self.plans[-1].actions:
+                    return True
+                del self.plans[max(1, before) :]  # nothing to carry out, and nothing new to say
+        return False
 
     def _search(
         self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...], share: float
@@ -185,7 +207,7 @@ def closed(job: Job, execute: bool) -> Run:
         seed=job.seed,
         status=status,
         planning_s=job.planning_s,
-        execution_sim_s=sum(e.sim_s for e in job.executions),
+        execution_sim_s=sum(e.sim_s for e in job.executions) if job.perceived is None else job.perceived.sim_s,
         wall_s=time.monotonic() - job.began,
         n_actions=sum(len(e.log) for e in job.executions) or sum(len(p.actions) for p in job.plans[:1]),
         n_replans=max(0, len(job.plans) - 1),
@@ -207,10 +229,12 @@ def closed(job: Job, execute: bool) -> Run:
         domain=job.settings.domain or job.task.domain,
         strategy=job.strategy,
         simulator=job.settings.chosen("simulator"),
+        **_perception(job, reached),
         settings=job.settings.recorded() | {"timeout_s": job.limit, "execute": execute},
     )
     executions, rejections = tuple(job.executions), tuple(job.rejections)
-    return Run(result, tuple(job.plans), executions, job.final_poses, job.failure, rejections, job.words)
+    looks = () if job.perceived is None else job.perceived.looks
+    return Run(result, tuple(job.plans), executions, job.final_poses, job.failure, rejections, job.words, looks)
 
 
 def _status(job: Job, execute: bool, reached: Score) -> Status:
@@ -247,6 +271,13 @@ def _outcome(reached: Score) -> dict[str, Any]:
         "objects": tuple(vars(o) for o in reached.objects),
         "goals_met": reached.goals_met,
     }
+
+
+def _perception(job: Job, reached: Score) -> dict[str, Any]:
+    if job.perceived is None:
+        return {"perceived": job.settings.perceive is not None}
+    told = job.perceived.outcomes(job.plans, job.executions, reached)
+    return {"perceived": True, "perceiving_s": job.perceived.perceiving_s, "perception": told}
 
 
 __all__ = ["Run", "carry_out", "solve"]
@@ -299,12 +330,23 @@ def _carried_out(job: Job, execute: bool) -> Run:
     job.words, job.remarks = setup.domain.words, setup.remarks
     home = load_robot(task.robot).home
     job.final_poses = dict(setup.start)
-    if job.plan(setup, setup.start, home) and execute:
+    if job.settings.perceive is not None:
+        _perceive(job, setup, execute)
+    elif (job.plan(setup, setup.start, home) or job.insist(setup, setup.start, home)) and execute:
         with open_execution(
             task, setup.start, home, seed=job.seed, simulator=job.settings.chosen("simulator")
         ) as executor:
             _execute(job, setup, executor)
     return closed(job, execute)
+
+
+def _perceive(job: Job, setup: Setup, execute: bool) -> None:
+    """Have the task done by what cameras see; the setup is the true world's, and no part of the job's planning."""
+    from tamp.pipeline.perceived.run import perceive_and_rearrange
+
+    task, job.planning_s, job.final_poses = job.task, 0.0, {}
+    job.perceived = perceive_and_rearrange(job, task, setup.start, job.settings, job.seed, execute=execute)
+    job.task, job.final_poses = task, dict(job.perceived.final_poses)
 
 
 def _execute(job: Job, setup: Setup, executor: Executor) -> None:
@@ -327,15 +369,19 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
             return
         astray, missed = job.astray(setup), job.missed
         done = execution.status == "done" and job.plans[-1].actions[-1:] == whole.actions[-1:]
-        unfinished = done and job.unfinished
+        unfinished, wanting = done and job.unfinished, bool(missed or job.left)
         if done and not unfinished:
-            if not missed and (not astray or corrections == job.settings.tuning.max_corrections):
+            if not wanting and (not astray or corrections == job.settings.tuning.max_corrections):
                 return
             corrections += 1
-        if not job.plan(setup, job.final_poses, execution.configuration):
+            job.hopeless.clear()
+        scene = (setup, job.final_poses, execution.configuration)
+        if not job.plan(*scene) and not (wanting and job.insist(*scene)):
             return
+        if wanting and not job.plans[-1].actions:
+            job.insist(*scene)
         replans, whole = replans + 1, job.plans[-1]
-        if done and not unfinished and not missed and not _moved(job.plans[-1]) <= astray:
+        if done and not unfinished and not wanting and not _moved(job.plans[-1]) <= astray:
             job.plans.pop()  # what stands well is not risked for what stands a little off
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be

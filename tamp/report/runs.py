@@ -23,6 +23,25 @@ log = logging.getLogger("tamp")
 
 
 @dataclass(frozen=True)
+class Sighting:
+    """One look of a run in which poses were perceived.
+
+    Attributes:
+        number: from 0.
+        estimates: object -> where it was thought to be (world frame); what was not found is absent.
+        truth: object -> where it was.
+        confidence: object -> 0..1.
+        pictures: what was seen with the estimates drawn over it.
+    """
+
+    number: int
+    estimates: Mapping[str, Pose]
+    truth: Mapping[str, Pose]
+    confidence: Mapping[str, float]
+    pictures: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
 class Recorded:
     """One run as its folder has it.
 
@@ -57,6 +76,12 @@ class Recorded:
         return {name: pose for name, pose in poses.items() if pose is not None}
 
     @cached_property
+    def sights(self) -> tuple[Sighting, ...]:
+        """What was seen in each look, in order; none where poses were given."""
+        paths = self.folder.glob("look-*.details.json")
+        return tuple(map(_sighting, sorted(paths, key=lambda path: int(path.name.split("-")[1].partition(".")[0]))))
+
+    @cached_property
     def words(self) -> Mapping[str, str]:
         """Action -> what it does, as the domain it was planned with says; empty where the run does not tell."""
         path = self.folder / "manifest.json"
@@ -83,6 +108,24 @@ class Recorded:
             for name, seconds in read(plan.report.get(key, ())).items():
                 total[name] = total.get(name, 0.0) + seconds
         return total
+
+
+def _sighting(path: Path) -> Sighting:
+    """Raises TampError where the file is not what `tamp solve --perceive` writes."""
+    try:
+        entries = json.loads(path.read_text(encoding="utf-8"))
+        estimates, truth = (_poses(entries, which) for which in ("pose", "truth"))
+        confidence = {name: float(entry["confidence"]) for name, entry in entries.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise TampError(f"{path}: not the record of a look: {error}") from None
+    stem = path.name.partition(".")[0]
+    pictures = tuple(sorted(path.parent.glob(f"{stem}-*.png")))
+    return Sighting(int(stem.partition("-")[2]), estimates, truth, confidence, pictures)
+
+
+def _poses(entries: Mapping[str, Any], which: str) -> dict[str, Pose]:
+    told = {name: entry[which] for name, entry in entries.items() if entry[which] is not None}
+    return {name: Pose(tuple(pose["xyz"]), tuple(pose["quat"])) for name, pose in told.items()}
 
 
 def read_run(folder: Path) -> Recorded:

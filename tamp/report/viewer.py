@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -12,8 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tamp.errors import TampError
+from tamp.report.rendering.images import read_image
 from tamp.report.rendering.playback import Moment
 from tamp.report.rendering.scene import REGION_COLOR, TABLE_COLOR, palette
+from tamp.report.runs import Sighting
 from tamp.task import Pose, Task, load_robot
 from tamp.task.mesh.parts import parts
 from tamp.world.robot.model import RobotModel, robot_model
@@ -23,6 +26,9 @@ if TYPE_CHECKING:
 
 GHOST = 0.35
 """Opacity of a goal."""
+
+AXIS = 0.05
+"""Length of an estimate's axes [m]."""
 
 ROBOT_COLOR = (225, 228, 232)
 
@@ -35,12 +41,23 @@ class Viewer:
         goals: object -> goal pose (world frame), shown as ghosts.
         moments: what is played.
         port: of the web server.
+        sights: what was seen, where poses were perceived: estimates stand in the scene as axes with their errors, and
+            the pictures beside it.
 
     Raises:
         TampError: where the extra that serves it is not installed.
     """
 
-    def __init__(self, task: Task, goals: Mapping[str, Pose], moments: Sequence[Moment], *, port: int = 8080) -> None:
+    def __init__(
+        self,
+        task: Task,
+        goals: Mapping[str, Pose],
+        moments: Sequence[Moment],
+        *,
+        port: int = 8080,
+        sights: Sequence[Sighting] = (),
+    ) -> None:
+        self._sights = tuple(sights)
         self._moments = tuple(moments)
         self._robot = robot_model(load_robot(task.robot))
         self.server: Any = _viser().ViserServer(host="localhost", port=port, label=task.name, verbose=False)
@@ -55,6 +72,8 @@ class Viewer:
             ghost.visible = name in goals
             if name in goals:
                 _place(ghost, goals[name].matrix)
+        for sight in self._sights:
+            _add_estimates(scene, sight)
         self.show(0)
 
     def show(self, index: int) -> None:
@@ -77,6 +96,7 @@ class Viewer:
         slider = gui.add_slider("moment", min=0, max=last, step=1, initial_value=0)
         playing = gui.add_checkbox("play", initial_value=True)
         speed = gui.add_slider("speed", min=0.25, max=8.0, step=0.25, initial_value=2.0)
+        self._add_pictures(gui)
         lock = threading.Lock()
 
         @slider.on_update  # type: ignore[untyped-decorator]
@@ -92,6 +112,18 @@ class Viewer:
             time.sleep(max(0.02, pause / speed.value))
             if playing.value:
                 slider.value = following
+
+    def _add_pictures(self, gui: Any) -> None:
+        """What was seen, with the estimates drawn over it, to be chosen from a list."""
+        pictures = {path.stem: path for sight in self._sights for path in sight.pictures}
+        if not pictures:
+            return
+        chosen = gui.add_dropdown("seen", options=tuple(pictures), initial_value=next(iter(pictures)))
+        shown = gui.add_image(read_image(pictures[chosen.value]), label="estimates")
+
+        @chosen.on_update  # type: ignore[untyped-decorator]
+        def _(_: object) -> None:
+            shown.image = read_image(pictures[chosen.value])
 
     def record(self, path: Path) -> None:
         """Write everything as a page of its own (.html) that plays without a server, or as viser's own file (.viser).
@@ -154,6 +186,18 @@ def _add_objects(scene: Any, task: Task, folder: str, opacity: float) -> dict[st
         options = {"color": _rgb(color), "opacity": None if opacity == 1.0 else opacity, "flat_shading": True}
         handles[item.name] = scene.add_mesh_simple(f"/{folder}/{item.name}", vertices, faces, **options)
     return handles
+
+
+def _add_estimates(scene: Any, sight: Sighting) -> None:
+    """Axes where objects were thought to be, each with how far that is off; the first look's are shown."""
+    folder = scene.add_frame(f"/look {sight.number}", show_axes=False)
+    folder.visible = sight.number == 0
+    for name, pose in sight.estimates.items():
+        x, y, z, w = pose.quat
+        path = f"/look {sight.number}/{name}"
+        scene.add_frame(path, axes_length=AXIS, axes_radius=AXIS / 20, position=pose.xyz, wxyz=(w, x, y, z))
+        off = math.dist(pose.xyz, sight.truth[name].xyz)
+        scene.add_label(f"{path}/said", f"{name}: {100 * off:.1f} cm off, {sight.confidence[name]:.0%} sure")
 
 
 def _joined(shape: Any) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -186,8 +186,8 @@ class Task:
         domain: what it is planned with: a folder in domains/, or "package.module".
         init: symbolic facts of the domain that hold at the start, as (predicate, name, ...), predicates in lower case.
         goal: symbolic facts that shall hold at the end, beside the objects' goals.
-        strategy, search, motion_planner, simulator: how it is planned and carried out, by the names that the command
-            line takes; None leaves it to the user and the defaults.
+        strategy, search, motion_planner, simulator, perceive: how it is planned and carried out, by the names that the
+            command line takes; None leaves it to the user and the defaults.
         samplers: stream name -> "package.module:function", replacing the domain's own samplers.
         limits: budgets of planning and execution.
         level: how difficult whoever made the task says it is; rankings have a mean for each.
@@ -206,6 +206,7 @@ class Task:
     search: str | None = None
     motion_planner: str | None = None
     simulator: str | None = None
+    perceive: str | None = None
     samplers: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = Limits()
     level: int | None = None

@@ -27,6 +27,9 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for them; default: the run's own")
     film = "mp4 needs the extra 'video'; default gif"
     parser.add_argument("--film", choices=("gif", "mp4"), default="gif", help=film)
+    as_seen = "as a camera of the set-up sees them instead: its name; needs the extra 'perception'"
+    parser.add_argument("--camera", metavar="NAME", help=as_seen)
+    parser.add_argument("--cameras", type=Path, metavar="FILE", help="the set-up; default: the run's, or OCRTOC 2021's")
     parser = command(commands, "view", view, "play a run in the browser; needs the extra 'viewer'")
     _add_run(parser)
     parser.add_argument("--port", type=natural, default=8080, metavar="N", help="of the web server; default 8080")
@@ -51,7 +54,7 @@ def report(options: argparse.Namespace) -> int:
 
 
 def render(options: argparse.Namespace) -> int:
-    """Write start.png, goal.png, end.png and a film of a run, and say where they are."""
+    """Write start.png, goal.png, end.png and a film of a run, or a camera's pictures, and say where they are."""
     from tamp.report.rendering.film import film
     from tamp.report.rendering.images import save_image
     from tamp.report.rendering.playback import playable
@@ -61,6 +64,8 @@ def render(options: argparse.Namespace) -> int:
     run = read_run(options.folder)
     task, folder = playable(run), options.output or options.folder
     start = run.plans[0].start
+    if options.camera is not None:
+        return _photograph(run, options)
     with Stage(task) as stage:
         pictures = {
             "start.png": stage.picture(start),
@@ -76,6 +81,23 @@ def render(options: argparse.Namespace) -> int:
     return SOLVED
 
 
+def _photograph(run: Recorded, options: argparse.Namespace) -> int:
+    """Write NAME-start.png, NAME-goal.png, NAME-end.png as a camera sees them, and each one's depth in 0.1 mm."""
+    from tamp.perception.cameras.photographs import photographs
+    from tamp.report.rendering.images import save_image
+    from tamp.report.rendering.playback import playable
+
+    task, plan, recorded = playable(run), run.plans[0], run.result.settings.get("cameras")
+    setup = options.cameras or (Path(recorded) if recorded else None)
+    scenes = {"start": plan.start, "goal": {**plan.start, **plan.goals}, "end": run.final_poses}
+    for name, color, depth in photographs(task, scenes, options.camera, setup, run.result.seed):
+        for picture, suffix in ((color, ""), (depth, "-depth")):
+            path = (options.output or options.folder) / f"{name}{suffix}.png"
+            save_image(picture, path)
+            print(path, file=options.out)
+    return SOLVED
+
+
 def view(options: argparse.Namespace) -> int:
     """Serve a run to the browser until interrupted, or write it as a page and end."""
     from tamp.report.rendering.playback import playable
@@ -84,7 +106,7 @@ def view(options: argparse.Namespace) -> int:
 
     run = read_run(options.folder)
     task, moments = playable(run), _moments(run, options)
-    viewer = Viewer(task, run.plans[0].goals, moments, port=options.port)
+    viewer = Viewer(task, run.plans[0].goals, moments, port=options.port, sights=run.sights)
     try:
         if options.record is not None:
             viewer.record(options.record)

@@ -179,6 +179,17 @@ class Camera:
     viewpoints: tuple[tuple[float, ...], ...] = ()
 
 
+def looking_at(eye: Array, target: Array) -> Array:
+    """The pose (4, 4) of an optical frame at a point, looking at another, upright."""
+    z = target - eye
+    z /= np.linalg.norm(z)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x = np.array([1.0, 0.0, 0.0]) if np.linalg.norm(x) < 1e-9 else x / np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, eye
+    return T
+
+
 @dataclass(frozen=True, eq=False)
 class Frame:
     """What a camera saw, as a perceiver is given it.

@@ -28,10 +28,17 @@ ROBOT_MARGIN = 4
 
 @dataclass(frozen=True)
 class View:
-    """A camera, and the arm's configuration while it takes a picture [rad]."""
+    """A camera, and the robot while it takes a picture.
+
+    Attributes:
+        camera: the camera.
+        q: the arm's configuration [rad].
+        opening: distance between the finger pads [m]; None is wide open.
+    """
 
     camera: Camera
     q: tuple[float, ...]
+    opening: float | None = None
 
 
 def views(cameras: Sequence[Camera], robot: RobotSpec) -> tuple[View, ...]:
@@ -64,6 +71,7 @@ def shoot(
     *,
     table: Table | None = None,
     seed: int = 0,
+    first: int = 0,
     masks: bool = False,
     renderer: str = "raycast",
 ) -> Iterator[Shot]:
@@ -76,8 +84,9 @@ def shoot(
         robot: the robot in the pictures.
         table: the table in the pictures.
         seed: decides every error of sensors and calibration, for each view by itself.
+        first: the number of the first view, which decides its errors too.
         masks: whether the frames tell which object each pixel shows.
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
 
     Raises:
         TampError: where the renderer is unknown or not installed.
@@ -87,8 +96,8 @@ def shoot(
     names = list(looks)
     still = [table_body(Table() if table is None else table), *objects_at(looks, poses)]
     number = {body.name: names.index(body.name) for body in still[1:]}
-    for index, view in enumerate(shots):
-        bodies: list[Body] = [*still, robot_body(robot, view.q)]
+    for index, view in enumerate(shots, start=first):
+        bodies: list[Body] = [*still, robot_body(robot, view.q, view.opening)]
         T = camera_pose(view.camera, robot, view.q)
         with make(bodies) as scene:
             picture = scene.picture(view.camera.intrinsics, T)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,60 +20,15 @@ import numpy as np
 
 from tamp.errors import TaskError
 from tamp.perception.cameras.camera import Intrinsics
+from tamp.perception.dataset.frames import DEPTH_UNIT, Label, LabelledFrame, load_image, save_image, write_ply
 from tamp.perception.rendering.surface import Surface
-from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
 
-DEPTH_UNIT = 1e-4
-"""What a step of a depth picture is [m]."""
-
 SPLIT = "train"
-
-
-@dataclass(frozen=True, eq=False)
-class Label:
-    """An object in a picture.
-
-    Attributes:
-        name: the object's.
-        T_camera_object: shape (4, 4).
-        whole: pixels that it would cover if nothing stood before it, bool (height, width).
-        visible: pixels that show it, bool (height, width).
-    """
-
-    name: str
-    T_camera_object: Array
-    whole: NDArray[np.bool_]
-    visible: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class LabelledFrame:
-    """A picture with its labels.
-
-    Attributes:
-        intrinsics: of colour and depth.
-        T_world_camera: shape (4, 4).
-        color: shape (height, width, 3), uint8.
-        depth: shape (height, width), uint16 in steps of 0.1 mm; 0 is no measurement.
-        labels: the objects that are there, in view or not.
-    """
-
-    intrinsics: Intrinsics
-    T_world_camera: Array
-    color: NDArray[np.uint8]
-    depth: NDArray[np.uint16]
-    labels: tuple[Label, ...]
-
-
-def steps(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """A depth picture [m] in steps of 0.1 mm; what is farther than 6.55 m is no measurement."""
-    counted = np.rint(depth / DEPTH_UNIT)
-    return np.where(counted < 2**16, counted, 0).astype(np.uint16)
 
 
 def write_models(objects: Mapping[str, Surface], folder: Path) -> None:
@@ -83,7 +37,7 @@ def write_models(objects: Mapping[str, Surface], folder: Path) -> None:
     models.mkdir(parents=True, exist_ok=True)
     info = {}
     for number, surface in enumerate(objects.values(), start=1):
-        _write_ply(surface, models / f"obj_{number:06}.ply")
+        write_ply(surface, models / f"obj_{number:06}.ply", scale=1000.0)
         lower, upper = 1000 * surface.vertices.min(axis=0), 1000 * surface.vertices.max(axis=0)
         corners = {f"min_{axis}": float(v) for axis, v in zip("xyz", lower, strict=True)}
         sizes = {f"size_{axis}": float(v) for axis, v in zip("xyz", upper - lower, strict=True)}
@@ -124,14 +78,14 @@ def write_scene(frames: Sequence[LabelledFrame], folder: Path, scene: int) -> Pa
         (work / name).mkdir(parents=True)
     cameras, poses, infos = {}, {}, {}
     for index, frame in enumerate(frames):
-        _save(work / "rgb" / f"{index:06}.png", frame.color)
-        _save(work / "depth" / f"{index:06}.png", frame.depth)
+        save_image(work / "rgb" / f"{index:06}.png", frame.color)
+        save_image(work / "depth" / f"{index:06}.png", frame.depth)
         cameras[str(index)] = _camera(frame)
         poses[str(index)] = [_pose(label, numbers) for label in frame.labels]
         infos[str(index)] = [_info(label, frame.depth) for label in frame.labels]
         for place, label in enumerate(frame.labels):
-            _save(work / "mask" / f"{index:06}_{place:06}.png", label.whole.astype(np.uint8) * 255)
-            _save(work / "mask_visib" / f"{index:06}_{place:06}.png", label.visible.astype(np.uint8) * 255)
+            save_image(work / "mask" / f"{index:06}_{place:06}.png", label.whole.astype(np.uint8) * 255)
+            save_image(work / "mask_visib" / f"{index:06}_{place:06}.png", label.visible.astype(np.uint8) * 255)
     for name, rows in (("scene_camera", cameras), ("scene_gt", poses), ("scene_gt_info", infos)):
         _write_json(work / f"{name}.json", rows)
     shutil.rmtree(target, ignore_errors=True)
@@ -152,15 +106,15 @@ def read_scene(folder: Path, scene: int) -> Iterator[LabelledFrame]:
     cameras, poses = (_read_json(source / f"{name}.json") for name in ("scene_camera", "scene_gt"))
     for key, camera in cameras.items():
         index = int(key)
-        color = _load(source / "rgb" / f"{index:06}.png")
+        color = load_image(source / "rgb" / f"{index:06}.png")
         K = camera["cam_K"]
         height, width = color.shape[:2]
         labels = tuple(
             Label(
                 names[row["obj_id"]],
                 _matrix(row["cam_R_m2c"], row["cam_t_m2c"]),
-                _load(source / "mask" / f"{index:06}_{place:06}.png") > 0,
-                _load(source / "mask_visib" / f"{index:06}_{place:06}.png") > 0,
+                load_image(source / "mask" / f"{index:06}_{place:06}.png") > 0,
+                load_image(source / "mask_visib" / f"{index:06}_{place:06}.png") > 0,
             )
             for place, row in enumerate(poses[key])
         )
@@ -168,7 +122,7 @@ def read_scene(folder: Path, scene: int) -> Iterator[LabelledFrame]:
             Intrinsics(width, height, K[0], K[4], K[2], K[5]),
             _inverse(_matrix(camera["cam_R_w2c"], camera["cam_t_w2c"])),
             color,
-            _load(source / "depth" / f"{index:06}.png").astype(np.uint16),
+            load_image(source / "depth" / f"{index:06}.png").astype(np.uint16),
             labels,
         )
 
@@ -217,37 +171,6 @@ def _matrix(R: Sequence[float], t: Sequence[float]) -> Array:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = np.reshape(R, (3, 3)), np.array(t) / 1000
     return T
-
-
-def object_pose(frame: LabelledFrame, label: Label) -> Pose:
-    """`T_world_object` of a label."""
-    return Pose.from_matrix(frame.T_world_camera @ label.T_camera_object)
-
-
-def _write_ply(surface: Surface, path: Path) -> None:
-    """A binary PLY in millimetres with a colour a vertex."""
-    vertices = np.empty(len(surface.vertices), dtype=[("xyz", "<f4", 3), ("rgb", "u1", 3)])
-    vertices["xyz"], vertices["rgb"] = 1000 * surface.vertices, surface.colors
-    faces = np.empty(len(surface.faces), dtype=[("n", "u1"), ("abc", "<i4", 3)])
-    faces["n"], faces["abc"] = 3, surface.faces
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
-    header += [f"property uchar {color}" for color in ("red", "green", "blue")]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    path.write_bytes("\n".join(header).encode() + b"\n" + vertices.tobytes() + faces.tobytes())
-
-
-def _save(path: Path, image: NDArray[Any]) -> None:
-    from PIL import Image
-
-    Image.fromarray(image).save(path, compress_level=1)
-
-
-def _load(path: Path) -> NDArray[Any]:
-    from PIL import Image
-
-    with Image.open(path) as image:
-        return np.asarray(image)
 
 
 def _write_json(path: Path, value: Any) -> None:

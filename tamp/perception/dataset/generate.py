@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.perception.cameras.camera import Intrinsics, Noise, StereoNoise
+from tamp.perception.cameras.camera import Intrinsics, Noise, StereoNoise, looking_at
 from tamp.perception.cameras.noise import measured
-from tamp.perception.dataset.bop import Label, LabelledFrame, scene_folder, steps, write_models, write_scene
+from tamp.perception.dataset.frames import Label, LabelledFrame, steps
+from tamp.perception.dataset.layouts import layout as layout_of
+from tamp.perception.dataset.scenes import random_scene
 from tamp.perception.rendering.backends import open_renderer
 from tamp.perception.rendering.scene import Body, objects_at, table_body
-from tamp.perception.rendering.surface import Surface
-from tamp.task.model import Table
+from tamp.perception.rendering.surface import Surface, model_name, surface_of
+from tamp.task.model import Object, Table, Task
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -45,17 +48,6 @@ def around(table: Table, count: int, rng: np.random.Generator) -> Iterator[Array
         yield looking_at(middle + eye, middle + target)
 
 
-def looking_at(eye: Array, target: Array) -> Array:
-    """The pose (4, 4) of an optical frame at a point, looking at another, upright."""
-    z = target - eye
-    z /= np.linalg.norm(z)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x = np.array([1.0, 0.0, 0.0]) if np.linalg.norm(x) < 1e-9 else x / np.linalg.norm(x)
-    T = np.eye(4)
-    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, eye
-    return T
-
-
 def write_dataset(
     scenes: Sequence[Mapping[str, Pose]],
     objects: Mapping[str, Surface],
@@ -66,6 +58,7 @@ def write_dataset(
     noise: Noise | None = StereoNoise(),  # noqa: B008  frozen
     table: Table | None = None,
     seed: int = 0,
+    layout: str = "bop",
     renderer: str = "raycast",
     progress: Callable[[int, bool], None] | None = None,
 ) -> None:
@@ -80,19 +73,60 @@ def write_dataset(
         noise: of the depth; None is none.
         table: the table top.
         seed: decides views and noise of each scene by itself, so that a data set may be extended.
-        renderer: "raycast" or "pybullet".
+        layout: a name of `tamp.perception.dataset.layouts`.
+        renderer: "raycast" or "software".
         progress: told each scene's number when it is there, and whether it was already.
     """
-    write_models(objects, folder)
+    how = layout_of(layout)
+    how.write_models(objects, folder)
     top = Table() if table is None else table
     for number, poses in enumerate(scenes):
-        there = scene_folder(folder, number).is_dir()
+        there = how.scene_folder(folder, number).is_dir()
         if not there:
             rng = np.random.default_rng([seed, number])
             cameras = list(around(top, views, rng))
-            write_scene(list(labelled(objects, poses, cameras, intrinsics, noise, top, rng, renderer)), folder, number)
+            frames = labelled(objects, poses, cameras, intrinsics, noise, top, rng, renderer, how.depth_step)
+            how.write_scene(list(frames), folder, number)
         if progress is not None:
             progress(number, there)
+
+
+def write_random_scene(
+    task_files: Sequence[str], folder: str, number: int, *, views: int, count: int, seed: int, layout: str
+) -> dict[str, int]:
+    """Make a scene of a number from the objects of some tasks and write it: the work of one worker.
+
+    Args:
+        task_files: tasks whose objects may be in the scene.
+        folder: the data set, which has its models already.
+        number: the scene's, which with the seed decides everything about it.
+        views: pictures.
+        count: objects that are dropped.
+        seed: of the data set.
+        layout: a name of `tamp.perception.dataset.layouts`.
+
+    Returns:
+        {"objects": how many are in it}.
+    """
+    from tamp.task.files.load import load_task
+
+    objects, looks = pool([load_task(path, allow_outside=True) for path in task_files])
+    rng = np.random.default_rng([seed, number])
+    poses = random_scene(objects, count, Table(), rng)
+    how = layout_of(layout)
+    cameras = list(around(Table(), views, rng))
+    frames = labelled(looks, poses, cameras, SENSOR, StereoNoise(), Table(), rng, depth_step=how.depth_step)
+    how.write_scene(list(frames), Path(folder), number)
+    return {"objects": len(poses)}
+
+
+def pool(tasks: Sequence[Task]) -> tuple[tuple[Object, ...], dict[str, Surface]]:
+    """The objects of all tasks, one of each shape under its model's name, and what they look like."""
+    found: dict[str, Object] = {}
+    for obj in (obj for task in tasks for obj in task.objects):
+        found.setdefault(model_name(obj), replace(obj, name=model_name(obj), goal=None))
+    objects = tuple(found[name] for name in sorted(found))
+    return objects, {obj.name: surface_of(obj) for obj in objects}
 
 
 def labelled(
@@ -104,8 +138,12 @@ def labelled(
     table: Table,
     rng: np.random.Generator,
     renderer: str = "raycast",
+    depth_step: int = 1,
 ) -> Iterator[LabelledFrame]:
-    """Pictures of a scene from camera poses (4, 4), each with the poses and masks of all objects."""
+    """Pictures of a scene from camera poses (4, 4), each with the poses and masks of all objects.
+
+    Depths are whole multiples of `depth_step` steps of 0.1 mm.
+    """
     make = open_renderer(renderer)
     bodies = objects_at(objects, poses)
     with make([*bodies, table_body(table)]) as scene:
@@ -121,7 +159,7 @@ def labelled(
                 )
                 for place, body in enumerate(bodies)
             )
-            yield LabelledFrame(intrinsics, T, picture.color, steps(depth), labels)
+            yield LabelledFrame(intrinsics, T, picture.color, steps(depth, depth_step), labels)
 
 
 def _alone(body: Body, k: Intrinsics, T: Array, renderer: str) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.candidates import Candidate, candidates
+from tamp.perception.estimation.candidates import Candidate, candidates, fitted
 from tamp.perception.estimation.fit import polished
 from tamp.perception.estimation.fusion import fuse, level
 from tamp.perception.estimation.likeness import turned_by_color
@@ -37,8 +38,20 @@ FEWEST = 25
 """An estimate that explains fewer points than this, and less than a fifth of the object's cells, is no sight of it."""
 
 
+TRACKED = 0.03
+"""An object that is expected somewhere is sought there first, within this [m]."""
+
+SEEN_THROUGH = 0.06
+"""One that was seen through more than this, as a share of its surface, is not there."""
+
+
 def estimate_poses(
-    frames: Sequence[Frame], objects: Mapping[str, Surface], *, table: Table | None = None, seed: int = 0
+    frames: Sequence[Frame],
+    objects: Mapping[str, Surface],
+    *,
+    table: Table | None = None,
+    seed: int = 0,
+    expected: Mapping[str, Pose] = MappingProxyType({}),
 ) -> dict[str, Estimate]:
     """Where objects are.
 
@@ -47,6 +60,7 @@ def estimate_poses(
         objects: name -> mesh of everything that may be in the scene; objects of one mesh are told apart by nothing.
         table: the table top.
         seed: decides every guess.
+        expected: name -> pose of what is known already; what is found there is sought nowhere else.
 
     Returns:
         An estimate for every object; its pose is None where the object was not seen.
@@ -57,7 +71,7 @@ def estimate_poses(
         return {name: Estimate(None, 0.0) for name in objects}
     models = [object_model(surface) for surface in objects.values()]
     names = list(objects)
-    found = _sought(scene, models, names, seed)
+    found = _sought(scene, models, [expected.get(name) for name in names], seed)
     selection = Selection(scene.cloud, models, found)
     selection.solve()
     for number in range(1, ROUNDS + 1):
@@ -79,7 +93,9 @@ def see(frames: Sequence[Frame], table: Table) -> Volume | None:
     return None if len(cloud.points) < FEWEST else survey(mended, cloud)
 
 
-def _sought(scene: Volume, models: Sequence[ObjectModel], names: Sequence[str], seed: int) -> list[list[Candidate]]:
+def _sought(
+    scene: Volume, models: Sequence[ObjectModel], expected: Sequence[Pose | None], seed: int
+) -> list[list[Candidate]]:
     """Candidates of every object; objects of one mesh are sought once, unless masks tell them apart."""
     tree = cKDTree(scene.cloud.points)
     labels = scene.cloud.instances
@@ -90,11 +106,29 @@ def _sought(scene: Volume, models: Sequence[ObjectModel], names: Sequence[str], 
         if labels is not None:
             own = np.flatnonzero(labels == i)
             found.append(_masked(scene, model, own, rng))
+        elif tracked := _tracked(scene, model, expected[i]):
+            found.append(tracked)
         else:
             if id(model) not in known:
                 known[id(model)] = candidates(scene, model, tree, rng)
             found.append(list(known[id(model)]))
     return found
+
+
+def _tracked(scene: Volume, model: ObjectModel, expected: Pose | None) -> list[Candidate]:
+    """Candidates where an object is expected; none where it is not, or nobody knows."""
+    if expected is None:
+        return []
+    around = [Pose((x, y, 0.0)) for x, y in ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))]
+    poses = np.stack([shift.matrix @ expected.matrix for shift in around])
+    middle = expected.matrix[:3, :3] @ model.center + expected.matrix[:3, 3]
+    return [
+        candidate
+        for candidate in fitted(scene, model, poses)
+        if candidate.violations < SEEN_THROUGH
+        and candidate.weights.sum() > FEWEST
+        and np.linalg.norm(candidate.pose[:3, :3] @ model.center + candidate.pose[:3, 3] - middle) < TRACKED
+    ]
 
 
 def _masked(scene: Volume, model: ObjectModel, own: NDArray[np.int64], rng: np.random.Generator) -> list[Candidate]:

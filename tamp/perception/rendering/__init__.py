@@ -1,4 +1,4 @@
 """Pictures as cameras take them: colour, depth and which body each pixel shows, by two renderers that agree.
 
-May import tamp.execution's PyBullet, tamp.world and tamp.task.
+May import tamp.execution's rasterizer, tamp.world and tamp.task.
 """

@@ -10,7 +10,7 @@ from tamp.perception.rendering.scene import Body
 
 
 def open_renderer(name: str) -> Callable[[Sequence[Body]], Renderer]:
-    """The renderer of a name, "raycast" or "pybullet", to be called with the bodies.
+    """The renderer of a name, "raycast" or "software", to be called with the bodies.
 
     Raises:
         TampError: where the name is unknown, or its extra is not installed.
@@ -19,8 +19,8 @@ def open_renderer(name: str) -> Callable[[Sequence[Body]], Renderer]:
         from tamp.perception.rendering.raycast import RayCaster
 
         return RayCaster
-    if name == "pybullet":
+    if name == "software":
         from tamp.perception.rendering.software import SoftwareRenderer
 
         return SoftwareRenderer
-    raise TampError(f"unknown renderer {name!r}; valid are pybullet, raycast")
+    raise TampError(f"unknown renderer {name!r}; valid are raycast, software")

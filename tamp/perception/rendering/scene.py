@@ -11,7 +11,7 @@ import numpy as np
 
 from tamp.perception.rendering.robot import robot_surface
 from tamp.perception.rendering.surface import TABLE_COLOR, Surface, plain, surface_of
-from tamp.task.model import Box, Table, Task
+from tamp.task.model import Box, Shape, Table, Task
 from tamp.task.pose import Pose
 from tamp.task.robot import RobotSpec
 
@@ -37,8 +37,12 @@ class Body:
 
 
 def surfaces(task: Task, visuals: Path | None = None) -> dict[str, Surface]:
-    """Object -> what it looks like, see `surface_of`."""
-    return {obj.name: surface_of(obj, visuals) for obj in task.objects}
+    """Object -> what it looks like, see `surface_of`; objects of one shape have one surface."""
+    known: dict[Shape, Surface] = {}
+    for obj in task.objects:
+        if obj.shape not in known:
+            known[obj.shape] = surface_of(obj, visuals)
+    return {obj.name: known[obj.shape] for obj in task.objects}
 
 
 def objects_at(looks: Mapping[str, Surface], poses: Mapping[str, Pose]) -> list[Body]:

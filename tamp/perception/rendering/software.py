@@ -1,4 +1,4 @@
-"""Pictures by PyBullet's software rasterizer: no display, no graphics card, no further library."""
+"""Pictures by a software rasterizer: no display, no graphics card, no further library."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.execution.pybullet.client import pybullet
+from tamp.execution.renderer import Lens, TexturedMesh
+from tamp.execution.simulators import make_rasterizer
 from tamp.perception.cameras.camera import Intrinsics
 from tamp.perception.rendering.renderer import AMBIENT, FAR, LIGHT, NEAR, Picture
 from tamp.perception.rendering.scene import Body
@@ -23,69 +24,38 @@ if TYPE_CHECKING:
 
 
 class SoftwareRenderer:
-    """Bodies in a PyBullet world of their own; see `Renderer`."""
+    """Bodies as textured meshes; see `Renderer`."""
 
     def __init__(self, bodies: Sequence[Body]) -> None:
         self._files = tempfile.TemporaryDirectory(prefix="tamp-")
-        self._client: int = pybullet.connect(pybullet.DIRECT)
-        pybullet.setPhysicsEngineParameter(enableFileCaching=0, physicsClientId=self._client)
-        self._index = {self._add(body, number): number for number, body in enumerate(bodies)}
-
-    def _add(self, body: Body, number: int) -> int:
-        path = Path(self._files.name) / f"body_{number}.obj"
-        texture = path.with_suffix(".png")
-        _write_textured(body.surface, path, texture)
-        visual = pybullet.createVisualShape(
-            pybullet.GEOM_MESH, fileName=str(path), rgbaColor=(1, 1, 1, 1), physicsClientId=self._client
-        )
-        pose = Pose.from_matrix(body.T_world_body)
-        made: int = pybullet.createMultiBody(
-            baseVisualShapeIndex=visual,
-            basePosition=pose.xyz,
-            baseOrientation=pose.quat,
-            physicsClientId=self._client,
-        )
-        image = pybullet.loadTexture(str(texture), physicsClientId=self._client)
-        pybullet.changeVisualShape(made, -1, textureUniqueId=image, physicsClientId=self._client)
-        return made
+        folder = Path(self._files.name)
+        self._rasterizer = make_rasterizer([_textured(body, folder, number) for number, body in enumerate(bodies)])
 
     def __enter__(self) -> SoftwareRenderer:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._client >= 0:
-            pybullet.disconnect(physicsClientId=self._client)
-            self._client = -1
-            self._files.cleanup()
+        self._rasterizer.close()
+        self._files.cleanup()
 
     def picture(self, intrinsics: Intrinsics, T_world_camera: Array) -> Picture:
         """One picture; a triangle's colour is that of its corners' mean."""
-        width, height = intrinsics.width, intrinsics.height
-        light = (LIGHT / np.linalg.norm(LIGHT)).tolist()
-        _, _, color, buffer, mask = pybullet.getCameraImage(
-            width,
-            height,
-            viewMatrix=_view(T_world_camera),
-            projectionMatrix=_projection(intrinsics),
-            lightDirection=light,
-            lightDistance=10.0,
-            shadow=0,
-            lightAmbientCoeff=AMBIENT,
-            lightDiffuseCoeff=1 - AMBIENT,
-            lightSpecularCoeff=0.0,
-            renderer=pybullet.ER_TINY_RENDERER,
-            physicsClientId=self._client,
+        x, y, z = (LIGHT / np.linalg.norm(LIGHT)).tolist()
+        size = intrinsics.width, intrinsics.height
+        raster = self._rasterizer.picture(
+            Lens(*size, _view(T_world_camera), _projection(intrinsics), (x, y, z), AMBIENT)
         )
-        buffer = np.asarray(buffer, dtype=np.float64).reshape(height, width)
-        depth = (FAR * NEAR / (FAR - (FAR - NEAR) * buffer)).astype(np.float32)
-        ids = np.asarray(mask).reshape(height, width)
-        bodies = np.full((height, width), -1, dtype=np.int16)
-        for body, number in self._index.items():
-            bodies[ids == body] = number
-        seen = bodies >= 0
-        depth = np.where(seen, depth, np.float32(0))
-        rgb = np.asarray(color, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
-        return Picture(np.where(seen[..., None], rgb, 0).astype(np.uint8), depth, bodies, _slant(intrinsics, depth))
+        seen = raster.meshes >= 0
+        depth = np.zeros(seen.shape, dtype=np.float32)
+        depth[seen] = FAR * NEAR / (FAR - (FAR - NEAR) * raster.buffer[seen])
+        color = np.where(seen[..., None], raster.color, 0).astype(np.uint8)
+        return Picture(color, depth, raster.meshes, _slant(intrinsics, depth))
+
+
+def _textured(body: Body, folder: Path, number: int) -> TexturedMesh:
+    path = folder / f"body_{number}.obj"
+    _write_textured(body.surface, path, path.with_suffix(".png"))
+    return TexturedMesh(path, path.with_suffix(".png"), Pose.from_matrix(body.T_world_body))
 
 
 def _slant(intrinsics: Intrinsics, depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -99,14 +69,13 @@ def _slant(intrinsics: Intrinsics, depth: NDArray[np.float32]) -> NDArray[np.flo
     return np.where(depth > 0, cosine, 0.0).astype(np.float32)
 
 
-def _view(T_world_camera: Array) -> list[float]:
-    """OpenGL's view matrix by columns: its camera looks along -z with y up."""
-    T = np.linalg.inv(T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0]))
-    return [float(v) for v in T.T.reshape(-1)]
+def _view(T_world_camera: Array) -> Array:
+    """OpenGL's view matrix: its camera looks along -z with y up."""
+    return np.asarray(np.linalg.inv(T_world_camera @ np.diag([1.0, -1.0, -1.0, 1.0])), dtype=np.float64)
 
 
-def _projection(k: Intrinsics) -> list[float]:
-    """OpenGL's projection matrix of a pinhole camera, by columns.
+def _projection(k: Intrinsics) -> Array:
+    """OpenGL's projection matrix of a pinhole camera.
 
     The rasterizer takes a pixel's colour and depth at its corner; shifted by half a pixel, it takes them at the centre.
     """
@@ -116,7 +85,7 @@ def _projection(k: Intrinsics) -> list[float]:
     P[0, 2], P[1, 2] = 1 - 2 * cx / k.width, 2 * cy / k.height - 1
     P[2, 2], P[2, 3] = -(FAR + NEAR) / (FAR - NEAR), -2 * FAR * NEAR / (FAR - NEAR)
     P[3, 2] = -1.0
-    return [float(v) for v in P.T.reshape(-1)]
+    return P
 
 
 def _write_textured(surface: Surface, path: Path, texture: Path) -> None:

@@ -99,10 +99,17 @@ def surface_of(obj: Object, visuals: Path | None = None) -> Surface:
             A model is called by its mesh's folder if the mesh is called collision.obj, else by its mesh's file.
         visuals: folder of coloured meshes in the same frames as the shapes.
     """
-    shape = obj.shape
+    shape, name = obj.shape, model_name(obj)
     if not isinstance(shape, Mesh):
         return plain(shape)
-    name = shape.path.parent.name if shape.path.stem == "collision" else shape.path.stem
     places = [shape.path.parent / "visual.ply"] if visuals is None else [visuals / f"{name}.ply"]
     found = next((path for path in places if path.is_file()), None)
     return plain(shape) if found is None else read_surface(found, shape.scale)
+
+
+def model_name(obj: Object) -> str:
+    """What the model of an object is called: by its mesh, or by its own name where it has none."""
+    if not isinstance(obj.shape, Mesh):
+        return obj.name
+    path = obj.shape.path
+    return path.parent.name if path.stem == "collision" else path.stem

@@ -30,14 +30,15 @@ UNSAID = {"search": "ff", "motion_planner": "portfolio", "simulator": DEFAULT}
 """What a task may say too -> what holds where neither it nor the user says anything."""
 
 
-def option(text: str, choices: tuple[str, ...] = ()) -> Mapping[str, Any]:
+def option(text: str, choices: tuple[str, ...] = (), bare: str | None = None) -> Mapping[str, Any]:
     """The metadata of a field that is an option of the command line too.
 
     Args:
         text: what `--help` says of it.
         choices: its valid values; none where they are not known before the run.
+        bare: its value where the option is given without one; None where it needs one.
     """
-    return {"help": text, "choices": choices}
+    return {"help": text, "choices": choices, "bare": bare}
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,9 @@ class Settings:
         trust_task_code: whether code that a task's file names is imported and run: its samplers, a domain from outside.
         tuning: numbers that a user may change: a `Tuning`, or a mapping of some of its fields.
         simulator: in which plans are carried out: its name, or "package.module:Class".
+        perceive: by which perceiver poses are estimated from cameras: its name, or "package.module:function"; None is
+            being told them.
+        cameras: the file of the cameras' set-up; None is OCRTOC's of 2021.
         settling: in which planning lets scenes come to rest, likewise; what it is also stands in each plan's report.
     """
 
@@ -85,6 +89,17 @@ class Settings:
         default=None,
         metadata=option(f"in which plans are carried out: its name, or package.module:Class; default {DEFAULT}"),
     )
+    perceive: str | None = field(
+        default=None,
+        metadata=option(
+            "estimate poses from cameras instead of being told them, by a perceiver's name or package.module:function; "
+            "alone: fit",
+            bare="fit",
+        ),
+    )
+    cameras: str | None = field(
+        default=None, metadata=option("file of the cameras that --perceive looks through; default OCRTOC 2021's")
+    )
     settling: str = field(default=DEFAULT, metadata=option("in which planning lets scenes come to rest, likewise"))
     tuning: Tuning = DEFAULT_TUNING
     trust_task_code: bool = False
@@ -99,6 +114,10 @@ class Settings:
                 raise TampError(f"unknown {f.name} {value!r}; valid are {', '.join(valid)}")
         require(self.simulator or DEFAULT)
         require(self.settling)
+        if self.perceive is not None:
+            from tamp.perception.perceiver import load_perceiver
+
+            load_perceiver(self.perceive)
 
     def for_task(self, task: Task) -> Settings:
         """The same with what the task says where the user says nothing, and the defaults where neither does.
@@ -107,7 +126,7 @@ class Settings:
             TaskError: where the task names what there is not; says file and line.
         """
         said = self
-        for name in ("strategy", *UNSAID):
+        for name in ("strategy", "perceive", *UNSAID):
             value = getattr(self, name) or getattr(task, name) or UNSAID.get(name)
             changed: dict[str, Any] = {name: value}
             try:
@@ -147,6 +166,8 @@ class Options(TypedDict, total=False):
     clock: Clock
     tuning: Tuning | Mapping[str, float]
     simulator: str | None
+    perceive: str | None
+    cameras: str | None
     settling: str
     trust_task_code: bool
 

@@ -23,7 +23,9 @@ def refuse_code(task: Task, domain: str | None = None, *, trusted: bool) -> None
     if trusted or task.path is None:
         return
     asked = {"samplers": ", ".join(sorted(task.samplers.values())), "domain": "" if domain else _outside(task.domain)}
-    asked["simulator"] = (task.simulator or "") if ":" in (task.simulator or "") else ""
+    for field in ("simulator", "perceive"):
+        said = getattr(task, field) or ""
+        asked[field] = said if ":" in said else ""
     for field, code in asked.items():
         if code:
             where = read_document(task.path).where((field,)) if task.path.is_file() else str(task.path)

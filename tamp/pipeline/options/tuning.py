@@ -38,6 +38,7 @@ class Tuning:
     punctual_share: float = _share(0.95, "of the limit is given out: whoever is busy looks at the clock late")
     max_replans: int = _count(8, "plans after the first, where reality deviates")
     max_corrections: int = _count(2, "of those, to correct what stands a little off its goal")
+    max_vain_plans: int = _count(3, "searches with other seeds after one that brings nothing, while time is left")
     astray_m: float = _number(
         0.01, 0.0, 1.0, "an object that ends farther from its settled goal (EDE) is corrected [m]"
     )

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     Image = NDArray[np.uint8]
 
 
-def save_image(image: Image, path: Path) -> None:
-    """Write a picture, shape (height, width, 3); the path's ending says the format."""
+def save_image(image: Image | NDArray[np.uint16], path: Path) -> None:
+    """Write a picture, shape (height, width, 3), or (height, width) in 16 bits; the path's ending says the format."""
     from PIL import Image as Pillow
 
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -55,6 +55,15 @@ def _save_video(images: Sequence[Image], path: Path, frame_s: float) -> None:
     for image in images:
         writer.send(image.tobytes())
     writer.close()
+
+
+def read_image(path: Path) -> Image:
+    """A picture from a file, shape (height, width, 3)."""
+    import numpy as np
+    from PIL import Image as Pillow
+
+    with Pillow.open(path) as image:
+        return np.asarray(image.convert("RGB"))
 
 
 def data_uri(image: Image) -> str:

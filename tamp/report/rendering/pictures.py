@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from tamp.report.rendering.camera import Camera
-from tamp.report.rendering.images import data_uri
+from tamp.report.rendering.images import data_uri, read_image
 from tamp.report.rendering.scene import Stage, goal_poses
 from tamp.report.runs import Recorded
 from tamp.task import Pose
@@ -26,7 +26,7 @@ class Gallery:
         self._chosen = {id(runs[i]) for i in ordered[:most]}
 
     def of(self, run: Recorded) -> dict[str, str]:
-        """Caption -> data URI: the start, the goals drawn into it, the end; none for a run that is left out."""
+        """Caption -> data URI: start, the goals drawn into it, end, what was seen; none for a run that is left out."""
         task = run.task
         if id(run) not in self._chosen or task is None:
             return {}
@@ -40,4 +40,9 @@ class Gallery:
             }
             if run.final_poses:
                 shots["end"] = stage.picture(run.final_poses, camera=CAMERA)
-        return {caption: data_uri(image) for caption, image in shots.items()}
+        seen = {
+            f"look {sight.number}, {path.stem.split('-', 2)[2]}": read_image(path)
+            for sight in run.sights
+            for path in sight.pictures
+        }
+        return {caption: data_uri(image) for caption, image in {**shots, **seen}.items()}

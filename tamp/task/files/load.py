@@ -85,6 +85,7 @@ class _Reader:
             search=model.search,
             motion_planner=model.motion_planner,
             simulator=model.simulator,
+            perceive=model.perceive,
             samplers=model.samplers,
             limits=Limits(model.limits.planning_s, model.limits.execution_sim_s),
             level=model.level,

@@ -42,7 +42,7 @@ def as_mapping(task: Task, folder: Path) -> dict[str, Any]:
     if task.domain != Task.domain:
         data["domain"] = task.domain
     data |= {name: [list(fact) for fact in getattr(task, name)] for name in ("init", "goal") if getattr(task, name)}
-    named = ("strategy", "search", "motion_planner", "simulator")
+    named = ("strategy", "search", "motion_planner", "simulator", "perceive")
     data |= {name: getattr(task, name) for name in named if getattr(task, name) is not None}
     if task.samplers:
         data["samplers"] = dict(task.samplers)

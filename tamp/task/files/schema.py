@@ -172,6 +172,7 @@ class TaskModel(_Model):
     search: str | None = Field(default=None, description="as --search")
     motion_planner: str | None = Field(default=None, description="as --motion-planner")
     simulator: str | None = Field(default=None, description="as --simulator")
+    perceive: str | None = Field(default=None, description="as --perceive: by which perceiver poses are estimated")
     samplers: dict[str, Function] = {}
     limits: LimitsModel = LimitsModel()
     level: Annotated[int, Field(ge=0, le=1000)] | None = Field(

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from tamp.errors import TaskError
-from tamp.perception.cameras.camera import Intrinsics, StereoNoise
-from tamp.perception.dataset.bop import LabelledFrame, object_pose, read_scene, steps, write_models, write_scene
-from tamp.perception.dataset.generate import around, labelled, looking_at, write_dataset
+from tamp.perception.cameras.camera import Intrinsics, StereoNoise, looking_at
+from tamp.perception.dataset.bop import read_scene, write_models, write_scene
+from tamp.perception.dataset.frames import LabelledFrame, object_pose, steps
+from tamp.perception.dataset.generate import around, labelled, write_dataset
 from tamp.perception.rendering.surface import plain, read_surface
 from tamp.task import Box, Cylinder, Pose, Table
 

@@ -21,7 +21,7 @@ from tamp.world.robot.model import robot_model
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
 K = Intrinsics.from_field_of_view(320, 240, math.radians(50))
-BACKENDS = ("raycast", "pybullet")
+BACKENDS = ("raycast", "software")
 
 
 def _looking_down(x: float, y: float, z: float) -> np.ndarray:
@@ -111,5 +111,5 @@ def test_a_link_that_is_not_there_is_refused() -> None:
 
 
 def test_an_unknown_renderer_is_refused() -> None:
-    with pytest.raises(TampError, match="unknown renderer 'vulkan'; valid are pybullet, raycast"):
+    with pytest.raises(TampError, match="unknown renderer 'vulkan'; valid are raycast, software"):
         open_renderer("vulkan")

@@ -1,0 +1,144 @@
+"""Looking at a scene with a workcell's cameras until what matters is known, or it is not worth another view."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp import clock
+from tamp.execution.log import Deviation
+from tamp.execution.simulators import DEFAULT
+from tamp.perception.belief.absence import absent
+from tamp.perception.belief.belief import UNCERTAIN, Belief, updated
+from tamp.perception.belief.next_view import next_views, unseen
+from tamp.perception.belief.rest import at_rest
+from tamp.perception.cameras.camera import Camera, Frame
+from tamp.perception.estimate import Estimate
+from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.perceiver import Perceiver, ask
+from tamp.perception.rendering.surface import Surface
+from tamp.perception.workcell.moving import go_to
+from tamp.perception.workcell.workcell import Workcell
+from tamp.task import Pose, Task
+from tamp.world.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MORE_VIEWS = 4
+"""Further views of a scene at most, beyond those of the set-up."""
+
+AT_ONCE = 2
+"""Views taken before the perceiver is asked again."""
+
+SURE = 0.5
+"""What is known with this confidence is not sought anew."""
+
+
+@dataclass
+class Observer:
+    """Looks at the scene of a workcell.
+
+    Attributes:
+        cell: arm and cameras.
+        task: objects and table; where the objects stand in it is not looked at.
+        looks: object -> what it looks like.
+        world: the planner's picture of robot, table and objects.
+        perceiver: says where objects are.
+        seed: decides every random choice.
+        limit_s: no further view is begun after this time in the cell [s].
+        simulator: in which estimates settle.
+        spent_s: time that the perceiver took so far, on the clock of tamp.clock.now() [s].
+    """
+
+    cell: Workcell
+    task: Task
+    looks: Mapping[str, Surface]
+    world: World
+    perceiver: Perceiver
+    seed: int
+    limit_s: float
+    simulator: str = DEFAULT
+    spent_s: float = field(default=0.0, init=False)
+    _count: int = field(default=0, init=False)
+
+    def look(self, expected: Belief | None = None, wanted: Collection[str] = ()) -> Belief:
+        """Look from all viewpoints, then from further ones while what is wanted is unknown or uncertain.
+
+        Args:
+            expected: what is believed so far; None is nothing.
+            wanted: objects that matter.
+
+        Returns:
+            What is believed now, at rest.
+        """
+        before = Belief(dict.fromkeys(self.looks, Estimate(None, 0.0))) if expected is None else expected
+        frames = list(self._frames(before.poses))
+        belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table))
+        left = MORE_VIEWS
+        while left > 0 and (missing := self._missing(belief, wanted)):
+            taken = list(self._further(belief, frames, missing, min(left, AT_ONCE)))
+            if not taken:
+                break
+            left, frames = left - len(taken), frames + taken
+            belief = self._perceived(belief, frames, ())
+        return Belief(at_rest(self.task, belief.estimates, self.simulator), tuple(frames))
+
+    def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
+        """A glance by the cameras that stand: something that is clearly not where it is expected."""
+        frames = [self.cell.frame(camera.name) for camera in self.cell.cameras if not camera.viewpoints]
+        gone = absent(frames, self.looks, expected, self.task.table)
+        return Deviation(min(gone), "disturbed", 0.0, 0.0) if gone else None
+
+    def _frames(self, poses: Mapping[str, Pose]) -> Iterator[Frame]:
+        """What every camera sees from its viewpoints; those that stand look with the arm at home, out of their way."""
+        standing = [camera for camera in self.cell.cameras if not camera.viewpoints]
+        if standing:
+            go_to(self.cell, self.world, poses, self.cell.robot.home, seed=self._seed())
+            yield from (self.cell.frame(camera.name) for camera in standing)
+        for camera in self.cell.cameras:
+            for q in camera.viewpoints:
+                if self.cell.time < self.limit_s and go_to(self.cell, self.world, poses, q, seed=self._seed()):
+                    yield self.cell.frame(camera.name)
+
+    def _perceived(self, before: Belief, frames: list[Frame], gone: Collection[str]) -> Belief:
+        sure = {name: pose for name, pose in before.trusted(SURE).items() if name not in gone}
+        began = clock.now()
+        found = ask(self.perceiver, frames, self.looks, table=self.task.table, seed=self._seed(), expected=sure)
+        self.spent_s += clock.now() - began
+        return Belief(updated(self._models, before.estimates, found, gone), tuple(frames))
+
+    def _missing(self, belief: Belief, wanted: Collection[str]) -> set[str]:
+        return {name for name in wanted if belief.estimates[name].confidence < UNCERTAIN}
+
+    def _further(self, belief: Belief, frames: list[Frame], missing: Collection[str], most: int) -> Iterator[Frame]:
+        camera = self._moving
+        if camera is None or self.cell.time > self.limit_s:
+            return
+        rng = np.random.default_rng(self._seed())
+        likely = [np.array(pose.xyz) for name, pose in belief.poses.items() if name in missing]
+        hidden = unseen(frames, self.task.table)
+        count = 0
+        for q in next_views(hidden, camera, self.world, belief.poses, rng, likely=likely):
+            if go_to(self.cell, self.world, belief.poses, q, seed=self._seed()):
+                count += 1
+                yield self.cell.frame(camera.name)
+            if count == most:
+                return
+
+    @property
+    def _moving(self) -> Camera | None:
+        """The camera on the arm."""
+        return next((camera for camera in self.cell.cameras if camera.viewpoints), None)
+
+    @property
+    def _models(self) -> dict[str, ObjectModel]:
+        return {name: object_model(surface) for name, surface in self.looks.items()}
+
+    def _seed(self) -> int:
+        """A new seed for each question, all of them decided by the first."""
+        self._count += 1
+        return self.seed * 100_003 + self._count

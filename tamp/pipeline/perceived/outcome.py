@@ -1,0 +1,136 @@
+"""What became of each object, told from the truth after a run: seen, estimated, grasped or placed wrongly?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tamp.perception.belief.belief import Belief
+from tamp.perception.estimation.model import object_model
+from tamp.perception.evaluation import assigned, pose_error
+from tamp.perception.rendering.surface import Surface
+from tamp.scoring import Score
+from tamp.task import Grip, Move, Plan, Pose
+
+WRONG = 0.02
+"""An estimate farther from the truth than this (EDE over the mesh's symmetries) is wrong [m]."""
+
+APART = 10.0
+"""What stands for the distance of an object that was not found [m]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one object.
+
+    Attributes:
+        name: the object.
+        fate: "reached"; or why not: "not seen", "wrongly estimated", "left by the plan", "not grasped", "wrongly
+            placed"; "no goal" where it has none.
+        estimate_m: how far the first estimate was off (EDE over the mesh's symmetries) [m]; None: not found.
+        raw_m: the same without symmetries.
+        confidence: of that estimate, 0..1.
+        look: the number of the look that found it, from 0; None: none did.
+    """
+
+    name: str
+    fate: str
+    estimate_m: float | None
+    raw_m: float | None
+    confidence: float
+    look: int | None
+
+
+def identities(beliefs: Sequence[Belief], start: Mapping[str, Pose], looks: Mapping[str, Surface]) -> dict[str, str]:
+    """Believed name -> true one. Objects of one mesh are told apart by nothing: a name is what was first called it.
+
+    Args:
+        beliefs: what was believed after each look.
+        start: where the objects truly stood when they were first looked at.
+        looks: object -> what it looks like.
+    """
+    kinds: dict[int, list[str]] = {}
+    for name, surface in looks.items():
+        kinds.setdefault(id(surface), []).append(name)
+    names: dict[str, str] = {}
+    for group in kinds.values():
+        first = [beliefs[0].poses.get(name) if beliefs else None for name in group]
+        costs = [[APART if p is None else math.dist(p.xyz, start[other].xyz) for other in group] for p in first]
+        names |= {name: group[column] for name, column in zip(group, assigned(np.array(costs)), strict=True)}
+    return names
+
+
+def outcomes(
+    beliefs: Sequence[Belief],
+    truths: Sequence[Mapping[str, Pose]],
+    plans: Sequence[Plan],
+    reached: Score,
+    looks: Mapping[str, Surface],
+    grasped: Mapping[str, int],
+) -> tuple[Outcome, ...]:
+    """What became of every object.
+
+    Args:
+        beliefs: what was believed after each look.
+        truths: where everything truly was at each look, by believed names.
+        plans: all plans.
+        reached: the score of the end.
+        looks: object -> what it looks like.
+        grasped: object -> how often it was grasped and held.
+    """
+    moved = {name for plan in plans for name in _moved(plan)}
+    return tuple(
+        _outcome(name, beliefs, truths, reached, looks[name], name in moved, grasped.get(name)) for name in looks
+    )
+
+
+def _outcome(
+    name: str,
+    beliefs: Sequence[Belief],
+    truths: Sequence[Mapping[str, Pose]],
+    reached: Score,
+    look: Surface,
+    moved: bool,
+    grasped: int | None,
+) -> Outcome:
+    model = object_model(look)
+    found = [i for i, belief in enumerate(beliefs) if belief.estimates[name].pose is not None]
+    errors: list[tuple[float, float]] = []
+    for i in found:
+        pose = beliefs[i].estimates[name].pose
+        assert pose is not None
+        errors.append(pose_error(model, pose, truths[i][name]))
+    first = errors[0] if errors else (None, None)
+    wrong = any(error[0] > WRONG for error in errors)
+    fate = _fate(reached.goals_met.get(name), bool(found), wrong, moved, grasped)
+    confidence = beliefs[found[0]].estimates[name].confidence if found else 0.0
+    return Outcome(name, fate, first[0], first[1], confidence, found[0] if found else None)
+
+
+def _fate(met: bool | None, found: bool, wrong: bool, moved: bool, grasped: int | None) -> str:
+    if met is None:
+        return "no goal"
+    if met:
+        return "reached"
+    if not found:
+        return "not seen"
+    if wrong:
+        return "wrongly estimated"
+    if not moved:
+        return "left by the plan"
+    return "not grasped" if grasped == 0 else "wrongly placed"
+
+
+def _moved(plan: Plan) -> set[str]:
+    """Objects that a plan takes into the hand or pushes."""
+    gripped = {step.attachment.object for step in plan.steps if isinstance(step, Grip)}
+    return gripped | {step.pushed.object for step in plan.steps if isinstance(step, Move) and step.pushed is not None}
+
+
+def as_dicts(found: Sequence[Outcome]) -> tuple[dict[str, Any], ...]:
+    """JSON-like mappings, in order."""
+    return tuple(vars(outcome) for outcome in found)

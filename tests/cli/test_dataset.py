@@ -1,0 +1,34 @@
+"""`tamp dataset` as a user calls it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tamp.cli.command_line import main
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+TASK = """name: one
+robot: panda
+objects:
+  - {name: brick, shape: {box: [0.16, 0.09, 0.05]}, pose: {xyz: [-0.05, 0.12, 0.026]}}
+"""
+
+
+def _made(tmp_path: Path, *more: str) -> int:
+    (tmp_path / "one.yaml").write_text(TASK, encoding="utf-8")
+    return main(["dataset", str(tmp_path / "one.yaml"), "-o", str(tmp_path / "set"), "--objects", "1", *more])
+
+
+def test_scenes_are_written_once_and_a_run_is_resumed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _made(tmp_path, "-n", "1", "--views", "1", "--format", "ocrtoc") == 0
+    scene = tmp_path / "set" / "scenes" / "000000"
+    before = (scene / "rgb_undistort" / "0000.png").stat().st_mtime_ns
+    capsys.readouterr()
+    assert _made(tmp_path, "-n", "1", "--views", "1", "--format", "ocrtoc") == 0
+    assert "1 scenes (1 of them were there), 1 pictures" in capsys.readouterr().out
+    assert (scene / "rgb_undistort" / "0000.png").stat().st_mtime_ns == before
+    assert _made(tmp_path, "-n", "1", "--views", "2", "--format", "ocrtoc") == 2
+    assert "made with other views; give another --output" in capsys.readouterr().err

@@ -1,0 +1,86 @@
+"""What contradicts a belief, where it comes to rest, and where to look next."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tamp.perception.belief.absence import absent
+from tamp.perception.belief.next_view import Unseen, next_views, unseen
+from tamp.perception.belief.rest import at_rest
+from tamp.perception.cameras.camera import Camera, Frame, Intrinsics, looking_at
+from tamp.perception.estimate import Estimate
+from tamp.perception.rendering.backends import open_renderer
+from tamp.perception.rendering.robot import camera_pose
+from tamp.perception.rendering.scene import objects_at, table_body
+from tamp.perception.rendering.surface import plain
+from tamp.task import Box, Object, Pose, Table, Task, load_robot
+from tamp.world.robot.model import robot_model
+from tamp.world.world import World
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+K = Intrinsics.from_field_of_view(320, 240, math.radians(50))
+LOOKS = {"wall": plain(Box((0.02, 0.3, 0.25))), "brick": plain(Box((0.08, 0.08, 0.06)))}
+POSES = {"wall": Pose((-0.05, 0.0, 0.125)), "brick": Pose((0.1, 0.25, 0.03))}
+CAMERA = Camera("wrist", K, "panda_link8", Pose((0.0, 0.0, 0.06)))
+
+
+def _frame(eye: tuple[float, float, float], poses: dict[str, Pose]) -> Frame:
+    T = looking_at(np.array(eye), np.array([-0.05, 0.05, 0.05]))
+    with open_renderer("raycast")([*objects_at(LOOKS, poses), table_body(Table())]) as scene:
+        picture = scene.picture(K, T)
+    return Frame("c", K, T, picture.color, picture.depth, np.zeros(picture.depth.shape, dtype=bool))
+
+
+def test_what_is_where_it_is_thought_to_be_is_not_absent() -> None:
+    assert absent([_frame((0.8, 0.1, 0.7), POSES)], LOOKS, POSES, Table()) == set()
+
+
+def test_what_is_gone_is_absent_and_what_cannot_be_seen_is_not() -> None:
+    frame = _frame((0.8, 0.1, 0.7), {"wall": POSES["wall"]})
+    assert absent([frame], LOOKS, POSES, Table()) == {"brick"}
+    hidden = {**POSES, "brick": Pose((-0.15, 0.0, 0.03))}
+    assert absent([_frame((0.9, 0.0, 0.1), {"wall": POSES["wall"]})], LOOKS, hidden, Table()) == set()
+
+
+def test_a_floating_estimate_comes_to_rest() -> None:
+    task = Task("one", (Object("brick", Box((0.08, 0.08, 0.06)), Pose()),))
+    found = at_rest(task, {"brick": Estimate(Pose((0.0, 0.1, 0.035)), 0.4)})["brick"]
+    assert found.pose is not None
+    assert found.pose.xyz == pytest.approx((0.0, 0.1, 0.03), abs=1e-3)
+    assert found.confidence == 0.4
+
+
+def test_an_unsure_estimate_that_cannot_be_is_given_up_and_a_sure_one_is_not() -> None:
+    shape = Box((0.08, 0.08, 0.06))
+    task = Task("two", (Object("a", shape, Pose()), Object("b", shape, Pose())))
+    said = {"a": Estimate(Pose((0.0, 0.1, 0.03)), 0.9), "b": Estimate(Pose((0.0, 0.1, 0.2)), 0.2)}
+    found = at_rest(task, said)
+    assert found["b"] == Estimate(None, 0.0)
+    assert found["a"].pose is not None
+    assert found["a"].pose.xyz == pytest.approx((0.0, 0.1, 0.03), abs=1e-3)
+
+
+def test_behind_a_wall_is_unseen_and_the_next_view_looks_there() -> None:
+    hidden = unseen([_frame((0.6, 0.0, 0.25), POSES)], Table())
+    behind = (hidden.cells[:, 0] < -0.1) & (np.abs(hidden.cells[:, 1]) < 0.05) & (hidden.cells[:, 2] < 0.1)
+    assert behind.sum() > 50
+    world = World(robot_model(load_robot("panda")), {}, Table())
+    # Only what is behind the wall is asked for, so that the test says where it must look.
+    wanted = Unseen(hidden.cells[behind], hidden.surface)
+    q = next(next_views(wanted, CAMERA, world, {}, np.random.default_rng(0)))
+    T = camera_pose(CAMERA, load_robot("panda"), q)
+    ahead = (wanted.cells - T[:3, 3]) @ T[:3, :3]
+    pixels, depth = K.project(ahead)
+    inside = (depth > 0) & (pixels >= 0).all(axis=1) & (pixels < (K.width, K.height)).all(axis=1)
+    assert inside.mean() > 0.5
+    assert world.robot.forward(np.array(q))[2, 3] > 0.0
+
+
+def test_where_nothing_is_hidden_there_is_no_next_view() -> None:
+    world = World(robot_model(load_robot("panda")), {}, Table())
+    nothing = Unseen(np.empty((0, 3)), np.zeros((1, 3)))
+    assert list(next_views(nothing, CAMERA, world, {}, np.random.default_rng(0))) == []
