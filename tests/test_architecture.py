@@ -63,7 +63,7 @@ HOMES = {
     "numba": set(),
     "ompl": {"world.motion.ompl"},
     "PIL": {
-        "perception.dataset.bop", "perception.overlay", "perception.rendering.software", "report.rendering.images",
+        "perception.dataset.frames", "perception.overlay", "perception.rendering.software", "report.rendering.images",
     },
     "pinocchio": {"world.collision.broadphase", "world.robot.chain", "world.robot.hand", "world.robot.model"},
     "pybullet": {"execution.pybullet.client"},

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 BEYOND_LIMITS_S = 120.0
 """What a task may take beyond its limits of planning and execution before it is ended from outside [s]."""
 
+PERCEIVING_S = 1800.0
+"""What estimating poses may take beyond that: many looks at many objects on a busy machine [s]."""
+
 
 def add_batch_options(parser: Parser) -> None:
     """How a batch is run; the same for every command that runs one."""
@@ -87,6 +90,7 @@ def batch(
     Settings(**given)
     _refuse_unknown_samplers(tasks, samplers, given.get("domain"))
     longest = max((options.timeout or t.limits.planning_s) + t.limits.execution_sim_s for t in tasks)
+    longest += PERCEIVING_S if given.get("perceive") or any(task.perceive for task in tasks) else 0.0
     return Batch(
         tasks=tasks,
         seeds=tuple(dict.fromkeys(options.seed or (0,))),

@@ -104,7 +104,10 @@ def _names_code(options: argparse.Namespace) -> bool:
     Nothing else is imported from there: the folder may be a stranger's, and hold a `yaml.py`.
     """
     named = ("sampler", "contender", "trust_task_code", "address")
-    return any(getattr(options, name, None) for name in named) or "." in (getattr(options, "domain", None) or "")
+    eyes = any(":" in (getattr(options, name, None) or "") for name in ("perceive", "perceiver"))
+    return (
+        any(getattr(options, name, None) for name in named) or eyes or "." in (getattr(options, "domain", None) or "")
+    )
 
 
 def _log(quiet: bool, verbose: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -21,8 +22,8 @@ class Deviation:
         object: its name.
         kind: "missed" (the fingers closed beside it), "dropped" (it left the fingers on the way), "slipped" (it moved
             between the fingers), "misplaced" (it was set down elsewhere), "disturbed" (it moved unasked).
-        distance: between the origins as they are and as they were meant [m].
-        angle: between the orientations [rad].
+        distance: between the origins as they are and as they were meant [m]; not a number where nobody knows.
+        angle: between the orientations [rad]; likewise.
     """
 
     object: str
@@ -31,6 +32,8 @@ class Deviation:
     angle: float
 
     def __str__(self) -> str:
+        if math.isnan(self.distance):
+            return f"{self.object} {self.kind}"
         return f"{self.object} {self.kind}: off by {self.distance * 1000:.1f} mm and {self.angle:.2f} rad"
 
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing_extensions import Unpack
 
 from tamp.clock import TimeUp, ended_at, limits_in, now
-from tamp.errors import PlanningFailure
+from tamp.errors import PlanningFailure, TampError
 from tamp.pipeline.options.settings import Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.prepare import Setup, prepare
@@ -32,9 +32,12 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
 
     Raises:
         TaskError, RobotError, SamplerError: where the input cannot be used.
+        TampError: where poses are to be perceived.
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """
     settings = settings_of(options)
+    if settings.perceive is not None:
+        raise TampError("a plan is made from poses that are given; perceive belongs to `tamp solve` and tamp.solve")
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
     with limits_in(settings.clock):
         deadline, search = now() + timeout, None

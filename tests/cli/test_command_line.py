@@ -236,3 +236,19 @@ def test_a_task_that_physics_refutes_is_invalid(
     path.write_text(f"objects: [{BLOCK.replace('-0.2, 0.04', '-0.2, 0.4')}]\n", encoding="utf-8")
     assert main(["solve", str(path)]) == 2
     assert "air.yaml:1: objects[0].goal.pose: nothing supports a" in capsys.readouterr().err
+
+
+def test_a_file_after_perceive_is_no_perceiver(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["solve", "--perceive", "a.yaml"])
+    assert "a.yaml is a file, no name; put files before this option, or =NAME" in capsys.readouterr().err
+
+
+def test_a_perceiver_that_is_none_is_refused(task: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["solve", str(task), "--perceive", "eyes"]) == 2
+    assert "unknown perceiver 'eyes'; valid are fit and package.module:function" in capsys.readouterr().err
+
+
+def test_a_plan_is_made_from_given_poses_only(task: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", str(task), "--perceive"]) == 2
+    assert "perceive belongs to `tamp solve`" in capsys.readouterr().err

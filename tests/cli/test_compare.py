@@ -83,6 +83,7 @@ def test_the_command_compares_and_writes_its_page(tmp_path: Path, capsys: pytest
 def test_contenders_have_names_and_differ_in_samplers_and_settings() -> None:
     both = contender("mine:sample-grasp=a.b:c,algorithm=focused")
     assert (both.name, both.samplers, both.settings) == ("mine", {"sample-grasp": "a.b:c"}, {"algorithm": "focused"})
+    assert contender("seer:perceive=my.eyes:look").settings == {"perceive": "my.eyes:look"}
     assert contender("plain").samplers == contender("plain").settings == {}
     assert unnamed("sample-grasp=a:b").name == "sample-grasp=a:b"
     for wrong, said in (

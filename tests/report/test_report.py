@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,12 +15,19 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from tamp.cli import main, parser
+from tamp.errors import TampError
+from tamp.perception.belief.belief import Belief
+from tamp.perception.estimate import Estimate
+from tamp.pipeline.perceived.run import Look
 from tamp.pipeline.run import save_run
+from tamp.report.rendering.playback import play, playable
 from tamp.report.report import REST, _phases
-from tamp.report.runs import Recorded
+from tamp.report.runs import Recorded, read_run
 from tamp.report.tables import csv_text, summary_line
+from tamp.report.viewer import Viewer
 from tamp.report.words import reasons, sentences
 from tamp.results import Result, to_json
+from tamp.task import Pose
 from tests.browser import look, needs_chromium
 
 FAILED = Result(
@@ -139,3 +148,51 @@ def test_results_as_a_table_and_as_a_line() -> None:
     line = summary_line([FAILED, Result("a", 0, "solved")])
     assert line.startswith("summary: total=2 solved=1 planned=0 failed=1 ")
     assert dict(pair.split("=") for pair in line.split()[1:])["mean_ede_m"] == "0.3"
+
+
+@pytest.fixture
+def perceived(tmp_path: Path, run, one_object) -> Path:
+    """A results folder of a run in which poses were perceived."""
+    name = one_object.objects[0].name
+    told = {"name": name, "fate": "reached", "estimate_m": 0.0021, "raw_m": 0.05, "confidence": 0.9, "look": 0}
+    lost = {"name": "mug", "fate": "not seen", "estimate_m": None, "raw_m": None, "confidence": 0.0, "look": None}
+    result = replace(run.result, perceived=True, perception=(told, lost))
+    there, away = Pose((0.1, 0.2, 0.04)), Pose((0.1, 0.23, 0.04))
+    picture = np.full((4, 6, 3), 200, dtype=np.uint8)
+    look = Look(
+        Belief({name: Estimate(there, 0.9), "mug": Estimate(None, 0.0)}),
+        {name: away, "mug": away},
+        {"00-kinect": picture},
+    )
+    folder = tmp_path / "results"
+    save_run(replace(run, result=result, looks=(look,)), one_object, {"seed": 0}, folder / "one_object-0")
+    (folder / "results.jsonl").write_text(to_json(result) + "\n", encoding="utf-8")
+    return folder
+
+
+def test_what_was_seen_is_in_the_page_and_in_the_record(perceived: Path) -> None:
+    assert main(["report", str(perceived)]) == 0
+    page = (perceived / "report.html").read_text(encoding="utf-8")
+    assert "look 0, 00-kinect" in page
+    assert re.search(r"reached</td>\s*<td>0</td><td>0.21</td><td>5.00</td><td>90", page)
+    assert re.search(r"not seen</td>\s*<td>–</td><td>–</td>", page)
+    (sight,) = read_run(perceived / "one_object-0").sights
+    assert (len(sight.estimates), len(sight.truth), len(sight.pictures)) == (1, 2, 1)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="the extra 'viewer' is missing")
+def test_the_viewer_shows_what_was_seen(perceived: Path, tmp_path: Path) -> None:
+    assert main(["view", str(perceived / "one_object-0"), "--port", "0", "--record", str(tmp_path / "a.html")]) == 0
+    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert len(text) > 10_000
+    run = read_run(perceived / "one_object-0")
+    viewer = Viewer(playable(run), run.plans[0].goals, play(run, 1.0), port=0, sights=run.sights)
+    labels = [h.text for h in viewer.server.scene._handle_from_node_name.values() if hasattr(h, "text")]
+    viewer.close()
+    assert labels == [f"{next(iter(run.sights[0].estimates))}: 3.0 cm off, 90% sure"]
+
+
+def test_a_record_of_a_look_that_is_none_is_said(perceived: Path) -> None:
+    (perceived / "one_object-0" / "look-0.details.json").write_text("[]", encoding="utf-8")
+    with pytest.raises(TampError, match=r"look-0\.details\.json: not the record of a look"):
+        _ = read_run(perceived / "one_object-0").sights

@@ -29,6 +29,9 @@ CONFIRMED = 0.004
 NOISE, DOUBT = 0.010, 0.020
 """Estimates differ by up to `NOISE` where both are sure; by up to `DOUBT` more where one is not at all [m]."""
 
+BROUGHT = 0.6
+"""How sure it is that an object is where a plan should have brought it, as a share of how sure it was before."""
+
 APART = 10.0
 """What stands for the distance between an object and no estimate [m]."""
 
@@ -58,9 +61,14 @@ class Belief:
         return {name: pose for name, pose in self.poses.items() if self.estimates[name].confidence >= least}
 
     def expecting(self, poses: Mapping[str, Pose]) -> Belief:
-        """The same with known objects where a plan has brought them."""
-        moved = {name: replace(e, pose=poses.get(name, e.pose)) for name, e in self.estimates.items()}
-        return Belief({name: moved[name] if e.pose is not None else e for name, e in self.estimates.items()})
+        """The same with known objects where a plan should have brought them, which is less sure than having seen it."""
+        return Belief({name: _brought(e, poses.get(name)) for name, e in self.estimates.items()})
+
+
+def _brought(estimate: Estimate, pose: Pose | None) -> Estimate:
+    if estimate.pose is None or pose is None or pose == estimate.pose:
+        return estimate
+    return replace(estimate, pose=pose, confidence=BROUGHT * estimate.confidence)
 
 
 def tolerance(expected: Estimate, found: Estimate) -> float:

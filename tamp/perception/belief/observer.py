@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -91,7 +92,7 @@ class Observer:
         """A glance by the cameras that stand: something that is clearly not where it is expected."""
         frames = [self.cell.frame(camera.name) for camera in self.cell.cameras if not camera.viewpoints]
         gone = absent(frames, self.looks, expected, self.task.table)
-        return Deviation(min(gone), "disturbed", 0.0, 0.0) if gone else None
+        return Deviation(min(gone), "disturbed", math.nan, math.nan) if gone else None
 
     def _frames(self, poses: Mapping[str, Pose]) -> Iterator[Frame]:
         """What every camera sees from its viewpoints; those that stand look with the arm at home, out of their way."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -144,4 +145,4 @@ class Operation:
             return None
         self.cell.open_to(self._hand.opened)
         self._hand = _Hand()
-        return Deviation(grip.attachment.object, kind, 0.0, 0.0)
+        return Deviation(grip.attachment.object, kind, math.nan, math.nan)

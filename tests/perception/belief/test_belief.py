@@ -80,4 +80,5 @@ def test_of_two_alike_each_keeps_its_name() -> None:
 def test_a_belief_expects_objects_where_a_plan_has_brought_them() -> None:
     belief = Belief({"a": Estimate(HERE, 0.9), "b": UNSEEN}).expecting({"a": _moved(0.1), "b": HERE})
     assert belief.poses == {"a": _moved(0.1)}
-    assert belief.trusted(0.95) == {}
+    assert belief.estimates["a"].confidence < 0.9, "nobody has seen it there"
+    assert Belief({"a": Estimate(HERE, 0.9)}).expecting({"a": HERE}).trusted(0.9) == {"a": HERE}
