@@ -17,8 +17,9 @@ ALLOWED = {
     "errors": set(),
     "clock": set(),
     "versions": set(),
+    "plugins": {"errors"},
     "results": {"errors"},
-    "task": {"errors"},
+    "task": {"plugins", "errors"},
     "language": {"errors"},
     "planning": {"clock", "language", "errors"},
     "world": {"clock", "task", "errors"},
@@ -30,12 +31,13 @@ ALLOWED = {
     "checking": {"task", "language", "errors"},
     "execution": {"clock", "world", "task", "errors"},
     "streams": {"clock", "world", "task", "errors"},
-    "domains": {"clock", "streams", "world", "planning", "language", "task", "errors"},
+    "sampling": {"domains", "streams", "world", "task"},
+    "domains": {"clock", "plugins", "streams", "world", "planning", "language", "task", "errors"},
     "generate": {"execution", "scenarios", "scoring", "world", "task", "errors"},
     "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
         "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "scoring", "results",
-        "versions", "task", "errors",
+        "versions", "plugins", "task", "errors",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
     "conformance": {"clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors"},
@@ -43,7 +45,7 @@ ALLOWED = {
     "cli": {
         "clock", "batch", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains",
         "planning", "language", "world", "checking", "execution", "perception", "scoring", "results", "versions",
-        "task", "errors",
+        "plugins", "task", "errors",
     },
 }  # fmt: skip
 

@@ -92,7 +92,8 @@ def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_module_that_a_page_names_is_there(page: Path) -> None:
-    for name in sorted(set(re.findall(r"\btamp(?:\.[A-Za-z_]+)+", page.read_text(encoding="utf-8")))):
+    text = page.read_text(encoding="utf-8").replace('entry-points."tamp.', "")  # groups of entry points are no modules
+    for name in sorted(set(re.findall(r"\btamp(?:\.[A-Za-z_]+)+", text))):
         if name.endswith((".yaml", ".css", ".md")):
             continue
         parts = name.split(".")
