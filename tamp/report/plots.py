@@ -29,12 +29,13 @@ def svg(draw: Callable[[Figure], None], height: float) -> str:
     from matplotlib.figure import Figure
 
     # A fixed salt keeps the ids within the picture the same from run to run; text stays text.
-    with rc_context({"svg.hashsalt": "tamp", "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif"}):
+    style = {"svg.hashsalt": "tamp", "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif"}
+    with rc_context({**style, "axes.facecolor": "none", "legend.frameon": False}):
         figure = Figure(figsize=(8.0, height), layout="constrained", facecolor="none")
         draw(figure)
         file = io.StringIO()
         figure.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-    text = file.getvalue()
+    text = file.getvalue().replace("#000000", "currentColor")  # as the page has it, light or dark
     return text[text.index("<svg") :]
 
 

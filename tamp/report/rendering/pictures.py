@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from tamp.report.rendering.camera import Camera
 from tamp.report.rendering.images import data_uri
-from tamp.report.rendering.scene import Stage, goal_poses
+from tamp.report.rendering.scene import Stage, goal_poses, marks
 from tamp.report.runs import Recorded
 from tamp.task import Pose
 
@@ -26,17 +26,18 @@ class Gallery:
         self._chosen = {id(runs[i]) for i in ordered[:most]}
 
     def of(self, run: Recorded) -> dict[str, str]:
-        """Caption -> data URI: the start, the goals drawn into it, the end; none for a run that is left out."""
+        """Caption -> data URI: the start, the goals drawn into it with marks on regions, the end; none for a run that is left out."""
         task = run.task
         if id(run) not in self._chosen or task is None:
             return {}
         start: Mapping[str, Pose] = run.plans[0].start if run.plans else {o.name: o.pose for o in task.objects}
         goals = goal_poses(task)
-        still = {name: pose for name, pose in start.items() if name not in goals}
+        gone = {*goals, *marks(task)}
+        still = {name: pose for name, pose in start.items() if name not in gone}
         with Stage(task) as stage:
             shots = {
                 "start": stage.picture(start, camera=CAMERA),
-                "goal": stage.picture({**still, **goals}, camera=CAMERA),
+                "goal": stage.picture({**still, **goals}, marked=True, camera=CAMERA),
             }
             if run.final_poses:
                 shots["end"] = stage.picture(run.final_poses, camera=CAMERA)
