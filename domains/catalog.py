@@ -1,8 +1,8 @@
 """The installed domains, and what each of their streams takes and gives as Python types.
 
 A domain is a package in domains/ whose `DOMAIN` is a `tamp.domains.domain.Domain`; one from elsewhere is named by its
-package, or "package.module:NAME", or by the name that an entry point or a folder of TAMP_PATH gives it (tamp.plugins).
-Types are those that the default samplers are annotated with.
+package, or "package.module:NAME", or by the name that an entry point or a folder gives it (tamp.plugins). Types are
+those that the default samplers are annotated with.
 """
 
 from __future__ import annotations
@@ -38,17 +38,20 @@ class Contract:
 
 
 def domain_names() -> tuple[str, ...]:
-    """Names of the installed domains, sorted; those that entry points and TAMP_PATH bring are among them."""
+    """Names of the installed domains, sorted; those that entry points and TAMP_DOMAINS bring are among them."""
     return tuple(sorted(_installed()))
 
 
 def _installed() -> dict[str, str]:
     """Name -> "package.module" or "package.module:NAME"."""
     own = {path.parent.name: f"tamp.domains.{path.parent.name}" for path in _root().glob("*/domain.pddl")}
-    brought = {path.parent.name: path.parent.name for path in _packages()} | dict(plugins.addresses("domains"))
-    if taken := sorted(own.keys() & brought.keys()):
-        raise DomainError(f"domain {taken[0]!r} comes with tamp: {brought[taken[0]]} needs another name")
-    return own | brought
+    named, packages = plugins.addresses("domains"), {path.parent.name: path for path in _packages()}
+    known = {**own, **named}
+    for name in sorted(known.keys() & packages.keys()):
+        raise DomainError(f"domain {name!r} is there twice: {known[name]} and {packages[name].parent}")
+    for name in sorted(own.keys() & named.keys()):
+        raise DomainError(f"domain {name!r} is there twice: {own[name]} and the entry point {named[name]}")
+    return known | {name: name for name in packages}
 
 
 def _packages() -> Iterator[Path]:

@@ -37,7 +37,7 @@ def resolve_samplers(*layers: Mapping[str, str | Sampler]) -> dict[str, Sampler]
 def load_sampler(address: str, stream: str) -> Sampler:
     """Import the function that "package.module:function" names, or an installed sampler's name.
 
-    Modules in folders of TAMP_PATH are found too; installed names are entry points of the group `tamp.samplers`.
+    Modules in folders of TAMP_SAMPLERS are found too; installed names are entry points of the group `tamp.samplers`.
 
     Raises:
         SamplerError: says which part of the address is wrong.

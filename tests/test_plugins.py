@@ -1,4 +1,4 @@
-"""What users bring is found by name: packages' entry points, and folders that TAMP_PATH names."""
+"""What users bring is found by name: packages' entry points, and folders that TAMP_DOMAINS and TAMP_SAMPLERS name."""
 
 from __future__ import annotations
 
@@ -17,9 +17,6 @@ ENTRIES = """\
 [tamp.domains]
 orchard = fruits.trees:ORCHARD
 
-[tamp.robots]
-picker = fruits
-
 [tamp.samplers]
 by-stem = fruits.hands:by_stem
 """
@@ -32,17 +29,16 @@ def write(path: Path, text: str) -> None:
 
 @pytest.fixture
 def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder that TAMP_PATH names, and a package installed beside it, as pip leaves them."""
+    """Folders that the environment names, and a package installed beside it, as pip leaves them."""
     for name in [name for name in sys.modules if name.partition(".")[0] == "fruits"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path / "site")])
-    monkeypatch.setenv("TAMP_PATH", str(tmp_path / "mine"))
+    monkeypatch.setenv("TAMP_DOMAINS", str(tmp_path / "mine" / "domains"))
+    monkeypatch.setenv("TAMP_SAMPLERS", str(tmp_path / "mine" / "samplers"))
     write(tmp_path / "mine" / "domains" / "plug_garden" / "__init__.py", DOMAIN.format(name="plug_garden"))
     write(tmp_path / "mine" / "samplers" / "plug_hands.py", "def by_hand(context, obj):\n    yield None\n")
-    write(tmp_path / "mine" / "robots" / "arm" / "robot.yaml", "")
     site = tmp_path / "site"
     write(site / "fruits" / "__init__.py", "")
-    write(site / "fruits" / "robot.yaml", "")
     write(site / "fruits" / "trees.py", DOMAIN.format(name="orchard").replace("DOMAIN =", "ORCHARD ="))
     write(site / "fruits" / "hands.py", "def by_stem(context, obj):\n    yield None\n")
     write(site / "fruits-1.0.dist-info" / "METADATA", "Metadata-Version: 2.1\nName: fruits\nVersion: 1.0\n")
@@ -65,19 +61,14 @@ def test_samplers_are_named_by_entry_points_and_found_in_folders(brought: Path) 
         load_sampler("by-steam", "sample-grasp")
 
 
-def test_data_is_found_in_folders_and_packages(brought: Path) -> None:
-    found = plugins.data_folders("robots", "robot.yaml")
-    assert found == {"arm": brought / "mine" / "robots" / "arm", "picker": brought / "site" / "fruits"}
-
-
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TAMP_PATH", str(tmp_path / "nowhere"))
-    with pytest.raises(TampError, match=r"TAMP_PATH: there is no folder .*nowhere"):
-        plugins.folders("robots")
+    monkeypatch.setenv("TAMP_SAMPLERS", str(tmp_path / "nowhere"))
+    with pytest.raises(TampError, match=r"TAMP_SAMPLERS names .*nowhere, which is no folder"):
+        plugins.folders("samplers")
 
 
 def test_a_built_in_name_is_not_taken_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write(tmp_path / "domains" / "kitchen" / "__init__.py", "")
-    monkeypatch.setenv("TAMP_PATH", str(tmp_path))
-    with pytest.raises(DomainError, match="'kitchen' comes with tamp"):
+    write(tmp_path / "kitchen" / "__init__.py", "")
+    monkeypatch.setenv("TAMP_DOMAINS", str(tmp_path))
+    with pytest.raises(DomainError, match="'kitchen' is there twice"):
         domain_names()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,8 +29,11 @@ def svg(draw: Callable[[Figure], None], height: float) -> str:
     from matplotlib.figure import Figure
 
     # A fixed salt keeps the ids within the picture the same from run to run; text stays text.
-    style = {"svg.hashsalt": "tamp", "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif"}
-    with rc_context({**style, "axes.facecolor": "none", "legend.frameon": False}):
+    style: dict[Any, Any] = {
+        "svg.hashsalt": "tamp", "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif",
+        "axes.facecolor": "none", "legend.frameon": False,
+    }  # fmt: skip
+    with rc_context(style):
         figure = Figure(figsize=(8.0, height), layout="constrained", facecolor="none")
         draw(figure)
         file = io.StringIO()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 
+from tamp.execution.simulators import can_draw
 from tamp.report.rendering.camera import Camera
 from tamp.report.rendering.images import data_uri
 from tamp.report.rendering.scene import Stage, goal_poses, marks
@@ -11,6 +13,9 @@ from tamp.report.runs import Recorded
 from tamp.task import Pose
 
 CAMERA = Camera(width=480, height=300, distance=1.7)
+
+
+log = logging.getLogger("tamp")
 
 
 class Gallery:
@@ -22,11 +27,14 @@ class Gallery:
     """
 
     def __init__(self, most: int, runs: Sequence[Recorded]) -> None:
+        if most and runs and not can_draw():
+            log.warning("the report has no pictures: they are drawn by PyBullet, which is not installed")
+            most = 0
         ordered = sorted(range(len(runs)), key=lambda i: (runs[i].result.solved, i))
         self._chosen = {id(runs[i]) for i in ordered[:most]}
 
     def of(self, run: Recorded) -> dict[str, str]:
-        """Caption -> data URI: the start, the goals drawn into it with marks on regions, the end; none for a run that is left out."""
+        """Caption -> data URI: the start, the goals in it with marks on regions, the end; none for a run left out."""
         task = run.task
         if id(run) not in self._chosen or task is None:
             return {}
