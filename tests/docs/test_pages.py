@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import re
 import shlex
 import shutil
@@ -77,6 +78,16 @@ def test_the_samplers_of_the_manual_fit(tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_generated_parts_are_up_to_date() -> None:
+    spec = importlib.util.spec_from_file_location("hooks", ROOT / "docs" / "hooks.py")
+    assert spec is not None and spec.loader is not None
+    hooks = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(hooks)
+    for page in hooks.pages():
+        text = page.read_text(encoding="utf-8")
+        assert text == hooks.refreshed(text), f"{page.name} is out of date: python docs/hooks.py writes it anew"
 
 
 @pytest.mark.skipif(shutil.which("mkdocs") is None, reason="the extra 'docs' is missing")
