@@ -10,6 +10,7 @@ import argparse
 import dataclasses
 import importlib
 import inspect
+import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -29,6 +30,32 @@ def refreshed(markdown: str) -> str:
 
     pattern = r"<!-- begin (?P<name>[a-z ]+) -->.*?<!-- end (?P=name) -->"
     return re.sub(pattern, part, markdown, flags=re.DOTALL)
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add a page for each tutorial, which is a notebook in the repository."""
+    from mkdocs.structure.files import File
+
+    for notebook in sorted((DOCS / "tutorials").glob("*.ipynb")):
+        page = f"tutorials/{notebook.stem}.md"
+        files.append(File.generated(config, page, content="\n\n".join(_notebook(notebook)) + "\n"))
+    return files
+
+
+def _notebook(path: Path) -> Iterator[str]:
+    """A notebook's cells and what they printed, as Markdown."""
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            yield source.replace(".ipynb)", ".md)")
+            continue
+        yield f"```python\n{source}\n```"
+        for output in cell["outputs"]:
+            data = output.get("data", {})
+            if "image/png" in data:
+                yield f"![what the cell shows](data:image/png;base64,{''.join(data['image/png']).strip()})"
+            elif text := "".join(output.get("text", data.get("text/plain", ""))).rstrip():
+                yield f"```text\n{text}\n```"
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
