@@ -1,23 +1,67 @@
-"""Pages that are made from the program itself: `<!-- fields: ... -->` and `<!-- commands -->` in the manual."""
+"""Parts of pages that are made from the program itself, between `<!-- begin NAME -->` and `<!-- end NAME -->`.
+
+They are kept in the repository, so that the manual reads there without a build; `python docs/hooks.py` writes them
+anew, and a test says where they are out of date.
+"""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib
 import inspect
+import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+DOCS = Path(__file__).parent
+
+
+def refreshed(markdown: str) -> str:
+    """A page with its generated parts made anew."""
+
+    def part(found: re.Match[str]) -> str:
+        name = found["name"]
+        names = re.findall(r"^::: (\S+)$", markdown, re.MULTILINE)
+        lines = "\n".join(_names(names) if name == "names" else PARTS[name]()).strip("\n")
+        return f"<!-- begin {name} -->\n\n{lines}\n\n<!-- end {name} -->"
+
+    pattern = r"<!-- begin (?P<name>[a-z ]+) -->.*?<!-- end (?P=name) -->"
+    return re.sub(pattern, part, markdown, flags=re.DOTALL)
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add a page for each tutorial, which is a notebook in the repository."""
+    from mkdocs.structure.files import File
+
+    for notebook in sorted((DOCS / "tutorials").glob("*.ipynb")):
+        page = f"tutorials/{notebook.stem}.md"
+        files.append(File.generated(config, page, content="\n\n".join(_notebook(notebook)) + "\n"))
+    return files
+
+
+def _notebook(path: Path) -> Iterator[str]:
+    """A notebook's cells and what they printed, as Markdown."""
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            yield source.replace(".ipynb)", ".md)")
+            continue
+        yield f"```python\n{source}\n```"
+        for output in cell["outputs"]:
+            data = output.get("data", {})
+            if "image/png" in data:
+                yield f"![what the cell shows](data:image/png;base64,{''.join(data['image/png']).strip()})"
+            elif text := "".join(output.get("text", data.get("text/plain", ""))).rstrip():
+                yield f"```text\n{text}\n```"
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put in what a comment of a page asks for."""
-    markdown = re.sub(r"<!-- commands -->", lambda _: "\n".join(_commands()), markdown)
-    markdown = re.sub(r"<!-- task fields -->", lambda _: "\n".join(_task_fields()), markdown)
     robot = (Path(__file__).parents[1] / "robots" / "panda" / "robot.yaml").read_text(encoding="utf-8")
     markdown = markdown.replace("<!-- robot -->", robot.rstrip())
-    markdown = re.sub(r"<!-- result fields -->", lambda _: "\n".join(_result_fields()), markdown)
     return _with_mathematics(markdown)
 
 
@@ -41,7 +85,7 @@ def _commands() -> Iterator[str]:
 
 def _help(parser: argparse.ArgumentParser) -> str:
     parser.formatter_class = lambda prog: argparse.HelpFormatter(prog, width=100)
-    return parser.format_help()
+    return re.sub(r"[ \t]+$", "", parser.format_help(), flags=re.MULTILINE)
 
 
 def _subcommands(parser: argparse.ArgumentParser) -> Mapping[str, argparse.ArgumentParser]:
@@ -90,3 +134,40 @@ def _result_fields() -> Iterator[str]:
     for field in dataclasses.fields(Result):
         kind = str(field.type).replace("|", "or")
         yield f"| `{field.name}` | {kind} | {told.get(field.name, '')} |"
+
+
+def _names(names: Iterable[str]) -> Iterator[str]:
+    """What a page of the API describes: each name with its first sentence; the site has all of it."""
+    yield "| name | what it is |\n|---|---|"
+    for name in names:
+        module, _, attribute = name.rpartition(".")
+        try:
+            found = importlib.import_module(name)
+        except ModuleNotFoundError:
+            found = getattr(importlib.import_module(module), attribute)
+        text = " ".join((inspect.getdoc(found) or "").split("\n\n")[0].split()).replace("|", "\\|")
+        yield f"| `{name}` | {text} |"
+
+
+def _scenarios() -> Iterator[str]:
+    """A table of the built-in scenarios."""
+    import yaml
+
+    yield "| scenario | what it shows |\n|---|---|"
+    for path in sorted((DOCS.parent / "scenarios").glob("*.yaml")):
+        text = path.read_text(encoding="utf-8")
+        told = " ".join(line[1:].strip() for line in text.split("\n\n")[0].splitlines() if line.startswith("#"))
+        yield f"| `{yaml.safe_load(text).get('name', path.stem)}` | {told} |"
+
+
+PARTS = {"commands": _commands, "task fields": _task_fields, "result fields": _result_fields, "scenarios": _scenarios}
+
+
+def pages() -> Iterator[Path]:
+    """The manual's pages."""
+    yield from sorted(DOCS.rglob("*.md"))
+
+
+if __name__ == "__main__":
+    for page in pages():
+        page.write_text(refreshed(page.read_text(encoding="utf-8")), encoding="utf-8")

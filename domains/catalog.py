@@ -1,7 +1,8 @@
 """The installed domains, and what each of their streams takes and gives as Python types.
 
 A domain is a package in domains/ whose `DOMAIN` is a `tamp.domains.domain.Domain`; one from elsewhere is named by its
-package, or "package.module:NAME". Types are those that the default samplers are annotated with.
+package, or "package.module:NAME", or by the name that an entry point or a folder gives it (tamp.plugins). Types are
+those that the default samplers are annotated with.
 """
 
 from __future__ import annotations
@@ -9,13 +10,14 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
+from tamp import plugins
 from tamp.domains.domain import Domain
 from tamp.domains.samplers import Sampler, load_sampler
 from tamp.errors import DomainError
@@ -36,8 +38,25 @@ class Contract:
 
 
 def domain_names() -> tuple[str, ...]:
-    """Names of the installed domains, sorted."""
-    return tuple(sorted(path.parent.name for path in _root().glob("*/domain.pddl")))
+    """Names of the installed domains, sorted; those that entry points and TAMP_DOMAINS bring are among them."""
+    return tuple(sorted(_installed()))
+
+
+def _installed() -> dict[str, str]:
+    """Name -> "package.module" or "package.module:NAME"."""
+    own = {path.parent.name: f"tamp.domains.{path.parent.name}" for path in _root().glob("*/domain.pddl")}
+    named, packages = plugins.addresses("domains"), {path.parent.name: path for path in _packages()}
+    known = {**own, **named}
+    for name in sorted(known.keys() & packages.keys()):
+        raise DomainError(f"domain {name!r} is there twice: {known[name]} and {packages[name].parent}")
+    for name in sorted(own.keys() & named.keys()):
+        raise DomainError(f"domain {name!r} is there twice: {own[name]} and the entry point {named[name]}")
+    return known | {name: name for name in packages}
+
+
+def _packages() -> Iterator[Path]:
+    for folder in plugins.folders("domains"):
+        yield from sorted(folder.glob("*/__init__.py"))
 
 
 @lru_cache(maxsize=16)
@@ -47,12 +66,12 @@ def load_domain(name: str) -> Domain:
     Raises:
         DomainError: where there is none of that name, or its files cannot be read.
     """
-    module_name, _, attribute = name.partition(":")
-    if name in domain_names():
-        module_name = f"tamp.domains.{name}"
-    elif "." not in name and ":" not in name and importlib.util.find_spec(name) is None:
+    plugins.make_importable("domains")
+    installed = _installed()
+    module_name, _, attribute = installed.get(name, name).partition(":")
+    if name not in installed and "." not in name and ":" not in name and importlib.util.find_spec(name) is None:
         own = "one of your own is named by its package, or as package.module:NAME"
-        hint = suggest(name, domain_names(), "installed domains")
+        hint = suggest(name, installed, "installed domains")
         raise DomainError(f"unknown domain {name!r} ({own}){hint}")
     domain = getattr(_module(module_name, name), attribute or "DOMAIN", None)
     if not isinstance(domain, Domain):

@@ -7,6 +7,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from tamp import plugins
 from tamp.errors import SamplerError
 
 Sampler = Callable[..., Any]
@@ -34,14 +35,20 @@ def resolve_samplers(*layers: Mapping[str, str | Sampler]) -> dict[str, Sampler]
 
 
 def load_sampler(address: str, stream: str) -> Sampler:
-    """Import the function that "package.module:function" names.
+    """Import the function that "package.module:function" names, or an installed sampler's name.
+
+    Modules in folders of TAMP_SAMPLERS are found too; installed names are entry points of the group `tamp.samplers`.
 
     Raises:
         SamplerError: says which part of the address is wrong.
     """
+    if ":" not in address and address in (named := plugins.addresses("samplers")):
+        address = named[address]
     module_name, colon, function_name = address.partition(":")
     if not colon or not function_name or not all(module_name.split(".")):
-        raise SamplerError(f"sampler for {stream}: {address!r} is not of the form package.module:function")
+        others = f", nor an installed sampler: {', '.join(named)}" if ":" not in address and named else ""
+        raise SamplerError(f"sampler for {stream}: {address!r} is not of the form package.module:function{others}")
+    plugins.make_importable("samplers")
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:

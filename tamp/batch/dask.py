@@ -10,6 +10,7 @@ from typing import Any
 from tamp.batch.pool import Job, Outcome
 from tamp.batch.remote import Limits, crashed, outcome_of, run_remotely
 from tamp.errors import TampError
+from tamp.versions import how_to_install
 
 
 def run_on_dask(
@@ -56,7 +57,7 @@ def _client(address: str | None, workers: int) -> Iterator[Any]:
     try:
         from distributed import Client, LocalCluster
     except ModuleNotFoundError:
-        raise TampError("the executor dask is an extra: pip install 'tabletop-tamp[dask]'") from None
+        raise TampError(f"the executor dask is an extra: {how_to_install('dask')}") from None
     if address is None:
         local = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50)
         with local as cluster, Client(cluster) as client:

@@ -13,6 +13,7 @@ from typing import Any
 from tamp.batch.pool import Job, Outcome
 from tamp.batch.remote import Limits, crashed, outcome_of, run_remotely
 from tamp.errors import TampError
+from tamp.versions import how_to_install
 
 LOOK_S = 0.5
 """How often the cluster is asked how jobs are doing [s]."""
@@ -95,6 +96,6 @@ def _submitit() -> ModuleType:
     try:
         import submitit
     except ModuleNotFoundError:
-        raise TampError("the executor submitit is an extra: pip install 'tabletop-tamp[slurm]'") from None
+        raise TampError(f"the executor submitit is an extra: {how_to_install('slurm')}") from None
     module: ModuleType = submitit
     return module

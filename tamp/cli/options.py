@@ -9,6 +9,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tamp import plugins
 from tamp.cli.parser import Parser
 from tamp.pipeline.options.settings import Settings
 
@@ -125,11 +126,16 @@ def positive_int(text: str) -> int:
 
 
 def replacement(text: str) -> tuple[str, str]:
-    """A stream and the address of the function that shall serve it."""
+    """A stream and the function that shall serve it, by its address or as an installed sampler's name."""
     stream, equals, address = text.partition("=")
-    if not stream or not equals or ":" not in address:
+    if not stream or not equals or not is_sampler(address):
         raise argparse.ArgumentTypeError(f"{text} is not of the form NAME=MODULE:FUNCTION")
     return stream, address
+
+
+def is_sampler(text: str) -> bool:
+    """Whether a text has the form of a function's address, or is the name of an installed sampler."""
+    return ":" in text or text in plugins.addresses("samplers")
 
 
 def number(text: str) -> tuple[str, float]:

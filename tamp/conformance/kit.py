@@ -15,6 +15,7 @@ from tamp.conformance.form import malformed, shown
 from tamp.conformance.plausible import implausible
 from tamp.conformance.sameness import same
 from tamp.domains.catalog import Contract, contract, load_domain, type_name
+from tamp.domains.learned import load_models
 from tamp.domains.samplers import load_sampler
 from tamp.errors import SamplerError
 from tamp.language import Stream
@@ -46,13 +47,14 @@ def check_sampler(
         seed: decides every random choice.
 
     Raises:
-        SamplerError: where stream or sampler do not exist, or no task gives the stream inputs.
+        SamplerError: where stream, sampler or its model cannot be had, or no task gives the stream inputs.
         DomainError, TaskError: where domain or task cannot be used.
     """
     entry = load_domain(domain)
     declared = entry.stream(stream)
     function = load_sampler(sampler, stream) if isinstance(sampler, str) else sampler
     name = sampler if isinstance(sampler, str) else getattr(sampler, "__qualname__", repr(sampler))
+    load_models([function])
     try:
         check_signature(declared, function)
     except SamplerError as error:

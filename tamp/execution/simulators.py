@@ -16,6 +16,7 @@ from tamp.errors import TampError
 from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
 from tamp.task import Object, Pose, RobotSpec, Table
+from tamp.versions import how_to_install
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Entry:
     Attributes:
         address: "package.module:Class" of its class.
         library: the Python package that it needs.
-        extra: the extra of this program that installs it, or None where it is always installed.
+        extra: the extra of this program that installs it, or None where it comes along as far as it has wheels.
     """
 
     address: str
@@ -43,6 +44,7 @@ RENDERER = "tamp.execution.pybullet.renderer:PyBulletRenderer"
 
 RASTERIZER = "tamp.execution.pybullet.rasterizer:PyBulletRasterizer"
 """What draws textured meshes with their depths."""
+WHEELS = "pip install pybullet, which has wheels for Python 3.10 and 3.11"
 
 SIMULATORS: Mapping[str, Entry] = MappingProxyType(
     {
@@ -51,12 +53,15 @@ SIMULATORS: Mapping[str, Entry] = MappingProxyType(
         "sapien": Entry("tamp.execution.sapien.simulator:SapienSimulator", "sapien", "sapien"),
     }
 )
-DEFAULT = "pybullet"
 
 
 def installed() -> tuple[str, ...]:
     """Names of the simulators whose libraries are there."""
     return tuple(name for name, entry in SIMULATORS.items() if entry.installed)
+
+
+DEFAULT = next(iter(installed()), "pybullet")
+"""The first that is installed: PyBullet, or MuJoCo where that has no wheels."""
 
 
 def require(name: str) -> None:
@@ -76,7 +81,9 @@ def require(name: str) -> None:
         raise TampError(f'unknown simulator {name!r}; valid are {known}, and "package.module:Class" for another one')
     entry = SIMULATORS[name]
     if not entry.installed:
-        raise TampError(f"simulator {name!r} is not installed: pip install 'tabletop-tamp[{entry.extra}]'")
+        raise TampError(
+            f"simulator {name!r} is not installed: {how_to_install(entry.extra) if entry.extra else WHEELS}"
+        )
 
 
 def make_simulator(
@@ -98,8 +105,19 @@ def make_simulator(
     return cast("Simulator", _class(address)(objects, poses, table=table, robot=robot, q=q))
 
 
+def can_draw() -> bool:
+    """Whether what draws pictures is installed."""
+    return SIMULATORS["pybullet"].installed
+
+
 def make_renderer(items: Sequence[Item], robot: RobotSpec | None) -> Renderer:
-    """A scene to take pictures of; see tamp.execution.renderer for the arguments and what is raised."""
+    """A scene to take pictures of; see tamp.execution.renderer for the arguments and what is raised.
+
+    Raises:
+        TampError: where nothing is installed that draws.
+    """
+    if not can_draw():
+        raise TampError(f"pictures are drawn by PyBullet, which is not installed: {WHEELS}")
     return cast("Renderer", _class(RENDERER)(items, robot))
 
 

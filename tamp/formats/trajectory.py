@@ -20,6 +20,7 @@ import yaml
 from tamp.errors import TampError
 from tamp.task.plan import Fall, Grip, Move, Plan, Release, Trajectory
 from tamp.task.robot import RobotSpec
+from tamp.versions import how_to_install
 from tamp.world.timing.trajectory import positions_at
 
 if TYPE_CHECKING:
@@ -217,7 +218,7 @@ def _write_bag(made: tuple[Segment, ...], robot: RobotSpec, path: Path) -> None:
         from rosbags.rosbag2 import Writer
         from rosbags.typesys import Stores, get_typestore
     except ModuleNotFoundError:
-        raise TampError("rosbag2 needs an extra: pip install 'tabletop-tamp[ros]'; csv and ros2 do not") from None
+        raise TampError(f"rosbag2 needs an extra: {how_to_install('ros')}; csv and ros2 do not") from None
     if path.exists():
         raise TampError(f"{path}: a bag is a new folder; this is there already")
     types = get_typestore(Stores.ROS2_HUMBLE)

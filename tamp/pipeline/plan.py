@@ -12,7 +12,7 @@ from tamp.clock import TimeUp, ended_at, limits_in, now
 from tamp.errors import PlanningFailure, TampError
 from tamp.pipeline.options.settings import Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
-from tamp.pipeline.prepare import Setup, prepare
+from tamp.pipeline.prepare import Setup, load_samplers, prepare
 from tamp.pipeline.serialization.partial_plan import Attempt
 from tamp.pipeline.strategies import STRATEGIES
 from tamp.planning import Report
@@ -27,7 +27,8 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
     Args:
         task: what is to be done.
         seed: decides every random choice.
-        timeout: for everything, settling and checking included, on the clock of the options [s].
+        timeout: for everything, settling and checking included, on the clock of the options [s]; it runs from when the
+            samplers are imported and their models read.
         **options: the fields of `tamp.pipeline.options.settings.Settings`: samplers, domain, strategy, clock, ...
 
     Raises:
@@ -39,6 +40,7 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
     if settings.perceive is not None:
         raise TampError("a plan is made from poses that are given; perceive belongs to `tamp solve` and tamp.solve")
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
+    load_samplers(task, settings)
     with limits_in(settings.clock):
         deadline, search = now() + timeout, None
         try:

@@ -10,6 +10,8 @@ from types import MappingProxyType
 from tamp.checking import Verdict, check
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
+from tamp.domains.learned import load_models
+from tamp.domains.samplers import resolve_samplers
 from tamp.errors import DomainError
 from tamp.execution.settling import settle
 from tamp.execution.simulators import DEFAULT
@@ -212,7 +214,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     """
     validate(task)
     settings = settings.for_task(task)
-    domain, simulator = _domain(task, settings.domain), settings.settling
+    domain, simulator = domain_of(task, settings.domain), settings.settling
     geometries = {obj.name: load_geometry(obj.shape) for obj in task.objects}
     world = World(
         robot_model(load_robot(task.robot)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
@@ -224,8 +226,26 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     return Setup(task, domain, world, start, goals, settings, remarks=tuple(remarks(task, start, goals)))
 
 
-def _domain(task: Task, name: str | None) -> Domain:
-    """The domain that a task is planned with, which must know the predicates that the task uses."""
+def load_samplers(task: Task, settings: Settings) -> None:
+    """Import whatever serves the streams and let it read its models; called before any limit runs.
+
+    Raises:
+        DomainError, SamplerError, TaskError: where domain, functions or models cannot be had.
+    """
+    domain = domain_of(task, settings.domain)
+    load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
+
+
+def domain_of(task: Task, name: str | None) -> Domain:
+    """The domain that a task is planned with, which must know the predicates that the task uses.
+
+    Args:
+        task: the task.
+        name: what the user names in place of the task's own, or None.
+
+    Raises:
+        DomainError, TaskError: where there is none of that name, or a predicate is unknown or used wrongly.
+    """
     try:
         domain = load_domain(name or task.domain)
     except DomainError as error:

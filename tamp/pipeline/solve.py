@@ -18,7 +18,7 @@ from tamp.execution.log import Execution
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.plan import Planning, in_all
-from tamp.pipeline.prepare import SAME_PLACE, Setup, prepare
+from tamp.pipeline.prepare import SAME_PLACE, Setup, load_samplers, prepare
 from tamp.pipeline.repair import Resuming
 from tamp.pipeline.run import Run
 from tamp.results import Result, Status
@@ -312,6 +312,7 @@ def carry_out(
     """
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
     limit = task.limits.planning_s if timeout is None else timeout
+    load_samplers(task, settings)
     job = Job(task, seed, limit, settings)
     with limits_in(settings.clock):
         return _carried_out(job, execute)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,12 +29,16 @@ def svg(draw: Callable[[Figure], None], height: float) -> str:
     from matplotlib.figure import Figure
 
     # A fixed salt keeps the ids within the picture the same from run to run; text stays text.
-    with rc_context({"svg.hashsalt": "tamp", "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif"}):
+    style: dict[Any, Any] = {
+        "svg.hashsalt": "tamp", "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif",
+        "axes.facecolor": "none", "legend.frameon": False,
+    }  # fmt: skip
+    with rc_context(style):
         figure = Figure(figsize=(8.0, height), layout="constrained", facecolor="none")
         draw(figure)
         file = io.StringIO()
         figure.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-    text = file.getvalue()
+    text = file.getvalue().replace("#000000", "currentColor")  # as the page has it, light or dark
     return text[text.index("<svg") :]
 
 

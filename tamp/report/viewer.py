@@ -19,6 +19,7 @@ from tamp.report.rendering.scene import REGION_COLOR, TABLE_COLOR, palette
 from tamp.report.runs import Sighting
 from tamp.task import Pose, Task, load_robot
 from tamp.task.mesh.parts import parts
+from tamp.versions import how_to_install
 from tamp.world.robot.model import RobotModel, robot_model
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def _viser() -> ModuleType:
     try:
         import viser
     except ModuleNotFoundError:
-        raise TampError("the viewer is an extra: pip install 'tabletop-tamp[viewer]'") from None
+        raise TampError(f"the viewer is an extra: {how_to_install('viewer')}") from None
     module: ModuleType = viser
     return module
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches
-from tamp.cli.options import add_json, add_settings, add_trust, command, natural
+from tamp.cli.options import add_json, add_settings, add_trust, command, is_sampler, natural
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.status import BAD_INPUT, SOLVED
 from tamp.errors import TampError
@@ -78,7 +78,7 @@ def _read(name: str, text: str) -> Contender:
         field = key.replace("-", "_")
         if field in options and (not options[field] or value in options[field]):
             settings[field] = value
-        elif equals and key and ":" in value and field not in options:
+        elif equals and key and is_sampler(value) and field not in options:
             samplers[key] = value
         else:
             valid = options.get(field) or (f"STREAM=MODULE:FUNCTION or one of {', '.join(options)} with a value",)

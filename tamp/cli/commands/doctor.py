@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING, Any
 from tamp.cli.options import add_json, command
 from tamp.cli.output import to_stdout, write_json
 from tamp.cli.status import SOLVED, UNSOLVED
-from tamp.versions import versions
+from tamp.versions import DISTRIBUTION, how_to_install, versions
 
 if TYPE_CHECKING:
     from typing import TextIO
 
     from tamp.cli.options import Commands
-
-DISTRIBUTION = "tabletop-tamp"
 
 
 def add(commands: Commands) -> None:
@@ -29,13 +27,16 @@ def add(commands: Commands) -> None:
 
 def doctor(options: argparse.Namespace) -> int:
     """Print what is installed and what works; exit status 1 where something that is required does not."""
+    from tamp.execution.simulators import installed
+
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Fast Downward", _fast_downward), ("robots", _robots), ("simulators", _simulators),
         ("one block, from A to B", _one_block),
     ]  # fmt: skip
     tested = [_tested(title, check) for title, check in checks]
     extras = dict(_missing_of_extras())
-    broken = [name for name, found in versions().items() if found == "absent"]
+    optional = {"pybullet"} if installed() else set()  # one simulator is enough
+    broken = [name for name, found in versions().items() if found == "absent" and name not in optional]
     broken += [test["name"] for test in tested if not test["works"]]
     if not to_stdout(options):
         _print(tested, extras, broken, options.out)
@@ -49,7 +50,7 @@ def _print(tested: list[dict[str, Any]], extras: dict[str, list[str]], broken: l
     for test in tested:
         print(f"{test['name']:24s} {test['said']}  ({test['seconds']:.1f} s)", file=out)
     for extra, missing in extras.items():
-        told = f"needs {', '.join(missing)}: pip install '{DISTRIBUTION}[{extra}]'" if missing else "installed"
+        told = f"needs {', '.join(missing)}: {how_to_install(extra)}" if missing else "installed"
         print(f"extra {extra:18s} {told}", file=out)
     print("all is well" if not broken else f"broken or absent: {', '.join(broken)}", file=out)
 

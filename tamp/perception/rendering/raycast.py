@@ -12,6 +12,7 @@ from tamp.perception.cameras.camera import Intrinsics
 from tamp.perception.rendering.renderer import AMBIENT, FAR, LIGHT, NEAR, Picture
 from tamp.perception.rendering.scene import Body
 from tamp.perception.rendering.surface import Surface
+from tamp.versions import how_to_install
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,7 +26,7 @@ def _scene(bodies: Sequence[Body]) -> Any:
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
     except ModuleNotFoundError:
-        raise TampError("ray casting needs an extra: pip install 'tabletop-tamp[perception]'") from None
+        raise TampError(f"ray casting needs an extra: {how_to_install('perception')}") from None
     scene = EmbreeScene(robust=True)
     for body in bodies:
         R, t = body.T_world_body[:3, :3], body.T_world_body[:3, 3]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.errors import TampError
+from tamp.versions import how_to_install
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,7 +49,7 @@ def _save_video(images: Sequence[Image], path: Path, frame_s: float) -> None:
     try:
         import imageio_ffmpeg
     except ModuleNotFoundError:
-        raise TampError(f"{path}: MP4 needs an extra: pip install 'tabletop-tamp[video]'; GIF does not") from None
+        raise TampError(f"{path}: MP4 needs an extra: {how_to_install('video')}; GIF does not") from None
     height, width = images[0].shape[:2]
     writer = imageio_ffmpeg.write_frames(str(path), (width, height), fps=1 / frame_s, macro_block_size=2)
     writer.send(None)

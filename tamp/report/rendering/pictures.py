@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 
+from tamp.execution.simulators import can_draw
 from tamp.report.rendering.camera import Camera
 from tamp.report.rendering.images import data_uri, read_image
-from tamp.report.rendering.scene import Stage, goal_poses
+from tamp.report.rendering.scene import Stage, goal_poses, marks
 from tamp.report.runs import Recorded
 from tamp.task import Pose
 
 CAMERA = Camera(width=480, height=300, distance=1.7)
+
+
+log = logging.getLogger("tamp")
 
 
 class Gallery:
@@ -22,21 +27,25 @@ class Gallery:
     """
 
     def __init__(self, most: int, runs: Sequence[Recorded]) -> None:
+        if most and runs and not can_draw():
+            log.warning("the report has no pictures: they are drawn by PyBullet, which is not installed")
+            most = 0
         ordered = sorted(range(len(runs)), key=lambda i: (runs[i].result.solved, i))
         self._chosen = {id(runs[i]) for i in ordered[:most]}
 
     def of(self, run: Recorded) -> dict[str, str]:
-        """Caption -> data URI: start, the goals drawn into it, end, what was seen; none for a run that is left out."""
+        """Caption -> data URI: start, goals with marks on regions, end, what was seen; none for a run left out."""
         task = run.task
         if id(run) not in self._chosen or task is None:
             return {}
         start: Mapping[str, Pose] = run.plans[0].start if run.plans else {o.name: o.pose for o in task.objects}
         goals = goal_poses(task)
-        still = {name: pose for name, pose in start.items() if name not in goals}
+        gone = {*goals, *marks(task)}
+        still = {name: pose for name, pose in start.items() if name not in gone}
         with Stage(task) as stage:
             shots = {
                 "start": stage.picture(start, camera=CAMERA),
-                "goal": stage.picture({**still, **goals}, camera=CAMERA),
+                "goal": stage.picture({**still, **goals}, marked=True, camera=CAMERA),
             }
             if run.final_poses:
                 shots["end"] = stage.picture(run.final_poses, camera=CAMERA)

@@ -14,7 +14,7 @@ from tamp.execution.renderer import Color, Item
 from tamp.execution.simulators import make_renderer
 from tamp.report.rendering.camera import FRONT, Camera
 from tamp.report.rendering.images import save_image
-from tamp.task import At, Box, Pose, Table, Task, load_robot
+from tamp.task import At, Box, On, Pose, Table, Task, load_robot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
 TABLE_COLOR: Color = (0.80, 0.74, 0.66, 1.0)
 REGION_COLOR: Color = (0.72, 0.80, 0.86, 1.0)
+GOAL_COLOR: Color = (0.45, 0.66, 0.50, 1.0)
+"""Of a region that something shall stand on."""
+
+MARK = 0.045
+"""Side of the mark that an object's goal leaves on a region, in the object's colour [m]."""
+
 GHOST = 0.4
 """Opacity of a goal that is drawn into a scene."""
 
@@ -52,13 +58,21 @@ class Stage:
     def __init__(self, task: Task, *, robot: bool = True) -> None:
         flat = _flat_things(task, task.table)
         # Each object twice, each in its own colour, all out of sight: as it stands, and as its goal.
-        colored = zip(task.objects, palette(len(task.objects)), strict=True)
-        actors = [Item(thing.shape, color, AWAY) for thing, color in colored]
+        colors = palette(len(task.objects))
+        actors = [Item(thing.shape, color, AWAY) for thing, color in zip(task.objects, colors, strict=True)]
+        self._marked = marks(task)
+        tiles = [
+            Item(Box((MARK, MARK, 0.002)), color, AWAY)
+            for thing, color in zip(task.objects, colors, strict=True)
+            if thing.name in self._marked
+        ]
         self._spec = load_robot(task.robot)
-        self._renderer = make_renderer((*flat, *actors, *actors), self._spec if robot else None)
+        self._renderer = make_renderer((*flat, *actors, *actors, *tiles), self._spec if robot else None)
         names = [thing.name for thing in task.objects]
         self._bodies = dict(zip(names, itertools.count(len(flat))))
         self._ghosts = dict(zip(names, itertools.count(len(flat) + len(names))))
+        marked = [name for name in names if name in self._marked]
+        self._tiles = dict(zip(marked, itertools.count(len(flat) + 2 * len(names))))
 
     def __enter__(self) -> Stage:
         return self
@@ -76,6 +90,7 @@ class Stage:
         *,
         configuration: Sequence[float] | None = None,
         opening: float | None = None,
+        marked: bool = False,
         camera: Camera = FRONT,
     ) -> Image:
         """The scene as the camera sees it, shape (height, width, 3), red, green, blue in 0..255.
@@ -84,9 +99,11 @@ class Stage:
             poses: object -> pose (world frame); an object absent here is left out of the picture.
             configuration: the arm's joint positions [rad]; home where it is None.
             opening: distance between the finger pads [m]; open where it is None.
+            marked: whether each object that shall stand anywhere on a region is marked there by its colour.
             camera: where the picture is taken from.
         """
         self._place(self._bodies, poses)
+        self._place(self._tiles, self._marked if marked else {})
         self._place(self._ghosts, {})
         self._renderer.set_robot(
             self._spec.home if configuration is None else configuration,
@@ -101,8 +118,8 @@ class Stage:
         *,
         camera: Camera = FRONT,
     ) -> Image:
-        """The scene with the goals drawn into it as ghosts: two pictures laid over each other."""
-        scene = self.picture(poses, camera=camera).astype(np.float64)
+        """The scene with the goals drawn into it as ghosts and marks: two pictures laid over each other."""
+        scene = self.picture(poses, marked=True, camera=camera).astype(np.float64)
         self._place(self._ghosts, goals)
         meant = self._renderer.picture(camera.view).astype(np.float64)
         return np.asarray(np.rint((1 - GHOST) * scene + GHOST * meant), dtype=np.uint8)
@@ -116,7 +133,15 @@ def _flat_things(task: Task, table: Table) -> list[Item]:
     """Table and regions as boxes. A region is a sheet on the table."""
     x, y = table.center
     top = Item(Box((*table.size, table.thickness)), TABLE_COLOR, Pose((x, y, -table.thickness / 2)))
-    sheets = [Item(Box((*region.size, 0.001)), REGION_COLOR, Pose((*region.center, 0.0))) for region in task.regions]
+    wanted = {thing.goal.target for thing in task.objects if isinstance(thing.goal, On)}
+    sheets = [
+        Item(
+            Box((*region.size, 0.001)),
+            GOAL_COLOR if region.name in wanted else REGION_COLOR,
+            Pose((*region.center, 0.0)),
+        )
+        for region in task.regions
+    ]
     return [top, *sheets]
 
 
@@ -145,6 +170,20 @@ def render_task(
         else:
             image = stage.picture(poses, configuration=configuration, camera=camera)
     save_image(image, path)
+
+
+def marks(task: Task) -> dict[str, Pose]:
+    """Object -> where its mark lies on the region that is its goal, in rows; objects with other goals are absent."""
+    found = {}
+    for region in task.regions:
+        names = [item.name for item in task.objects if isinstance(item.goal, On) and item.goal.target == region.name]
+        columns = max(1, int(region.size[1] / (1.25 * MARK)))
+        for index, name in enumerate(names):
+            row, column = divmod(index, columns)
+            x = region.center[0] + region.size[0] / 2 - MARK * (0.75 + 1.25 * row)
+            y = region.center[1] - region.size[1] / 2 + MARK * (0.75 + 1.25 * column)
+            found[name] = Pose((x, y, 0.001))
+    return found
 
 
 def goal_poses(task: Task) -> dict[str, Pose]:

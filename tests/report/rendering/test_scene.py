@@ -9,8 +9,8 @@ import pytest
 from tamp.execution.log import Frame
 from tamp.report.rendering.camera import Camera
 from tamp.report.rendering.film import render_execution
-from tamp.report.rendering.scene import Stage, palette, render_task
-from tamp.task import At, Box, Object, Pose, Region, Task, load_robot
+from tamp.report.rendering.scene import Stage, marks, palette, render_task
+from tamp.task import At, Box, Object, On, Pose, Region, Task, load_robot
 
 SMALL = Camera(width=160, height=90)
 BOX = Object("box", Box((0.1, 0.1, 0.1)), Pose((0.1, 0.2, 0.05)), goal=At(Pose((0.1, -0.2, 0.05))))
@@ -64,3 +64,15 @@ def test_an_execution_becomes_a_gif(tmp_path: Path):
     assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF")
     with pytest.raises(ValueError, match="at least two frames"):
         render_execution(TASK, frames[:1], tmp_path / "run.gif")
+
+
+def test_a_region_that_is_a_goal_is_marked_in_the_colour_of_what_shall_stand_there() -> None:
+    shelf = Region("shelf", (0.0, 0.0), (0.3, 0.3))
+    boxes = [replace(BOX, name=name, goal=On("shelf")) for name in ("first", "second")]
+    task = Task("shelf", (*boxes, replace(BOX, name="third", goal=None)), regions=(shelf,))
+    assert marks(task).keys() == {"first", "second"}
+    for place in marks(task).values():
+        assert all(abs(value) < 0.15 for value in place.xyz[:2])
+    with Stage(task, robot=False) as stage:
+        empty, marked = (stage.picture({}, marked=marked, camera=SMALL).astype(int) for marked in (False, True))
+    assert np.abs(marked - empty).max() > 60
