@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,8 +67,10 @@ def add_simulator(parser: Parser, text: str, default: str | None) -> None:
 
 
 def add_trust(parser: Parser) -> None:
-    """How far a task's file is trusted."""
-    parser.add_argument("--allow-outside", action="store_true", help="accept meshes outside the task's folder")
+    """How far a task's file is trusted, and who does what it asks."""
+    parser.add_argument("--robot", metavar="NAME|PATH", help="in place of the task's own: a name or a robot.yaml")
+    outside = "accept meshes and a robot outside the task's folder"
+    parser.add_argument("--allow-outside", action="store_true", help=outside)
     text = "import and run the code that a task's file names, such as its samplers"
     parser.add_argument("--trust-task-code", action="store_true", help=text)
 
@@ -76,7 +79,22 @@ def load(path: Path, options: argparse.Namespace) -> Task:
     """The task of a file, read as `add_trust`'s options say."""
     from tamp.task.files.load import load_task
 
-    return load_task(path, allow_outside=options.allow_outside)
+    task = load_task(path, allow_outside=options.allow_outside)
+    return task if options.robot is None else with_robot(task, options.robot)
+
+
+def with_robot(task: Task, robot: str) -> Task:
+    """The task for another robot, named or by a path that is relative to the working folder.
+
+    Raises:
+        RobotError: where there is no such robot.
+    """
+    from tamp.task.robots import is_path, load_robot
+
+    load_robot(robot)
+    if is_path(robot) and task.path is not None:
+        robot = Path(os.path.relpath(Path(robot).expanduser().resolve(), task.path.parent)).as_posix()
+    return replace(task, robot=robot)
 
 
 def add_json(parser: Parser) -> None:

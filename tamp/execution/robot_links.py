@@ -80,7 +80,7 @@ def robot_links(robot: RobotSpec) -> Iterator[Link]:
         RobotError: where the URDF cannot be used.
     """
     shapes = link_shapes(robot)
-    root = ElementTree.parse(robot.urdf).getroot()
+    root = ElementTree.fromstring(robot.description)
     links = {link.get("name", ""): link for link in root.findall("link")}
     joints = root.findall("joint")
     children = {_end(joint, "child") for joint in joints}

@@ -14,7 +14,7 @@ import numpy as np
 from tamp.errors import TampError
 from tamp.report.rendering.playback import Moment
 from tamp.report.rendering.scene import REGION_COLOR, TABLE_COLOR, palette
-from tamp.task import Pose, Task, load_robot
+from tamp.task import Pose, Task, task_robot
 from tamp.task.mesh.parts import parts
 from tamp.world.robot.model import RobotModel, robot_model
 
@@ -42,7 +42,7 @@ class Viewer:
 
     def __init__(self, task: Task, goals: Mapping[str, Pose], moments: Sequence[Moment], *, port: int = 8080) -> None:
         self._moments = tuple(moments)
-        self._robot = robot_model(load_robot(task.robot))
+        self._robot = robot_model(task_robot(task))
         self.server: Any = _viser().ViserServer(host="localhost", port=port, label=task.name, verbose=False)
         scene = self.server.scene
         scene.set_up_direction("+z")

@@ -14,7 +14,7 @@ from tamp.execution.renderer import Color, Item
 from tamp.execution.simulators import make_renderer
 from tamp.report.rendering.camera import FRONT, Camera
 from tamp.report.rendering.images import save_image
-from tamp.task import At, Box, Pose, Table, Task, load_robot
+from tamp.task import At, Box, Pose, Table, Task, task_robot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,7 +54,7 @@ class Stage:
         # Each object twice, each in its own colour, all out of sight: as it stands, and as its goal.
         colored = zip(task.objects, palette(len(task.objects)), strict=True)
         actors = [Item(thing.shape, color, AWAY) for thing, color in colored]
-        self._spec = load_robot(task.robot)
+        self._spec = task_robot(task)
         self._renderer = make_renderer((*flat, *actors, *actors), self._spec if robot else None)
         names = [thing.name for thing in task.objects]
         self._bodies = dict(zip(names, itertools.count(len(flat))))
