@@ -89,12 +89,20 @@ def _fast_downward() -> str:
 
 
 def _robots() -> str:
-    from tamp.task import load_robot, robot_names
+    from tamp.errors import RobotError
+    from tamp.task import DEFAULT_ROBOT, load_robot, robot_names
     from tamp.world.robot.model import robot_model
 
-    for name in robot_names():
-        robot_model(load_robot(name))
-    return ", ".join(robot_names())
+    def told(name: str) -> str:
+        try:
+            robot_model(load_robot(name))
+        except RobotError as error:
+            if name == DEFAULT_ROBOT:
+                raise
+            return f"{name} (cannot be used: {error})"
+        return name
+
+    return ", ".join(map(told, robot_names()))
 
 
 def _simulators() -> str:
