@@ -15,8 +15,10 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put in what a comment of a page asks for."""
     markdown = re.sub(r"<!-- commands -->", lambda _: "\n".join(_commands()), markdown)
     markdown = re.sub(r"<!-- task fields -->", lambda _: "\n".join(_task_fields()), markdown)
-    robot = (Path(__file__).parents[1] / "robots" / "panda" / "robot.yaml").read_text(encoding="utf-8")
-    markdown = markdown.replace("<!-- robot -->", robot.rstrip())
+    robots = Path(__file__).parents[1] / "robots"
+    for comment, name in (("robot", "panda"), ("second robot", "ur5e_2f85")):
+        robot = (robots / name / "robot.yaml").read_text(encoding="utf-8")
+        markdown = markdown.replace(f"<!-- {comment} -->", robot.rstrip())
     markdown = re.sub(r"<!-- result fields -->", lambda _: "\n".join(_result_fields()), markdown)
     return _with_mathematics(markdown)
 

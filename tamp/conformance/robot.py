@@ -21,10 +21,12 @@ from tamp.errors import RobotError, TaskError
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.task import RobotSpec, Table
 from tamp.task.mesh.mesh_file import RawMesh, read_mesh
+from tamp.task.mesh.parts import convex_hull
 from tamp.world.geometry.convex_union import separation, solid
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.robot.hand import hand_poses
 from tamp.world.robot.model import RobotModel, robot_model
+from tamp.world.robot.urdf import link_shapes
 from tamp.world.scene import Scene
 from tamp.world.world import World
 
@@ -68,7 +70,7 @@ class RobotJudgement:
     @property
     def drawable(self) -> bool:
         """Whether its description can be read."""
-        return self.findings[0].outcome != "wrong"
+        return not any(f.check == "description" and f.outcome == "wrong" for f in self.findings)
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-like values."""
@@ -88,12 +90,12 @@ def check_robot(spec: RobotSpec, *, seed: int = 0) -> RobotJudgement:
         spec: the robot.
         seed: decides every random choice.
     """
+    findings: list[Finding] = []
     try:
+        findings += _described(spec)
         trial = _Trial(spec, robot_model(spec), read_links(spec), np.random.default_rng(seed))
     except (RobotError, TaskError) as error:
-        return RobotJudgement(spec.name, (Finding("description", "wrong", str(error)),))
-    movable = len(spec.joints) + len(spec.gripper.joints)
-    findings = [Finding("description", "ok", f"{spec.urdf.name}, {movable} joints, {len(trial.robot.bodies)} hulls")]
+        return RobotJudgement(spec.name, (*findings, Finding("description", "wrong", str(error))))
     checks = (
         trial.limits, trial.kinematics, trial.gripper, trial.hand, trial.hulls, trial.collisions, trial.inverse,
         trial.reach,
@@ -104,6 +106,23 @@ def check_robot(spec: RobotSpec, *, seed: int = 0) -> RobotJudgement:
     except RobotError as error:
         findings.append(Finding(check.__name__, "wrong", str(error)))
     return RobotJudgement(spec.name, tuple(findings), trial.numbers)
+
+
+def _described(spec: RobotSpec) -> Iterator[Finding]:
+    """What there is, and where the fingers' surfaces are: who looks for `gripper.pads` finds them there."""
+    shapes = link_shapes(spec)
+    movable = len(spec.joints) + len(spec.gripper.joints)
+    yield Finding("description", "ok", f"{spec.urdf.name}, {movable} joints, {len(shapes)} hulls")
+    for finger in spec.gripper.fingers:
+        points = np.concatenate([np.empty((0, 3)), *(s.hull.vertices for s in shapes if s.link == finger)])
+        if not len(points):
+            yield Finding("fingers", "wrong", f"{finger} has no collision geometry; name the links that have the pads")
+            continue
+        spans = (
+            f"{axis} {low:.4f} to {high:.4f}"
+            for axis, low, high in zip("xyz", points.min(0), points.max(0), strict=True)
+        )
+        yield Finding("fingers", "ok", f"{finger} spans {', '.join(spans)} m in its own frame")
 
 
 @dataclass
@@ -158,25 +177,27 @@ class _Trial:
                 pairs.append((float(np.abs(own - theirs).max()), solid_.name))
             worst, where = max((worst, where), *pairs)
         self.numbers["kinematics_m"] = worst
-        same = f"two forward kinematics agree to {worst:.1e} m at {CONFIGURATIONS} configurations and openings"
-        wrong = f"two forward kinematics differ by {worst:.1e} m at {where}; at most {AGREED:g} is valid"
-        yield Finding("kinematics", *(("ok", same) if worst < AGREED else ("wrong", wrong)))
+        if worst < AGREED:
+            text = f"two forward kinematics agree to {worst:.1e} m at {CONFIGURATIONS} configurations and openings"
+            yield Finding("kinematics", "ok", text)
+        else:
+            text = f"two forward kinematics differ by {worst:.1e} m at {where}; at most {AGREED:g} is valid"
+            yield Finding("kinematics", "wrong", text)
 
     def gripper(self) -> Iterator[Finding]:
         """The pads are as far apart as the opening says, with their middle on the tool's axis."""
         spec, linkage = self.spec, self.robot.linkage
-        bodies = {name: solid([b.hull for b in self.robot.bodies if b.name == name]) for name in spec.gripper.fingers}
-        if missing := [n for n in spec.gripper.fingers if not any(b.name == n for b in self.robot.bodies)]:
-            text = f"finger {missing[0]} has no collision geometry; name the links that have the pads"
-            yield Finding("gripper", "wrong", text)
+        if not all(any(b.name == name for b in self.robot.bodies) for name in spec.gripper.fingers):
             return
+        bodies = {name: solid([b.hull for b in self.robot.bodies if b.name == name]) for name in spec.gripper.fingers}
         index = {self.robot.bodies[i].name: k for k, i in enumerate(self.robot.hand)}
         gaps, middles = [], []
         openings = np.linspace(0.0, spec.gripper.stroke, OPENINGS)
         for opening in openings:
             poses = hand_poses(self.robot, float(opening))
             first, second = (poses[index[name]] for name in spec.gripper.fingers)
-            gaps.append(separation(*bodies.values(), np.linalg.inv(first) @ second))
+            left, right = (bodies[name] for name in spec.gripper.fingers)
+            gaps.append(separation(left, right, np.linalg.inv(first) @ second))
             ends = [self._inner(name, poses[index[name]]) for name in spec.gripper.fingers]
             middles.append((ends[0] + ends[1]) / 2)
         off = float(np.abs(np.array(gaps)[1:] - openings[1:]).max())
@@ -229,24 +250,25 @@ class _Trial:
         """Convex hulls are not much fatter than the links, and every moving link has one."""
         root = ElementTree.fromstring(self.spec.description)
         ratios: dict[str, float] = {}
+        bare = []
         for link in root.findall("link"):
             name = link.get("name", "")
             if link.find("collision") is None and link.find("visual") is not None:
-                yield Finding("hulls", "note", f"link {name} is drawn but has no collision geometry: nothing meets it")
+                bare.append(name)
             for element in link.iterfind("collision/geometry/mesh"):
                 ratios[name] = max(ratios.get(name, 0.0), _fatness(element))
-        for name, ratio in ratios.items():
-            if ratio > FAT:
-                text = (
-                    f"the hull of {name} has {ratio:.1f} times its mesh's volume; cut the mesh into several <collision>"
-                )
-                yield Finding("hulls", "note", text)
-        self.numbers["fatness"] = {name: round(ratio, 2) for name, ratio in ratios.items()}
-        fattest = max(ratios, key=lambda name: ratios[name], default=None)
-        told = (
-            "no meshes" if fattest is None else f"at most {ratios[fattest]:.1f} times their mesh's volume ({fattest})"
-        )
-        yield Finding("hulls", "ok", f"{len(self.robot.bodies)} hulls, {told}")
+        self.numbers |= {
+            "fatness": {name: round(ratio, 2) for name, ratio in ratios.items()},
+            "without_collision": bare,
+        }
+        if bare:
+            text = f"nothing meets links that are drawn but have no collision geometry: {_some(bare)}"
+            yield Finding("hulls", "note", text)
+        fat = [f"{name} {ratio:.1f}" for name, ratio in ratios.items() if ratio > FAT]
+        if fat:
+            text = f"hulls of so many times their mesh's volume: {_some(fat)}; cut those into several <collision>"
+            yield Finding("hulls", "note", text)
+        yield Finding("hulls", "ok", f"{len(self.robot.bodies)} hulls; {len(ratios)} links have meshes")
 
     def collisions(self) -> Iterator[Finding]:
         """At home nothing touches, and which links are looked at."""
@@ -311,14 +333,28 @@ class _Trial:
         return hits / tried
 
 
-def _fatness(element: ElementTree.Element) -> float:
-    """Volume of a mesh's hull against its own, 1 where it is open and has none."""
-    from tamp.task.mesh.parts import convex_hull
+def _some(names: list[str]) -> str:
+    """The first few of many names."""
+    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+    return ", ".join(names[:6]) + more
 
+
+def _fatness(element: ElementTree.Element) -> float:
+    """Volume of a mesh's hull against its own, 1 where the mesh is not closed and has none."""
     mesh = read_mesh(Path(element.get("filename", "")), _scale(element))
+    if not _closed(mesh):
+        return 1.0
     hull = convex_hull(mesh.vertices)
-    own, whole = abs(_volume(mesh)), abs(_volume(RawMesh(hull.vertices, (hull.faces,))))
-    return 1.0 if own < 1e-3 * whole else whole / own
+    return abs(_volume(RawMesh(hull.vertices, (hull.faces,))) / _volume(mesh))
+
+
+def _closed(mesh: RawMesh) -> bool:
+    """Whether every edge has one face on each side that both see it the right way round."""
+    faces = np.concatenate(mesh.groups)
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    keys = edges[:, 0] * len(mesh.vertices) + edges[:, 1]
+    back = edges[:, 1] * len(mesh.vertices) + edges[:, 0]
+    return len(np.unique(keys)) == len(keys) and bool(np.isin(back, keys).all())
 
 
 def _scale(element: ElementTree.Element) -> tuple[float, float, float]:

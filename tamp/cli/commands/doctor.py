@@ -67,7 +67,7 @@ def _missing_of_extras() -> Iterator[tuple[str, list[str]]]:
     """Each extra for users and what of it is not installed; those for developers are left out."""
     needs: dict[str, list[str]] = {}
     for requirement in requires(DISTRIBUTION) or ():
-        found = re.match(r"([A-Za-z0-9_.-]+).*;.*extra == ['\"]([a-z]+)['\"]", requirement)
+        found = re.match(r"([A-Za-z0-9_.-]+).*;.*extra == ['\"]([a-z0-9]+)['\"]", requirement)
         if found and found[2] not in ("dev", "test", "docs"):
             needs.setdefault(found[2], []).append(found[1])
     for extra, names in sorted(needs.items()):

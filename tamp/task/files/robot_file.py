@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from tamp.errors import RobotError, TaskError
 from tamp.task.files import robot_schema as schema
 from tamp.task.files.errors import sentence
-from tamp.task.files.urdf_file import Attachment, Urdf, followers, read_urdf
+from tamp.task.files.urdf_file import MOVABLE, Attachment, Urdf, followers, read_urdf
 from tamp.task.files.yaml_document import Document, FieldPath, read_document
 from tamp.task.pose import Pose
 from tamp.task.robot import Gripper, RobotSpec
@@ -122,7 +122,8 @@ class _Reader:
                 ("gripper", "joints"), f"{driver} mimics {mimics[driver].joint}; name the joint that is driven first"
             )
         law = {driver: (1.0, 0.0)}
-        law |= {name: (multiplier, offset) for name, multiplier, offset in followers(driver, mimics)}
+        follow = followers(driver, mimics)
+        law |= {name: (m, b) for name, m, b in follow if urdf.joint(name).get("type") in MOVABLE}
         for name in model.joints:
             urdf.joint(name)
             law.setdefault(name, (1.0, 0.0))
