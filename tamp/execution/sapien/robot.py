@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tamp.execution.gripper_drive import FINGER_SPEED, gripper_drive
-from tamp.execution.robot_links import Joint, Link, robot_links
+from tamp.execution.robot_links import Joint, Link, merged_fingers
 from tamp.execution.sapien.bodies import ROBOT_GROUP, add_hull, fixed_material, from_sapien, set_inertia, to_sapien
 from tamp.execution.sapien.client import physx, sapien
 from tamp.execution.simulator import STEP
@@ -134,7 +134,8 @@ def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str,
     moved: dict[str, Any] = {}
     entities = []
     surface = fixed_material()
-    for link in robot_links(spec):
+    links, part_of = merged_fingers(spec)  # tendons run through joints that move, and no others
+    for link in links:
         body = physx.PhysxArticulationLinkComponent(None if link.parent is None else made[link.parent])
         for hull in link.hulls:
             add_hull(body, hull, surface, ROBOT_GROUP)
@@ -155,13 +156,25 @@ def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str,
         entities.append(entity)
     driver, grip = moved[spec.gripper.joints[0]], spec.gripper
     for name, multiplier, offset in zip(grip.joints[1:], grip.multipliers[1:], grip.offsets[1:], strict=True):
-        ratio = [0.0, -multiplier, 1.0]
-        driver.articulation.create_fixed_tendon(
-            [driver.parent, driver, moved[name]], ratio, ratio, rest_length=offset, stiffness=1e5
-        )
+        chain = _tendon(driver, moved[name])
+        ratio = [-multiplier if link is driver else float(link is moved[name]) for link in chain]
+        driver.articulation.create_fixed_tendon(chain, ratio, ratio, rest_length=offset, stiffness=1e5)
     for entity in entities:
         scene.add_entity(entity)
-    return made
+    return {name: made[whole] for name, whole in part_of.items()}
+
+
+def _tendon(driver: Any, follower: Any) -> list[Any]:
+    """The links that a tendon between two links runs through: from the nearest that carries both, parents first."""
+    above = [driver]
+    while above[-1].parent is not None:
+        above.append(above[-1].parent)
+    way = [follower]
+    while way[-1] not in above:
+        way.append(way[-1].parent)
+    root = way[-1].parent if way[-1] is driver else way[-1]  # a tendon begins where nothing counts yet
+    down = [root, *reversed(above[: above.index(root)])]
+    return down + [link for link in reversed(way) if link not in down]
 
 
 def _set_joint(joint: Any, link: Link, told: Joint | None, armature: float) -> None:
