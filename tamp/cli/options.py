@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,23 +77,9 @@ def add_trust(parser: Parser) -> None:
 def load(path: Path, options: argparse.Namespace) -> Task:
     """The task of a file, read as `add_trust`'s options say."""
     from tamp.task.files.load import load_task
+    from tamp.task.robots import with_robot
 
-    task = load_task(path, allow_outside=options.allow_outside)
-    return task if options.robot is None else with_robot(task, options.robot)
-
-
-def with_robot(task: Task, robot: str) -> Task:
-    """The task for another robot, named or by a path that is relative to the working folder.
-
-    Raises:
-        RobotError: where there is no such robot.
-    """
-    from tamp.task.robots import is_path, load_robot
-
-    load_robot(robot)
-    if is_path(robot) and task.path is not None:
-        robot = Path(os.path.relpath(Path(robot).expanduser().resolve(), task.path.parent)).as_posix()
-    return replace(task, robot=robot)
+    return with_robot(load_task(path, allow_outside=options.allow_outside), options.robot)
 
 
 def add_json(parser: Parser) -> None:

@@ -312,10 +312,8 @@ class _Trial:
             return
         share = min(inside, default=0.0)
         told = f"straight down it reaches the table well from {good[0]:.2f} to {good[-1]:.2f} m"
-        outcome = "ok" if share >= EASY else "note"
-        yield Finding(
-            "reach", outcome, f"{told}; arm.reach says {near:g} to {far:g} m, where it is {share:.0%} at worst"
-        )
+        text = f"{told}; arm.reach says {near:g} to {far:g} m, where it is {share:.0%} at worst"
+        yield Finding("reach", "ok" if share >= EASY else "note", text)
 
     def _hits_at(self, radius: float) -> float:
         base, hits, tried = self.spec.T_world_base, 0, 0

@@ -104,6 +104,20 @@ def task_robot(task: Task) -> RobotSpec:
     return spec if task.base is None else replace(spec, T_world_base=task.base)
 
 
+def with_robot(task: Task, robot: str | None) -> Task:
+    """The task for another robot, named or by a path that is relative to the working folder; its own where it is None.
+
+    Raises:
+        RobotError: where there is no such robot.
+    """
+    if robot is None:
+        return task
+    load_robot(robot)
+    if is_path(robot) and task.path is not None:  # relative as in the task's file, so that plans can be carried away
+        robot = Path(os.path.relpath(Path(robot).expanduser().resolve(), task.path.parent)).as_posix()
+    return replace(task, robot=robot)
+
+
 def _read(path: Path) -> RobotSpec:
     try:
         changed = path.stat().st_mtime_ns
