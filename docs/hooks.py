@@ -60,8 +60,10 @@ def _notebook(path: Path) -> Iterator[str]:
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put in what a comment of a page asks for."""
-    robot = (Path(__file__).parents[1] / "robots" / "panda" / "robot.yaml").read_text(encoding="utf-8")
-    markdown = markdown.replace("<!-- robot -->", robot.rstrip())
+    robots = Path(__file__).parents[1] / "robots"
+    for comment, name in (("robot", "panda"), ("second robot", "ur5e_2f85")):
+        robot = (robots / name / "robot.yaml").read_text(encoding="utf-8")
+        markdown = markdown.replace(f"<!-- {comment} -->", robot.rstrip())
     return _with_mathematics(markdown)
 
 

@@ -41,7 +41,9 @@ ALLOWED = {
         "scoring", "results", "versions", "plugins", "task", "errors",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
-    "conformance": {"clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors"},
+    "conformance": {
+        "checking", "clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors",
+    },
     "__main__": {"cli"},
     "cli": {
         "clock", "batch", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains",
@@ -67,9 +69,14 @@ HOMES = {
     "PIL": {
         "perception.dataset.frames", "perception.overlay", "perception.rendering.software", "report.rendering.images",
     },
-    "pinocchio": {"world.collision.broadphase", "world.robot.chain", "world.robot.hand", "world.robot.model"},
+    "pinocchio": {
+        "world.collision.broadphase", "world.robot.chain", "world.robot.hand", "world.robot.linkage",
+        "world.robot.model",
+    },
     "pybullet": {"execution.pybullet.client"},
-    "pydantic": {"task.files.errors", "task.files.load", "task.files.schema"},
+    "pydantic": {
+        "task.files.errors", "task.files.load", "task.files.robot_file", "task.files.robot_schema", "task.files.schema",
+    },
     "rich": {"cli.progress", "cli.commands.compare", "results"},
     "rosbags": {"formats.trajectory"},
     "sapien": {"execution.sapien.client"},

@@ -32,7 +32,6 @@ LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
 LONGEST = 0.7  # way that is worth trying [m]
 STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
 SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m]
-NARROWEST = 0.016  # room that a finger needs on a side [m]
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -104,7 +103,7 @@ def _ways(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Way]
             touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
             across = (side - touch) @ np.array([-behind[1], behind[0]])
             room = float(min(across.max(), -across.min()))
-            if room < NARROWEST:
+            if room < workspace.world.robot.spec.gripper.fingertip:
                 continue
             for outward in np.vstack([np.eye(2), -np.eye(2)]):
                 reach = float(middle @ outward + half @ np.abs(outward))  # the table's edge in that direction

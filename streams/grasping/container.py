@@ -136,12 +136,12 @@ def upright_pinches(
     workspace: Workspace, obj: str, place: Placement, rng: np.random.Generator, level: float = LEVEL
 ) -> Pinches:
     """Pinches across axes that are level, up to so much, by hands that come down, straight or a little tilted."""
-    gripper, pieces = workspace.world.robot.spec.gripper, workspace.world.geometries[obj].parts
+    linkage, pieces = workspace.world.robot.linkage, workspace.world.geometries[obj].parts
     down = -place.pose.matrix[2, :3]
     surface = surface_points(pieces, POINTS, rng)
     beside = np.abs(surface.normals @ down) < level
     surface = SurfacePoints(surface.points[beside], surface.normals[beside], surface.area)
-    widest = gripper.stroke - WIDTH_RESERVE
+    widest = linkage.gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     contacts = contacts.at(np.abs(contacts.axes @ down) < level)
-    return pinches_from_above(contacts, gripper, place.pose, TILTS)
+    return pinches_from_above(contacts, linkage, place.pose, TILTS)

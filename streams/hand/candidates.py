@@ -12,7 +12,8 @@ from tamp.streams.hand.antipodal import Contacts, antipodal_contacts
 from tamp.streams.surfaces import surface_points
 from tamp.streams.values import CLEARANCE
 from tamp.streams.workspace import Workspace
-from tamp.task import Gripper, Pose
+from tamp.task import Pose
+from tamp.world.robot.linkage import Linkage
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,7 +23,6 @@ DIRECTIONS = 16  # approach directions about the closing axis
 HANGING = 5  # points on the whole surface for each on what hangs over the table's edge
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # about its closing axis, of a hand that comes down [rad]
 NEARLY_LEVEL = 0.5  # how far a closing axis may point up that is made level
-DEPTHS = (0.018, 0.012, 0.006, 0.003)  # how far the contact lies behind the fingertips [m]
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
 PAD_SOFTNESS = 0.0015  # surface this near to a pad's plane is in contact [m]
@@ -80,16 +80,16 @@ def sample_pinches(
     Where the object hangs over the table's edge at a pose, rays start from about as many points of what hangs over.
     Where it lies low at some, pinches are added of hands that come straight down and close exactly level.
     """
-    gripper = workspace.world.robot.spec.gripper
+    linkage = workspace.world.robot.linkage
     pieces = workspace.world.geometries[obj].parts
     surface = surface_points(pieces, points if hanging is None else HANGING * points, rng)
     if hanging is not None:
         surface = surface.at(beyond_table(workspace, surface.points @ hanging.matrix[:3, :3].T + hanging.xyz))
-    widest = gripper.stroke - WIDTH_RESERVE
+    widest = linkage.gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
-    around = pinches_at(contacts, gripper, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
-    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), gripper, pose, TILTS[:3]) for pose in low)
+    around = pinches_at(contacts, linkage, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
+    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), linkage, pose, TILTS[:3]) for pose in low)
     return Pinches.joined([around, *level])
 
 
@@ -105,11 +105,11 @@ def levelled(contacts: Contacts, up: NDArray[np.float64]) -> Contacts:
     return replace(contacts, axes=(contacts.axes - np.outer(rise, up)) / flat[:, None], widths=contacts.widths * flat)
 
 
-def pinches_from_above(contacts: Contacts, gripper: Gripper, pose: Pose, tilts: Sequence[float]) -> Pinches:
+def pinches_from_above(contacts: Contacts, linkage: Linkage, pose: Pose, tilts: Sequence[float]) -> Pinches:
     """Pinches of contact pairs by hands that come down on an object at a pose, straight or a little tilted."""
     down = -pose.matrix[2, :3]
     u, v = sides(contacts.axes)
-    return pinches_at(contacts, gripper, np.arctan2(v @ down, u @ down)[:, None] + np.array(tilts))
+    return pinches_at(contacts, linkage, np.arctan2(v @ down, u @ down)[:, None] + np.array(tilts))
 
 
 def beyond_table(workspace: Workspace, points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -120,12 +120,13 @@ def beyond_table(workspace: Workspace, points: NDArray[np.float64]) -> NDArray[n
     return beyond
 
 
-def pinches_at(contacts: Contacts, gripper: Gripper, angles: NDArray[np.float64]) -> Pinches:
+def pinches_at(contacts: Contacts, linkage: Linkage, angles: NDArray[np.float64]) -> Pinches:
     """Pinches of every contact pair at every depth, the hand coming from some angles about its axis, (n, k) [rad].
 
     At zero it comes along the first of `sides`, at a right angle along the second.
     """
-    axes, count = contacts.axes, angles.shape[1]
+    gripper, axes, count = linkage.gripper, contacts.axes, angles.shape[1]
+    depths = np.array(gripper.depths)
     closing = np.array(gripper.axis)
     side = np.cross(closing, [0.0, 0.0, 1.0])
     basis = np.stack([side, closing, [0.0, 0.0, 1.0]], axis=1)  # columns: the tool's side, closing and approach axes
@@ -133,14 +134,15 @@ def pinches_at(contacts: Contacts, gripper: Gripper, angles: NDArray[np.float64]
     approach = np.cos(angles)[:, :, None] * u[:, None] + np.sin(angles)[:, :, None] * v[:, None]
     y = np.repeat(axes[:, None], count, axis=1)
     R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ basis.T
-    shift = np.array(DEPTHS) - gripper.pad[2] / 2
-    each = count * len(DEPTHS)
+    # How far the tool is beyond the contacts: swinging pads are not always where the tool is.
+    shift = (depths - gripper.pad[2] / 2) - linkage.depth(contacts.widths)[:, None]
+    each = count * len(depths)
     T = np.tile(np.eye(4), (len(axes) * each, 1, 1))
-    T[:, :3, :3] = np.repeat(R.reshape(-1, 3, 3), len(DEPTHS), axis=0)
-    middles = contacts.centers[:, None, None] + approach[:, :, None] * shift[None, None, :, None]
+    T[:, :3, :3] = np.repeat(R.reshape(-1, 3, 3), len(depths), axis=0)
+    middles = contacts.centers[:, None, None] + approach[:, :, None] * shift[:, None, :, None]
     T[:, :3, 3] = middles.reshape(-1, 3)
     widths, slants = np.repeat(contacts.widths, each), np.repeat(contacts.slants, each)
-    return Pinches(T, widths, np.tile(DEPTHS, len(axes) * count), slants, np.full(len(T), CLEARANCE))
+    return Pinches(T, widths, np.tile(depths, len(axes) * count), slants, np.full(len(T), CLEARANCE))
 
 
 def sides(axes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -169,7 +171,8 @@ def _pad_contact(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np
     closing = np.array(gripper.axis)
     local = in_tool_frames(workspace.surface[obj], pinches.T_object_tool)
     along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
-    on_pad = (np.abs(across) < gripper.pad[1] / 2) & (np.abs(local[:, :, 2]) < gripper.pad[2] / 2)
+    beyond = local[:, :, 2] - workspace.world.robot.linkage.depth(pinches.widths)[:, None]
+    on_pad = (np.abs(across) < gripper.pad[1] / 2) & (np.abs(beyond) < gripper.pad[2] / 2)
     touched = [
         (on_pad & (np.abs(sign * along - pinches.widths[:, None] / 2) < PAD_SOFTNESS)).sum(axis=1) for sign in (-1, 1)
     ]

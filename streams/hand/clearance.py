@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.hand.candidates import DEPTHS, Pinches, in_tool_frames
+from tamp.streams.hand.candidates import Pinches, in_tool_frames
 from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, lowest_point, points_hit
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
@@ -37,8 +37,8 @@ def openings_of(workspace: Workspace, pinches: Pinches) -> NDArray[np.float64]:
 def reach_of_hand(workspace: Workspace) -> float:
     """How far a hand reaches, at most, beyond the box around an object that it pinches, margins included [m]."""
     gripper, boxes = workspace.world.robot.spec.gripper, hand_boxes(workspace.world.robot)
-    corners = np.maximum(*map(np.abs, boxes.opened(np.array([gripper.stroke]))))
-    return float(np.linalg.norm(corners, axis=-1).max()) + gripper.stroke / 2 + max(DEPTHS) + HAND_MARGIN
+    corners = np.maximum(*map(np.abs, boxes.opened(boxes.grid[1:])))
+    return float(np.linalg.norm(corners, axis=-1).max()) + gripper.stroke / 2 + max(gripper.depths) + HAND_MARGIN
 
 
 def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:

@@ -95,7 +95,8 @@ def between_pads(
     local = (felt(workspace, obj) - T_object_tool[:3, 3]) @ T_object_tool[:3, :3]
     along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
     half = np.array(gripper.pad[1:]) / 2 - PAD_EDGE
-    found: NDArray[np.float64] = along[(np.abs(across) < half[0]) & (np.abs(local[:, 2]) < half[1])]
+    beyond = local[:, 2] - workspace.world.robot.linkage.depth(width)
+    found: NDArray[np.float64] = along[(np.abs(across) < half[0]) & (np.abs(beyond) < half[1])]
     return found[np.abs(found) < width / 2 + WIDTH_RESOLUTION]
 
 

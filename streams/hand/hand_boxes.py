@@ -21,38 +21,67 @@ SLICES = 2  # boxes along the approach direction that a link is cut into
 
 @dataclass(frozen=True, eq=False)
 class HandBoxes:
-    """Boxes in the tool frame: the palm's, then the fingers' with the pads touching each other.
+    """Boxes in the tool frame: straight between tabulated openings.
 
     Attributes:
-        lower, upper: corners, shape (n, 3) [m].
-        side: -1, 0 or 1 along the closing axis: a box moves outwards by side * opening / 2, shape (n,).
-        axis: the closing direction, shape (3,).
+        grid: the openings, shape (g,) [m].
+        lower, upper: corners at each, shape (g, n, 3) [m].
+        lower_rate, upper_rate: how they move for a metre of opening from each on, shape (g - 1, n, 3).
+        side: -1, 0 or 1: on which side of the closing axis a box is with the pads touching each other, shape (n,).
     """
 
+    grid: NDArray[np.float64]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
+    lower_rate: NDArray[np.float64]
+    upper_rate: NDArray[np.float64]
     side: NDArray[np.float64]
-    axis: NDArray[np.float64]
 
-    def opened(self, opening: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def spans(self, openings: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Between which two tabulated openings each opening is: the index of the lower one, shape (k,)."""
+        found: NDArray[np.int64] = np.clip(
+            np.searchsorted(self.grid, openings, side="right") - 1, 0, len(self.lower_rate) - 1
+        )
+        return found
+
+    def opened(self, openings: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper corners for each opening [m], shapes (k, n, 3)."""
-        shift = (0.5 * opening[:, None] * self.side)[:, :, None] * self.axis
-        return self.lower + shift, self.upper + shift
+        i = self.spans(openings)
+        beyond = (openings - self.grid[i])[:, None, None]
+        return self.lower[i] + beyond * self.lower_rate[i], self.upper[i] + beyond * self.upper_rate[i]
+
+    def tip(self, opening: float) -> float:
+        """How far the fingers reach along the tool's z at an opening [m]."""
+        return float(self.opened(np.array([opening]))[1][0, self.side != 0.0, 2].max())
+
+    def palm(self, opening: float) -> float:
+        """How far what is not a finger reaches along the tool's z at an opening [m]."""
+        return float(self.opened(np.array([opening]))[1][0, self.side == 0.0, 2].max())
+
+
+STRETCHES = 16
+"""Into so many the stroke of fingers that swing is parted; the boxes are wrong by a tenth of a millimetre at most."""
 
 
 @cache
 def hand_boxes(robot: RobotModel) -> HandBoxes:
     """Cut the hand's and fingers' hulls into slices along the approach and box each slice."""
-    axis = np.array(robot.spec.gripper.axis)
-    lower, upper, side = [], [], []
+    axis, every = np.array(robot.spec.gripper.axis), robot.linkage.grid
+    grid = every if len(every) == 2 else np.linspace(0.0, robot.spec.gripper.stroke, STRETCHES + 1)
+    side = []
     for points in hand_points(robot, opening=0.0):
         along = points @ axis
         which = 0.0 if along.min() < -1e-3 and along.max() > 1e-3 else float(np.sign(along.mean()))
-        for low, high in _slices(points):
-            lower.append(low)
-            upper.append(high)
-            side.append(which)
-    return HandBoxes(np.array(lower), np.array(upper), np.array(side), axis)
+        side += [which] * SLICES
+    if len(every) == 2:  # fingers that slide
+        boxes = [box for points in hand_points(robot, opening=0.0) for box in _slices(points)]
+        corners = np.array(boxes)[None].repeat(2, axis=0)
+        rate = 0.5 * np.array(side)[None, :, None] * axis
+        corners[1] += (robot.spec.gripper.stroke * rate[0])[:, None]
+        return HandBoxes(grid, corners[:, :, 0], corners[:, :, 1], rate, rate, np.array(side))
+    corners = np.array([[b for points in hand_points(robot, float(o)) for b in _slices(points)] for o in grid])
+    rates = np.diff(corners, axis=0) / np.diff(grid)[:, None, None, None]
+    return HandBoxes(grid, corners[:, :, 0], corners[:, :, 1], rates[:, :, 0], rates[:, :, 1], np.array(side))
 
 
 def _slices(points: NDArray[np.float64]) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
@@ -137,8 +166,14 @@ def _least(
 ) -> NDArray[np.float64]:
     """How far along a direction (3,) of the world each box of each hand begins, shape (k, n) [m]."""
     along = direction @ T_world_tool[:, :3, :3]
-    least = np.maximum(along, 0.0) @ boxes.lower.T + np.minimum(along, 0.0) @ boxes.upper.T
-    least += (0.5 * openings * (along @ boxes.axis))[:, None] * boxes.side
+    front, back = np.maximum(along, 0.0), np.minimum(along, 0.0)
+    least = np.empty((len(openings), boxes.lower.shape[1]))
+    spans = boxes.spans(openings)
+    for i in np.unique(spans):
+        at = spans == i
+        beyond = (openings[at] - boxes.grid[i])[:, None]
+        least[at] = front[at] @ boxes.lower[i].T + back[at] @ boxes.upper[i].T
+        least[at] += beyond * (front[at] @ boxes.lower_rate[i].T + back[at] @ boxes.upper_rate[i].T)
     found: NDArray[np.float64] = least + (T_world_tool[:, :3, 3] @ direction)[:, None]
     return found
 

@@ -17,6 +17,7 @@ from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper, Pose
 from tamp.task.robot import PAD_FRICTION
+from tamp.world.robot.linkage import Linkage
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,7 +45,7 @@ class Squeezed:
     def __init__(self, workspace: Workspace, obj: str, grasp: Grasp) -> None:
         item, geometry = workspace.task.object(obj), workspace.world.geometries[obj]
         gripper = workspace.world.robot.spec.gripper
-        self._R, t = _in_pads(gripper, grasp)
+        self._R, t = _in_pads(workspace.world.robot.linkage, grasp)
         self.width = grasp.width
         self.center = self._R @ geometry.center_of_mass + t
         self.weight = item.mass * GRAVITY
@@ -93,12 +94,12 @@ class Squeezed:
         return apart
 
 
-def _in_pads(gripper: Gripper, grasp: Grasp) -> tuple[Array, Array]:
+def _in_pads(linkage: Linkage, grasp: Grasp) -> tuple[Array, Array]:
     """Rotation and translation from the object's frame to one whose axes are the pads' side, closing and approach."""
-    closing = np.array(gripper.axis)
+    closing = np.array(linkage.gripper.axis)
     axes = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]])
     T = grasp.T_object_tool.inverse().matrix
-    return axes @ T[:3, :3], axes @ T[:3, 3]
+    return axes @ T[:3, :3], axes @ T[:3, 3] - (0.0, 0.0, float(linkage.depth(grasp.width)))
 
 
 def _is_near(points: Array, gripper: Gripper, width: float) -> bool:

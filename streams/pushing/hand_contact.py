@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 ABOVE_TABLE = 0.008  # of the fingertips while they push [m]
 BELOW_TOP = 0.003  # of the object: the palm stays this far above what the fingers push [m]
-FINGERTIP = 0.016  # each finger touches the side that is pushed over at least this width [m]
 TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
 FARTHEST, HALVINGS = 0.15, 14  # of the search for that place behind the object [m]
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
@@ -40,7 +39,8 @@ def hands_at(
     The hand is turned one way or the other. It is as wide as it can be, with both fingers at that side, or slim: it is
     closed, and the flat back of one finger is there.
     """
-    wide = float(np.clip(2.0 * (way.room - FINGERTIP), 0.0, workspace.world.robot.spec.gripper.stroke))
+    gripper = workspace.world.robot.spec.gripper  # each finger touches the side over all of its width, at least
+    wide = float(np.clip(2.0 * (way.room - gripper.fingertip), 0.0, gripper.stroke))
     across = np.array([-way.behind[1], way.behind[0]])
     for beside in (across, -across) if slim else (way.behind, -way.behind):
         opening = 0.0 if slim else wide
@@ -67,8 +67,7 @@ def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, op
     The line of the push through the centre of mass passes midway between the fingers, which close across `beside` (2,).
     """
     T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
-    fingers = boxes.side != 0.0
-    tip, root = boxes.upper[fingers, 2].max(), boxes.upper[~fingers, 2].max()
+    tip, root = boxes.tip(opening), boxes.palm(opening)
     top = float(workspace.bounds(obj, placement.pose)[1][2])
     tool = upright(workspace, beside)
     tool[:2, 3] = way.touch
@@ -96,7 +95,6 @@ def upright(workspace: Workspace, beside: Array) -> Array:
 
 OPENINGS = (0.0, 0.5, 1.0)  # of fingers of which one pushes, as shares of the stroke
 FARTHEST_FINGERTIP, FINGERTIP_HALVINGS = 0.09, 14  # of the search for where the hand touches the object from behind [m]
-FINGER = 0.008  # half of a fingertip's width [m]
 ASTRAY = 0.3  # angle between a nudge and the line from the touch to the centre of mass [rad]
 
 
@@ -115,17 +113,16 @@ def hands_behind(
     aside, stroke = np.array([-ahead[1], ahead[0], 0.0]), workspace.world.robot.spec.gripper.stroke
     own = workspace.world.free_hand(Scene({obj: placement.pose.matrix}), TOUCHING, ignore=(TABLE,))
     center = (placement.pose.matrix @ np.append(workspace.world.geometries[obj].center_of_mass, 1.0))[:3]
-    boxes = hand_boxes(workspace.world.robot)
-    tip = float(boxes.upper[boxes.side != 0.0, 2].max())
+    boxes, fingertip = hand_boxes(workspace.world.robot), workspace.world.robot.spec.gripper.fingertip
     for height in heights:
         for beside, shares in ((ahead, (0.0,)), (-ahead, (0.0,)), (aside, OPENINGS), (-aside, OPENINGS)):
             # Of fingers that close along the way the one behind pushes, of those that close across it both do.
-            width = FINGER if shares is OPENINGS else 2 * FINGER
+            width = fingertip / 2 if shares is OPENINGS else fingertip
             if not _presses_straight(workspace, obj, placement, center, ahead, (width, float(height))):
                 continue
             for opening in (share * stroke for share in shares):
                 tool = upright(workspace, beside[:2])
-                tool[:3, 3] = (*center[:2], height + tip)
+                tool[:3, 3] = (*center[:2], height + boxes.tip(opening))
                 T = _fingertips_touching(own, moved(tool, opening / 2 * ahead), opening, -ahead)
                 if T is not None:
                     yield T, opening

@@ -15,6 +15,7 @@ from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.task.model import TABLE_FRICTION
 from tamp.task.robot import PAD_FRICTION
+from tamp.world.transforms import moved
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -157,7 +158,8 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     if flat or abs(up @ T_tool[:3, :3] @ np.array(gripper.axis)) < BENEATH:
         return False
     rising = -up[:2] / np.linalg.norm(up[:2])
-    center, finger, height = _levers(workspace, obj, tilted, T_tool, rising)
+    T_pads = moved(T_tool, float(workspace.world.robot.linkage.depth(grasp.width)) * T_tool[:3, 2])
+    center, finger, height = _levers(workspace, obj, tilted, T_pads, rising)
     if not 0.0 < center < finger:
         return False
     sunk = (opening_for(gripper, grasp) - grasp.width) / 2
@@ -172,11 +174,11 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     return bool(force[:2] @ along[:2] > held * np.linalg.norm(along[:2]))
 
 
-def _levers(workspace: Workspace, obj: str, tilted: Pose, T_tool: Array, rising: Array) -> tuple[float, float, float]:
-    """How far the centre of mass and the tool are from the edge towards where the object rises (2,), and how high."""
+def _levers(workspace: Workspace, obj: str, tilted: Pose, T_pads: Array, rising: Array) -> tuple[float, float, float]:
+    """How far the centre of mass and the pads are from the edge towards where the object rises (2,), and how high."""
     T = tilted.matrix
     points = workspace.points(obj) @ T[:3, :3].T + T[:3, 3]
     bottom = points[:, 2].min()
     edge = (points[points[:, 2] < bottom + TOUCHING, :2] @ rising).max()
     center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
-    return float(center[:2] @ rising - edge), float(T_tool[:2, 3] @ rising - edge), float(T_tool[2, 3] - bottom)
+    return float(center[:2] @ rising - edge), float(T_pads[:2, 3] @ rising - edge), float(T_pads[2, 3] - bottom)

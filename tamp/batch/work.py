@@ -25,6 +25,7 @@ def solve_file(
     seed: int,
     folder: str | None = None,
     allow_outside: bool = False,
+    robot: str | None = None,
     **options: Any,
 ) -> Mapping[str, Any]:
     """Solve a task file; a mistake in the input makes a result of status "invalid".
@@ -34,17 +35,19 @@ def solve_file(
         path: its file.
         seed: decides every random choice.
         folder: where the run's files go; None keeps none.
-        allow_outside: accept meshes outside the task's folder.
+        allow_outside: accept meshes and a robot outside the task's folder.
+        robot: a robot's name or the path of its file, in place of the task's own.
         options: timeout, execute, and the fields of `tamp.pipeline.options.settings.Settings`.
     """
     from tamp.pipeline.options.settings import Settings
     from tamp.pipeline.run import save_run
     from tamp.pipeline.solve import carry_out
     from tamp.task.files.load import load_task
+    from tamp.task.robots import with_robot
 
     load = round(os.getloadavg()[0] / (os.cpu_count() or 1), 2)
     try:
-        task = load_task(path, allow_outside=allow_outside)
+        task = with_robot(load_task(path, allow_outside=allow_outside), robot)
         limits = {name: options[name] for name in ("timeout", "execute") if name in options}
         settings = Settings(**{name: value for name, value in options.items() if name not in limits})
         run = carry_out(task, seed=seed, settings=settings, **limits)
@@ -55,5 +58,6 @@ def solve_file(
         return Result(name, seed, status, message=str(error), versions=versions(), task_path=path).as_dict()
     run = replace(run, result=replace(run.result, task_path=path, load=load))
     if folder is not None:
-        save_run(run, task, {"seed": seed, "allow_outside": allow_outside, **options}, Path(folder))
+        given = {"seed": seed, "allow_outside": allow_outside, "robot": robot, **options}
+        save_run(run, task, {name: value for name, value in given.items() if name != "robot" or value}, Path(folder))
     return run.result.as_dict()

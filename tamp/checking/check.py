@@ -13,7 +13,7 @@ from tamp.checking.start_and_goals import check_goals, check_start
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
 from tamp.errors import PlanError, TaskError
-from tamp.task.robot import load_robot
+from tamp.task.robots import task_robot
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -78,7 +78,7 @@ def _refuse_misfit(task: Task, plan: Plan, start: Mapping[str, Pose] | None) -> 
         raise PlanError(
             f"the plan is for task {plan.task!r} and robot {plan.robot!r}, not for {task.name!r} and {task.robot!r}"
         )
-    joints = len(load_robot(task.robot).joints)
+    joints = len(task_robot(task).joints)
     if len(plan.home) != joints:
         raise PlanError(f"the plan's home has {len(plan.home)} values for the {joints} joints of robot {task.robot!r}")
     named = [*(thing.name for thing in task.objects), *(region.name for region in task.regions)]

@@ -12,7 +12,7 @@ from tamp.checking.geometry.solids import Solid
 from tamp.checking.robot.links import Links, read_links
 from tamp.task.mesh.parts import parts
 from tamp.task.model import TABLE_FRICTION, Box
-from tamp.task.robot import load_robot
+from tamp.task.robots import task_robot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -54,7 +54,7 @@ class Scene:
         solids[TABLE] = _solid(TABLE, parts(Box((*table.size, table.thickness))))
         T = np.eye(4)
         T[:3, 3] = (*table.center, -table.thickness / 2)
-        return Scene(task, read_links(load_robot(task.robot)), solids, T)
+        return Scene(task, read_links(task_robot(task)), solids, T)
 
     def displacement(self, name: str, A: Array, B: Array) -> float:
         """Mean distance of the corners of the score's cube of an object between two poses [m].

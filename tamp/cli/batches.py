@@ -101,6 +101,7 @@ def batch(
             "execute": not options.no_execute,
             "allow_outside": options.allow_outside,
             "trust_task_code": options.trust_task_code,
+            **_robot(options),
         },
         workers=options.workers,
         time_limit_s=options.time_limit or longest + BEYOND_LIMITS_S,
@@ -110,6 +111,15 @@ def batch(
         overwrite=options.overwrite,
         executor=_executor(options, output if options.output_given else None),
     )
+
+
+def _robot(options: argparse.Namespace) -> dict[str, str]:
+    """The robot that stands in for the tasks' own, its path whole: workers may have another working folder."""
+    from tamp.task.robots import is_path
+
+    if options.robot is None:
+        return {}
+    return {"robot": str(Path(options.robot).expanduser().resolve()) if is_path(options.robot) else options.robot}
 
 
 def _executor(options: argparse.Namespace, output: Path | None) -> Callable[..., Iterator[Outcome]]:

@@ -20,6 +20,7 @@ from tamp.cli.commands import (
     generate,
     installed,
     perceive,
+    robots,
     samplers,
     score,
     show,
@@ -32,7 +33,9 @@ from tamp.cli.parser import Parser
 from tamp.cli.status import BAD_INPUT, INTERRUPTED, UNSOLVED
 from tamp.errors import TampError
 
-FAMILIES = (solve, steps, perceive, dataset, score, compare, show, formats, generate, samplers, installed, doctor)
+FAMILIES = (
+    solve, steps, perceive, dataset, score, compare, show, formats, generate, samplers, robots, installed, doctor,
+)  # fmt: skip
 """The modules that add commands, in the order of `tamp --help`."""
 
 

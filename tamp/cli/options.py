@@ -68,8 +68,10 @@ def add_simulator(parser: Parser, text: str, default: str | None) -> None:
 
 
 def add_trust(parser: Parser) -> None:
-    """How far a task's file is trusted."""
-    parser.add_argument("--allow-outside", action="store_true", help="accept meshes outside the task's folder")
+    """How far a task's file is trusted, and who does what it asks."""
+    parser.add_argument("--robot", metavar="NAME|PATH", help="in place of the task's own: a name or a robot.yaml")
+    outside = "accept meshes and a robot outside the task's folder"
+    parser.add_argument("--allow-outside", action="store_true", help=outside)
     text = "import and run the code that a task's file names, such as its samplers"
     parser.add_argument("--trust-task-code", action="store_true", help=text)
 
@@ -77,8 +79,9 @@ def add_trust(parser: Parser) -> None:
 def load(path: Path, options: argparse.Namespace) -> Task:
     """The task of a file, read as `add_trust`'s options say."""
     from tamp.task.files.load import load_task
+    from tamp.task.robots import with_robot
 
-    return load_task(path, allow_outside=options.allow_outside)
+    return with_robot(load_task(path, allow_outside=options.allow_outside), options.robot)
 
 
 def add_json(parser: Parser) -> None:

@@ -20,7 +20,7 @@ from tamp.execution.monitor import Monitor
 from tamp.execution.recovery import can_carry, way_out
 from tamp.execution.simulator import STEP, Simulator
 from tamp.execution.simulators import DEFAULT, make_simulator
-from tamp.task import Attachment, Move, Plan, Pose, Step, Task, load_robot
+from tamp.task import Attachment, Move, Plan, Pose, Step, Task, task_robot
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.robot.model import robot_model
 from tamp.world.timing.time_parametrization import time_path
@@ -184,7 +184,7 @@ def open_execution(
         name: Pose(tuple(np.add(pose.xyz, shifted[name].xyz)), pose.quat) if name in shifted else pose
         for name, pose in start.items()
     }
-    spec = load_robot(task.robot)
+    spec = task_robot(task)
     with make_simulator(simulator, task.objects, poses, table=task.table, robot=spec, q=q) as world:
         yield Executor(task, world, monitor, frame_s)
 

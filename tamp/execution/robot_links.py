@@ -7,7 +7,7 @@ gives every link, fingers included, 0.1 kg m^2 about each axis.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 from xml.etree import ElementTree
 
@@ -80,7 +80,7 @@ def robot_links(robot: RobotSpec) -> Iterator[Link]:
         RobotError: where the URDF cannot be used.
     """
     shapes = link_shapes(robot)
-    root = ElementTree.parse(robot.urdf).getroot()
+    root = ElementTree.fromstring(robot.description)
     links = {link.get("name", ""): link for link in root.findall("link")}
     joints = root.findall("joint")
     children = {_end(joint, "child") for joint in joints}
@@ -92,6 +92,42 @@ def robot_links(robot: RobotSpec) -> Iterator[Link]:
         made = None if joint is None else _joint(joint, robot)
         yield Link(name, None if joint is None else _end(joint, "parent"), pose, made, hulls, mass, frame, moments)
         waiting += [(_end(j, "child"), j) for j in joints if _end(j, "parent") == name]
+
+
+def merged_fingers(robot: RobotSpec) -> tuple[tuple[Link, ...], dict[str, str]]:
+    """The links with all that is fixed to a moving part of the gripper made one with it.
+
+    Returns:
+        The links, each after its parent, and for each link of the URDF the name of the one that it is part of.
+    """
+    made: dict[str, Link] = {}
+    part_of: dict[str, str] = {}
+    place: dict[str, Pose] = {}  # of each link of the URDF in the one that it is part of
+    swinging: set[str] = set()
+    for link in robot_links(robot):
+        carrier = None if link.parent is None else part_of[link.parent]
+        pose = link.pose if link.parent is None else place[link.parent] @ link.pose
+        if carrier in swinging and link.joint is not None and link.joint.kind == "fixed":
+            part_of[link.name], place[link.name] = carrier, pose
+            made[carrier] = _joined(made[carrier], link, pose)
+            continue
+        part_of[link.name], place[link.name] = link.name, Pose()
+        made[link.name] = replace(link, parent=carrier, pose=pose)
+        if carrier in swinging or (link.joint is not None and link.joint.name in robot.gripper.joints):
+            swinging.add(link.name)
+    return tuple(made.values()), part_of
+
+
+def _joined(link: Link, other: Link, T_link_other: Pose) -> Link:
+    """A link with another's hulls as its own, the mass of both spread over them evenly."""
+    T = T_link_other.matrix
+    moved = tuple(Part(hull.vertices @ T[:3, :3].T + T[:3, 3], hull.faces) for hull in other.hulls)
+    hulls, mass = (*link.hulls, *moved), link.mass + other.mass
+    if not hulls:
+        return link
+    solid = geometry_of(hulls)
+    frame, moments = principal(solid.center_of_mass, mass * solid.inertia)
+    return replace(link, hulls=hulls, mass=mass, frame=frame, moments=moments)
 
 
 def _end(joint: ElementTree.Element, role: str) -> str:

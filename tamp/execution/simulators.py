@@ -44,6 +44,7 @@ RENDERER = "tamp.execution.pybullet.renderer:PyBulletRenderer"
 
 RASTERIZER = "tamp.execution.pybullet.rasterizer:PyBulletRasterizer"
 """What draws textured meshes with their depths."""
+
 WHEELS = "pip install pybullet, which has wheels for Python 3.10 and 3.11"
 
 SIMULATORS: Mapping[str, Entry] = MappingProxyType(

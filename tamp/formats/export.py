@@ -16,6 +16,7 @@ from tamp.formats.pairs import FRICTION_2021, MASS_2021, instance_models, write_
 from tamp.formats.worlds import TABLE_2020, level_of
 from tamp.formats.write_worlds import objects_csv, write_worlds
 from tamp.task.model import In, Limits, Mesh, Object, On, Shape, Table, Task
+from tamp.task.robot import DEFAULT_ROBOT
 
 Year = Literal[2020, 2021]
 
@@ -73,7 +74,7 @@ def _models_2020(task: Task) -> dict[str, str]:
 
 def _lost(task: Task, year: Year) -> Iterator[str]:
     """What the form has no place for, in words."""
-    own = {"robot": "panda", "table": TABLE_2020 if year == 2020 else Table(), "regions": (), "limits": Limits()}
+    own = {"robot": DEFAULT_ROBOT, "table": TABLE_2020 if year == 2020 else Table(), "regions": (), "limits": Limits()}
     own |= {"level": level_of(task.name) if year == 2020 else None}
     lost = [name for name, value in own.items() if getattr(task, name) != value]
     lost += ["samplers"] if task.samplers else []

@@ -21,6 +21,7 @@ from tamp.errors import TampError
 from tamp.task.plan import Fall, Grip, Move, Plan, Release, Trajectory
 from tamp.task.robot import RobotSpec
 from tamp.versions import how_to_install
+from tamp.world.robot.linkage import linkage
 from tamp.world.timing.trajectory import positions_at
 
 if TYPE_CHECKING:
@@ -189,7 +190,7 @@ def _messages(segment: Segment, robot: RobotSpec) -> Iterator[tuple[str, dict[st
     if segment.phase in ("grip", "release", "fall"):
         if segment.phase != "fall":
             still = [0.0] * len(robot.gripper.joints)
-            width = [segment.opening / 2] * len(robot.gripper.joints)
+            width = linkage(robot).joints(segment.opening).tolist()
             point = _point(width, still, float(segment.times[-1]))
             yield GRIPPER_TOPIC, {"joint_names": [*robot.gripper.joints], "points": [point]}
         return

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.generate.placement.object_model import Thing, transform
-from tamp.task import load_robot
+from tamp.task import DEFAULT_ROBOT, load_robot
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.robot.model import RobotModel, robot_model
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     Matrix = NDArray[np.float64]
 
-ROBOT = "panda"
 NEAR, FAR = 0.33, 0.70
 """Distances from the robot's base between which it takes and puts with ease [m]."""
 DEPTH = 0.02
@@ -31,13 +30,13 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 
 @cache
 def _robot() -> RobotModel:
-    return robot_model(load_robot(ROBOT))
+    return robot_model(load_robot(DEFAULT_ROBOT))
 
 
 @cache
 def base() -> tuple[float, float]:
     """Where the robot stands on the table (world frame) [m]."""
-    x, y, _ = load_robot(ROBOT).T_world_base.xyz
+    x, y, _ = load_robot(DEFAULT_ROBOT).T_world_base.xyz
     return x, y
 
 

@@ -15,7 +15,8 @@ from tamp.perception.perceiver import Perceiver, load_perceiver, misfit
 from tamp.perception.rendering.surface import plain
 from tamp.task.model import Box, Table
 from tamp.task.pose import Pose
-from tamp.task.robot import load_robot
+from tamp.task.robot import DEFAULT_ROBOT
+from tamp.task.robots import load_robot
 
 LOOKS = {
     "brick": plain(Box((0.16, 0.09, 0.05)), (190, 60, 50)),
@@ -76,7 +77,7 @@ def check_perceiver(perceiver: str | Perceiver, *, seed: int = 0) -> tuple[Findi
 
 
 def _frames(seed: int) -> list[Frame]:
-    robot = load_robot("panda")
+    robot = load_robot(DEFAULT_ROBOT)
     cameras = [replace(camera, intrinsics=camera.intrinsics.scaled(0.5)) for camera in load_setup()]
     return [shot.frame for shot in shoot(LOOKS, POSES, views(cameras, robot), robot, seed=seed)]
 

@@ -86,10 +86,10 @@ def _clear(scene: Volume, found: list[tuple[float, Array, Array, float]], robot:
     kept = []
     for _, R, center, width in found:
         clearance = min(BESIDE, (robot.gripper.stroke - width) / 2)
-        hand = hand_points(robot, round(width + 2 * clearance, 3))
+        hand, linkage = hand_points(robot, round(width + 2 * clearance, 3)), robot_model(robot).linkage
         for depth in DEPTHS[::-1]:
             T = np.eye(4)
-            T[:3, :3], T[:3, 3] = R, center + depth * R[:, 2]
+            T[:3, :3], T[:3, 3] = R, center + (depth - float(linkage.depth(width))) * R[:, 2]
             if not _hits(scene, hand @ R.T + T[:3, 3]):
                 kept.append(Pinch(T, width, clearance))
                 break

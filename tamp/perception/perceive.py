@@ -19,7 +19,7 @@ from tamp.perception.poses_file import details_path, save_estimates
 from tamp.perception.rendering.scene import surfaces
 from tamp.task.model import Task
 from tamp.task.pose import Pose
-from tamp.task.robot import load_robot
+from tamp.task.robots import task_robot
 
 if TYPE_CHECKING:
     from tamp.perception.rendering.surface import Surface
@@ -66,7 +66,7 @@ def perceive_task(
     Raises:
         TampError: where set-up, perceiver, meshes or renderer cannot be used; says which and why.
     """
-    function, cameras, robot = load_perceiver(perceiver), load_setup(setup), load_robot(task.robot)
+    function, cameras, robot = load_perceiver(perceiver), load_setup(setup), task_robot(task)
     looks, truth = surfaces(task, visuals), settle(task).poses
     taken = shoot(
         looks, truth, views(cameras, robot), robot, table=task.table, seed=seed, masks=masks, renderer=renderer

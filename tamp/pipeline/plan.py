@@ -16,7 +16,7 @@ from tamp.pipeline.prepare import Setup, load_samplers, prepare
 from tamp.pipeline.serialization.partial_plan import Attempt
 from tamp.pipeline.strategies import STRATEGIES
 from tamp.planning import Report
-from tamp.task import Plan, Pose, SymbolicFact, Task, load_robot
+from tamp.task import Plan, Pose, SymbolicFact, Task, task_robot
 
 SEARCH_SHARE = 0.97  # of the time goes to the search; checking what it found needs the rest
 
@@ -46,7 +46,7 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
         try:
             with ended_at(deadline):
                 setup = prepare(task, deadline, settings)
-                home = load_robot(task.robot).home
+                home = task_robot(task).home
                 search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, settings=settings)
                 found = search.run(persistent=True)
         except TimeUp as late:

@@ -23,7 +23,7 @@ from tamp.streams.cache import SampleCache
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE
-from tamp.task import At, Plan, Pose, SymbolicFact, Task, load_robot
+from tamp.task import At, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.robot.model import robot_model
@@ -217,7 +217,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     domain, simulator = domain_of(task, settings.domain), settings.settling
     geometries = {obj.name: load_geometry(obj.shape) for obj in task.objects}
     world = World(
-        robot_model(load_robot(task.robot)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
+        robot_model(task_robot(task)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )
     check_geometry(task, world)
     start = settle(task, deadline=deadline, simulator=simulator).poses

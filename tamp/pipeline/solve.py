@@ -24,7 +24,7 @@ from tamp.pipeline.run import Run
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
 from tamp.scoring.ede import ede, mean_edge
-from tamp.task import Grip, Move, Plan, Pose, SymbolicFact, Task, load_robot
+from tamp.task import Grip, Move, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.files.plan_file import plan_sha256
 from tamp.versions import versions
 
@@ -329,7 +329,7 @@ def _carried_out(job: Job, execute: bool) -> Run:
     job.settings = setup.settings
     job.strategy, job.facts = job.settings.strategy or setup.domain.strategy, task.init
     job.words, job.remarks = setup.domain.words, setup.remarks
-    home = load_robot(task.robot).home
+    home = task_robot(task).home
     job.final_poses = dict(setup.start)
     if job.settings.perceive is not None:
         _perceive(job, setup, execute)

@@ -16,6 +16,7 @@ from tamp.task import Plan, Pose, Task
 from tamp.task.files.load import load_task
 from tamp.task.files.plan_file import load_plan
 from tamp.task.files.poses_file import load_poses
+from tamp.task.robots import with_robot
 
 RESULTS = "results.jsonl"
 
@@ -63,7 +64,10 @@ class Recorded:
     def task(self) -> Task | None:
         """The task; None where its file is gone or no longer reads."""
         try:
-            return load_task(self.result.task_path, allow_outside=True) if self.result.task_path else None
+            if not self.result.task_path:
+                return None
+            task = load_task(self.result.task_path, allow_outside=True)
+            return with_robot(task, self.result.configuration.get("robot"))
         except TampError as error:
             log.warning("%s: no pictures and no level: %s", self.folder, error)
             return None

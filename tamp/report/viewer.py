@@ -17,7 +17,7 @@ from tamp.report.rendering.images import read_image
 from tamp.report.rendering.playback import Moment
 from tamp.report.rendering.scene import REGION_COLOR, TABLE_COLOR, palette
 from tamp.report.runs import Sighting
-from tamp.task import Pose, Task, load_robot
+from tamp.task import Pose, Task, task_robot
 from tamp.task.mesh.parts import parts
 from tamp.versions import how_to_install
 from tamp.world.robot.model import RobotModel, robot_model
@@ -60,7 +60,7 @@ class Viewer:
     ) -> None:
         self._sights = tuple(sights)
         self._moments = tuple(moments)
-        self._robot = robot_model(load_robot(task.robot))
+        self._robot = robot_model(task_robot(task))
         self.server: Any = _viser().ViserServer(host="localhost", port=port, label=task.name, verbose=False)
         scene = self.server.scene
         scene.set_up_direction("+z")

@@ -22,10 +22,12 @@ from tamp.task.model import (
 )
 from tamp.task.plan import Action, Attachment, Fall, Grip, Move, Plan, Release, Step, Trajectory
 from tamp.task.pose import Pose
-from tamp.task.robot import Gripper, RobotSpec, load_robot, robot_names
+from tamp.task.robot import DEFAULT_ROBOT, Gripper, RobotSpec
+from tamp.task.robots import load_robot, robot_names, task_robot
 
 __all__ = [
-    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "Fall", "Goal", "Grip", "Gripper", "In", "Inertia",
+    "Action", "At", "Attachment", "Box", "Capsule", "Cylinder", "DEFAULT_ROBOT", "Fall", "Goal", "Grip",
+    "Gripper", "In", "Inertia",
     "Limits", "Mesh", "Move", "Object", "On", "Plan", "Pose", "Region", "Release", "RobotSpec", "Shape", "Sphere",
-    "Step", "SymbolicFact", "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names",
+    "Step", "SymbolicFact", "Symmetry", "Table", "Task", "Trajectory", "load_robot", "robot_names", "task_robot",
 ]  # fmt: skip

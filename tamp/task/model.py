@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from tamp.task.pose import Pose, Vector3
+from tamp.task.robot import DEFAULT_ROBOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +181,7 @@ class Task:
     Attributes:
         name: what results are filed under.
         objects: what lies on the table.
-        robot: the name of a folder in robots/.
+        robot: the name of an installed robot, or the path of a robot.yaml, relative to the folder of `path`.
         regions: named rectangles that goals may refer to.
         table: the table top.
         domain: what it is planned with: a folder in domains/, or "package.module".
@@ -192,11 +193,12 @@ class Task:
         limits: budgets of planning and execution.
         level: how difficult whoever made the task says it is; rankings have a mean for each.
         path: the file it came from, or None for a task built in code.
+        base: where the robot's base stands; None leaves it where the robot's data says.
     """
 
     name: str
     objects: tuple[Object, ...]
-    robot: str = "panda"
+    robot: str = DEFAULT_ROBOT
     regions: tuple[Region, ...] = ()
     table: Table = Table()
     domain: str = "tabletop"
@@ -211,6 +213,7 @@ class Task:
     limits: Limits = Limits()
     level: int | None = None
     path: Path | None = None
+    base: Pose | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "objects", tuple(self.objects))

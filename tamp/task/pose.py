@@ -74,6 +74,16 @@ class Pose:
             ]
         )
 
+    @property
+    def rpy(self) -> Vector3:
+        """Roll, pitch, yaw about the fixed axes x, y, z [rad]; see `from_rpy`."""
+        x, y, z, w = self.quat
+        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+        if abs(abs(pitch) - math.pi / 2) < 1e-7:  # roll and yaw turn about one axis: roll takes it all
+            return 2 * math.atan2(x, w), pitch, 0.0
+        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
     def __matmul__(self, other: Pose) -> Pose:
         """Compose: `T_a_b @ T_b_c` is `T_a_c`."""
         return Pose.from_matrix(self.matrix @ other.matrix)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from tamp.errors import TaskError
 from tamp.task.files.yaml_document import Document, FieldPath, dotted
 from tamp.task.model import Box, Capsule, In, Mesh, On, Region, Shape, Sphere, Table, Task
-from tamp.task.robot import robot_names
+from tamp.task.robots import is_path, robot_names
 
 RESERVED_NAMES = ("table", "robot")
 THINNEST, LARGEST = 1e-4, 2.0
@@ -31,8 +31,9 @@ def validate(task: Task, document: Document | None = None) -> None:
     def refuse(field: FieldPath, complaint: str) -> TaskError:
         return TaskError(f"{document.where(field) if document else f'task {task.name}: {dotted(field)}'}: {complaint}")
 
-    if task.robot not in robot_names():
-        raise refuse(("robot",), f"unknown robot {task.robot!r}; installed are {', '.join(robot_names())}")
+    if not is_path(task.robot) and task.robot not in robot_names():
+        valid = f"installed are {', '.join(robot_names())}, or give the path of a robot.yaml"
+        raise refuse(("robot",), f"unknown robot {task.robot!r}; {valid}")
     _check_names(task, refuse)
     _check_sizes(task, refuse)
     _check_goals(task, refuse)

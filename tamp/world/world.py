@@ -133,7 +133,7 @@ class World:
             self._hand_arenas[held] = Arena(self._hand, self._table, self._solids, held)
         arena = self._hand_arenas[held]
         arena.install(self._hand_view(scene, margin, held_margin, tuple(ignore)))
-        pair = arena.hit(hand_configuration(self._hand, T_world_tool, opening))
+        pair = arena.hit(hand_configuration(self.robot, T_world_tool, opening))
         if pair is None:
             return None
         a, b = arena.pairs[pair]

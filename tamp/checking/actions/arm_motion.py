@@ -123,7 +123,9 @@ def finger_touches(
 
     `near` gives the penetration [m] allowed for certain objects; all others get the numerical tolerance.
     """
-    count = max(2, int(np.ceil(abs(after - before) / 2 / allow.step)) + 1)
+    # Fingers that slide move by half of the opening, links that swing by less than all of it.
+    way = abs(after - before) * (0.5 if scene.links.tree.spec.gripper.pads is None else 1.0)
+    count = max(2, int(np.ceil(way / allow.step)) + 1)
     openings = np.linspace(before, after, count)
     fingers = {s.name: s for s in scene.links.solids if s.name in scene.links.gripper}
     T = {name: [] for name in fingers}  # type: dict[str, list[Array]]

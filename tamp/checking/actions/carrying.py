@@ -104,6 +104,6 @@ def _check_clear(replay: Replay, name: str) -> None:
     """After letting go, the gripper has left: the object is no longer between the pads."""
     tree = replay.scene.links.tree
     T_tool_object = inverse(tree.tool(replay.state.q[None])[0]) @ replay.state.poses[name]
-    gripper = tree.spec.gripper
-    if between_pads(replay.scene.solids[name], T_tool_object, gripper, gripper.stroke) is not None:
+    gripper, depth = tree.spec.gripper, tree.pad_depth(tree.spec.gripper.stroke)
+    if between_pads(replay.scene.solids[name], T_tool_object, gripper, gripper.stroke, depth) is not None:
         replay.report("release", f"the gripper does not retreat from {name}", (name,))

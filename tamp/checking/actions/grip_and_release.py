@@ -132,7 +132,8 @@ def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, all
 def _check_closing(
     scene: Scene, name: str, T_tool_object: Array, width: float, opening: float, allow: Tolerances, report: Report
 ) -> None:
-    found = between_pads(scene.solids[name], T_tool_object, scene.links.tree.spec.gripper, opening)
+    tree = scene.links.tree
+    found = between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, tree.pad_depth(width))
     if found is None:
         report("grasp", f"the fingers close on nothing: {name} is not between the pads", bodies=(name,))
         return

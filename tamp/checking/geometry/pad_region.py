@@ -18,14 +18,17 @@ EDGE = 0.001
 """The outermost part of a pad that is not trusted to hold anything [m]."""
 
 
-def between_pads(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float) -> tuple[float, float] | None:
+def between_pads(
+    solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, depth: float = 0.0
+) -> tuple[float, float] | None:
     """What of an object lies between the pads, along the closing axis.
 
     Args:
         solid: the object.
         T_tool_object: where it lies in the tool frame, shape (4, 4).
-        gripper: whose pads' centres close along `gripper.axis` through the tool frame's origin.
+        gripper: whose pads' centres close along `gripper.axis`.
         opening: distance between the pads [m].
+        depth: where the pads' middle is along the tool's z [m].
 
     Returns:
         Least and largest coordinate along the closing axis [m], or None where nothing lies between the pads.
@@ -34,7 +37,7 @@ def between_pads(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: 
     half = (opening / 2, gripper.pad[1] / 2 - EDGE, gripper.pad[2] / 2 - EDGE)
     found: list[float] = []
     for piece in solid.pieces:
-        points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]) @ R.T
+        points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3] - (0.0, 0.0, depth)) @ R.T
         if (points.min(axis=0) >= half).any() or (points.max(axis=0) <= np.negative(half)).any():
             continue
         for face in piece.part.faces:

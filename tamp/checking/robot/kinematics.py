@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from tamp.task.robot import RobotSpec
 
     Array = NDArray[np.float64]
+
+
+GRIPPER_SAMPLES = 2001
+"""Positions of a gripper's driver at which its pads are looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +60,14 @@ class KinematicTree:
         Returns:
             Link name -> T_world_link, shape (n, 4, 4).
         """
+        return self._placed(q, np.full(len(q), self._driver(opening)))
+
+    def _placed(self, q: Array, driver: Array) -> dict[str, Array]:
+        """Where all links are with the gripper's driver at positions (n,) [rad or m]."""
+        gripper = self.spec.gripper
         columns = {name: q[:, i] for i, name in enumerate(self.spec.joints)}
-        half = np.full(len(q), opening / 2)
-        columns.update(dict.fromkeys(self.spec.gripper.joints, half))
+        for name, multiplier, offset in zip(gripper.joints, gripper.multipliers, gripper.offsets, strict=True):
+            columns[name] = multiplier * driver + offset
         placed = {self.root: np.broadcast_to(self.spec.T_world_base.matrix, (len(q), 4, 4))}
         for joint in self.joints:
             T = placed[joint.parent] @ joint.T_parent_joint
@@ -67,6 +77,31 @@ class KinematicTree:
     def tool(self, q: Array) -> Array:
         """T_world_tool for arm configurations of shape (n, joints); shape (n, 4, 4)."""
         return self.forward(q, 0.0)[self.spec.tool_parent] @ self.spec.T_parent_tool.matrix
+
+    def pad_depth(self, opening: float) -> float:
+        """Where the pads' middle is along the tool's z with the pads `opening` [m] apart; [m]."""
+        return 0.0 if self.spec.gripper.pads is None else float(np.interp(opening, *self._pads[0::2]))
+
+    def _driver(self, opening: float) -> float:
+        """Where the gripper's driver is with the pads `opening` [m] apart; [rad or m]."""
+        return opening / 2 if self.spec.gripper.pads is None else float(np.interp(opening, *self._pads[0:2]))
+
+    @cached_property
+    def _pads(self) -> tuple[Array, Array, Array]:
+        """Openings in ascending order [m], where the driver is then, where the pads' middle is along the tool's z."""
+        spec, gripper = self.spec, self.spec.gripper
+        driver = np.linspace(*gripper.limits, GRIPPER_SAMPLES)
+        placed = self._placed(np.tile(spec.home, (len(driver), 1)), driver)
+        T_world_tool = placed[spec.tool_parent] @ spec.T_parent_tool.matrix
+        points = [
+            (placed[link] @ np.append(pad, 1.0))[:, :3] - T_world_tool[:, :3, 3]
+            for link, pad in zip(gripper.fingers, gripper.pads or (), strict=True)
+        ]
+        first, second = (np.einsum("nji,nj->ni", T_world_tool[:, :3, :3], point) for point in points)
+        opening = (second - first) @ np.array(gripper.axis)
+        opening = opening * np.sign(opening[np.abs(opening).argmax()])
+        order = np.argsort(opening)
+        return opening[order], driver[order], ((first + second)[:, 2] / 2)[order]
 
     def path_to(self, link: str) -> tuple[str, ...]:
         """Names of the arm's joints between the base and a link, outwards."""
@@ -120,8 +155,8 @@ def read_kinematics(spec: RobotSpec) -> KinematicTree:
 def read_urdf(spec: RobotSpec) -> ET.Element:
     """The root element of a robot's URDF; RobotError where it cannot be read."""
     try:
-        return ET.fromstring(spec.urdf.read_text(encoding="utf-8"))
-    except (OSError, ET.ParseError) as error:
+        return ET.fromstring(spec.description)
+    except ET.ParseError as error:
         raise RobotError(f"{spec.urdf}: cannot read the URDF: {error}") from error
 
 

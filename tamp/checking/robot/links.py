@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import combinations
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -96,9 +97,18 @@ def read_links(spec: RobotSpec) -> Links:
         tree=tree,
         solids=tuple(solids),
         fixed=frozenset(name for name, joints in above.items() if not joints),
-        gripper=frozenset(_beyond(tree, spec.tool_parent) & {n for n, joints in above.items() if joints == tool}),
+        gripper=frozenset(_hand(tree) & {n for n, joints in above.items() if joints == tool}),
         pairs=_pairs(tree, tuple(solids), above),
     )
+
+
+def _hand(tree: KinematicTree) -> set[str]:
+    """The nearest link that carries both tool and fingers, and all that it carries."""
+    wanted, link = {tree.spec.tool_parent, *tree.spec.gripper.fingers}, tree.spec.tool_parent
+    parent = {joint.child: joint.parent for joint in tree.joints}
+    while not wanted <= _beyond(tree, link):
+        link = parent[link]
+    return _beyond(tree, link)
 
 
 def _beyond(tree: KinematicTree, link: str) -> set[str]:
@@ -156,11 +166,8 @@ def _hull(element: Element, spec: RobotSpec, link: str) -> Part:
 
 def _points(shape: Element, spec: RobotSpec) -> Array:
     if shape.tag == "mesh":
-        name = str(shape.get("filename"))
-        path = spec.mesh_root / name.removeprefix("package://") if "://" in name else spec.urdf.parent / name
-        scale = np.array(vector(shape, "scale", spec) if shape.get("scale") else (1.0, 1.0, 1.0))
-        scaled: Array = read_mesh(path, 1.0).vertices * scale
-        return scaled
+        scale = vector(shape, "scale", spec) if shape.get("scale") else 1.0
+        return read_mesh(Path(str(shape.get("filename"))), scale).vertices
     primitive: Shape
     if shape.tag == "box":
         primitive = Box(vector(shape, "size", spec))

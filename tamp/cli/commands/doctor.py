@@ -68,7 +68,7 @@ def _missing_of_extras() -> Iterator[tuple[str, list[str]]]:
     """Each extra for users and what of it is not installed; those for developers are left out."""
     needs: dict[str, list[str]] = {}
     for requirement in requires(DISTRIBUTION) or ():
-        found = re.match(r"([A-Za-z0-9_.-]+).*;.*extra == ['\"]([a-z]+)['\"]", requirement)
+        found = re.match(r"([A-Za-z0-9_.-]+).*;.*extra == ['\"]([a-z0-9]+)['\"]", requirement)
         if found and found[2] not in ("dev", "test", "docs"):
             needs.setdefault(found[2], []).append(found[1])
     for extra, names in sorted(needs.items()):
@@ -90,12 +90,20 @@ def _fast_downward() -> str:
 
 
 def _robots() -> str:
-    from tamp.task import load_robot, robot_names
+    from tamp.errors import RobotError
+    from tamp.task import DEFAULT_ROBOT, load_robot, robot_names
     from tamp.world.robot.model import robot_model
 
-    for name in robot_names():
-        robot_model(load_robot(name))
-    return ", ".join(robot_names())
+    def told(name: str) -> str:
+        try:
+            robot_model(load_robot(name))
+        except RobotError as error:
+            if name == DEFAULT_ROBOT:
+                raise
+            return f"{name} (cannot be used: {error})"
+        return name
+
+    return ", ".join(map(told, robot_names()))
 
 
 def _simulators() -> str:

@@ -1,4 +1,4 @@
-"""`tamp robots`, `tamp domains` and `tamp completion`: what is installed."""
+"""`tamp domains` and `tamp completion`: what is installed."""
 
 from __future__ import annotations
 
@@ -14,37 +14,11 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    """`robots`, `domains`, `completion`."""
-    add_json(command(commands, "robots", robots, "list the installed robots"))
+    """`domains`, `completion`."""
     add_json(command(commands, "domains", domains, "list the installed domains with their actions and streams"))
     parser = command(commands, "completion", completion, "print completion for a shell")
     parser.add_argument("shell", choices=("bash", "zsh", "tcsh"))
     parser.epilog = "bash: tamp completion bash > ~/.local/share/bash-completion/completions/tamp"
-
-
-def robots(options: argparse.Namespace) -> int:
-    """One line a robot."""
-    from tamp.task import load_robot, robot_names
-
-    specs = [load_robot(name) for name in robot_names()]
-    if not to_stdout(options):
-        for spec in specs:
-            stroke = 1000 * spec.gripper.stroke
-            print(
-                f"{spec.name:12s} {len(spec.joints)} joints, gripper opens {stroke:.0f} mm, {spec.urdf.name}",
-                file=options.out,
-            )
-    write_json(
-        options,
-        [
-            {
-                "name": s.name, "joints": list(s.joints), "lower_rad": list(s.lower), "upper_rad": list(s.upper),
-                "velocity_rad_s": list(s.velocity), "stroke_m": s.gripper.stroke, "urdf": str(s.urdf),
-            }
-            for s in specs
-        ],
-    )  # fmt: skip
-    return SOLVED
 
 
 def domains(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ def replay(options: argparse.Namespace) -> int:
     from tamp.pipeline.options.trust import HOW
     from tamp.pipeline.solve import solve
     from tamp.task.files.load import load_task
+    from tamp.task.robots import with_robot
     from tamp.versions import versions
 
     manifest = options.replay / "manifest.json"
@@ -31,6 +32,7 @@ def replay(options: argparse.Namespace) -> int:
     if configuration.get("samplers") and not options.trust_task_code:
         raise TampError(f"{manifest}: the run used {', '.join(configuration['samplers'].values())}; {HOW}")
     task = load_task(recorded["task_path"], allow_outside=configuration.pop("allow_outside"))
+    task = with_robot(task, configuration.pop("robot", None))
     for name, version in versions().items():
         if recorded["versions"].get(name) != version:
             print(f"note: {name} is {version}; the run had {recorded['versions'].get(name, 'none')}", file=options.out)

@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from tamp.errors import RobotError
+from tamp.execution.gripper_drive import FINGER_SPEED, gripper_drive
 from tamp.execution.mujoco.bodies import ROBOT, SOLIMP, SOLREF, Friction, add_hull, set_inertia, wxyz
 from tamp.execution.robot_links import Joint, robot_links
 from tamp.execution.simulator import STEP
@@ -27,16 +28,10 @@ if TYPE_CHECKING:
     Vector = NDArray[np.float64]
 
 ARMATURE = 0.1
-"""Inertia of a motor's rotor as its joint feels it [kg m^2]; of a finger's [kg]."""
+"""Inertia of a motor's rotor as its joint feels it [kg m^2]."""
 
 BANDWIDTH = 100.0
 """Natural frequency of a joint's servo, which is damped critically [rad/s]."""
-
-FINGER_SPEED = 0.1
-"""How fast a finger moves [m/s]; half as fast where it squeezes."""
-
-FINGER_STIFFNESS, FINGER_DAMPING = 4000.0, 80.0
-"""Of the servo that opens a finger [N/m], [N s/m]."""
 
 KINDS = {"revolute": mujoco.mjtJoint.mjJNT_HINGE, "prismatic": mujoco.mjtJoint.mjJNT_SLIDE}
 
@@ -48,6 +43,7 @@ def add_robot(spec: Any, robot: RobotSpec) -> None:
         RobotError: where the URDF cannot be used.
     """
     bodies: dict[str, Any] = {}
+    drive = gripper_drive(robot)
     for link in robot_links(robot):
         parent = spec.worldbody if link.parent is None else bodies[link.parent]
         body = parent.add_body(name=link.name, pos=link.pose.xyz, quat=wxyz(link.pose), gravcomp=1.0)
@@ -57,23 +53,23 @@ def add_robot(spec: Any, robot: RobotSpec) -> None:
         if link.hulls:
             set_inertia(body, link.mass, link.frame, link.moments)
         if link.joint is not None and link.joint.kind in KINDS:
-            _add_joint(spec, body, link.joint, robot)
-    if len(robot.gripper.joints) == 2:  # without it the stronger finger pushes the object aside
-        left, right = robot.gripper.joints
+            _add_joint(spec, body, link.joint, robot, drive.armature)
+    grip = robot.gripper
+    for i, name in enumerate(grip.joints[1:], 1):  # without it the stronger finger pushes the object aside
         gear = spec.add_equality(
-            type=mujoco.mjtEq.mjEQ_JOINT, name1=left, name2=right, solref=list(SOLREF), solimp=list(SOLIMP)
+            type=mujoco.mjtEq.mjEQ_JOINT, name1=name, name2=grip.joints[0], solref=list(SOLREF), solimp=list(SOLIMP)
         )
         gear.objtype = mujoco.mjtObj.mjOBJ_JOINT
-        gear.data[1] = 1.0  # of the polynomial that gives one from the other
+        gear.data[:2] = grip.offsets[i], grip.multipliers[i]  # of the polynomial that gives one from the other
 
 
-def _add_joint(spec: Any, body: Any, joint: Joint, robot: RobotSpec) -> None:
+def _add_joint(spec: Any, body: Any, joint: Joint, robot: RobotSpec, finger_armature: float) -> None:
     limited = math.isfinite(joint.lower) and math.isfinite(joint.upper)
     body.add_joint(
         name=joint.name,
         type=KINDS[joint.kind],
         axis=joint.axis,
-        armature=ARMATURE,
+        armature=ARMATURE if joint.name in robot.joints else finger_armature,
         limited=limited,
         range=[joint.lower, joint.upper] if limited else [0.0, 0.0],
     )
@@ -94,8 +90,8 @@ class _Fingers:
     """What the fingers were told: to go to an opening, or to squeeze.
 
     Attributes:
-        target: the joint position they go to [m], or None where they squeeze.
-        now: where the set point is by now [m]; it moves at the fingers' speed.
+        target: the opening they go to [m], or None where they squeeze.
+        now: the opening that the set point is at by now [m]; it moves at the fingers' speed.
     """
 
     target: float | None
@@ -134,8 +130,9 @@ class MuJoCoRobot:
             frozenset(np.flatnonzero(model.geom_bodyid == model.body(name).id).tolist())
             for name in spec.gripper.fingers
         )
+        self._drive = gripper_drive(spec)
         self._tune()
-        data.qpos[self._arm], data.qpos[self._fingers] = q, spec.gripper.stroke / 2
+        data.qpos[self._arm], data.qpos[self._fingers] = q, self._drive.joints(spec.gripper.stroke)
         self.command(q)
         self._told = _Fingers(None, 0.0)
         self.open_to(spec.gripper.stroke)
@@ -168,11 +165,11 @@ class MuJoCoRobot:
 
     def opening(self) -> float:
         """Distance between the finger pads [m]."""
-        return 2.0 * float(self._data.qpos[self._fingers].mean())
+        return self._drive.opening(self._data.qpos[self._fingers])
 
     def finger_speed(self) -> float:
         """Speed of the fastest finger [m/s]."""
-        return float(np.abs(self._data.qvel[self._fingers_v]).max())
+        return self._drive.speed(self._data.qpos[self._fingers], self._data.qvel[self._fingers_v])
 
     def tool(self) -> Pose:
         """`T_world_tool` as it is now."""
@@ -188,12 +185,13 @@ class MuJoCoRobot:
     def open_to(self, opening: float) -> None:
         """Send the fingers to `opening` [m]; they push gently."""
         model, motors = self._model, self._fingers_u
-        self._told = _Fingers(opening / 2, float(self._data.qpos[self._fingers].mean()))
-        model.actuator_gainprm[motors, 0] = FINGER_STIFFNESS
-        model.actuator_biasprm[motors, 1] = -FINGER_STIFFNESS
-        model.actuator_biasprm[motors, 2] = -FINGER_DAMPING
+        self._told = _Fingers(opening, self.opening())
+        model.actuator_gainprm[motors, 0] = self._drive.stiffness
+        model.actuator_biasprm[motors, 1] = -self._drive.stiffness
+        model.actuator_biasprm[motors, 2] = -self._drive.damping
+        gentle = np.abs(self._drive.forces(GENTLE_FORCE, opening))
         model.actuator_forcelimited[motors] = True
-        model.actuator_forcerange[motors] = (-GENTLE_FORCE, GENTLE_FORCE)
+        model.actuator_forcerange[motors] = np.stack([-gentle, gentle], axis=1)
 
     def squeeze(self, force: float) -> None:
         """Close the fingers until told otherwise, each with `force` [N], against a damper: a servo would chatter."""
@@ -201,9 +199,11 @@ class MuJoCoRobot:
         self._told = _Fingers(None, 0.0)
         model.actuator_gainprm[motors, 0] = 1.0
         model.actuator_biasprm[motors, 1] = 0.0
-        model.actuator_biasprm[motors, 2] = -2.0 * force / FINGER_SPEED
+        opening = self.opening()
+        forces = self._drive.forces(-force, opening)
+        model.actuator_biasprm[motors, 2] = -np.abs(forces / self._drive.velocities(FINGER_SPEED / 2, opening))
         model.actuator_forcelimited[motors] = False
-        self._data.ctrl[motors] = -force
+        self._data.ctrl[motors] = forces
 
     def drive(self, since: float, dt: float) -> None:
         """Set the motors for the next `dt` [s], `since` [s] after the arm was told where to be."""
@@ -211,8 +211,9 @@ class MuJoCoRobot:
         self._data.ctrl[self._arm_u] = self._q + self._v * at + self._lead * self._v
         told = self._told
         if told.target is not None:
-            told.now += float(np.clip(told.target - told.now, -FINGER_SPEED * dt, FINGER_SPEED * dt))
-            self._data.ctrl[self._fingers_u] = told.now
+            way = 2.0 * FINGER_SPEED * dt
+            told.now += float(np.clip(told.target - told.now, -way, way))
+            self._data.ctrl[self._fingers_u] = self._drive.joints(told.now)
 
     def touching(self, name: str) -> tuple[bool, ...]:
         """For each finger, whether it touches an object."""

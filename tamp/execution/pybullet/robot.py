@@ -12,8 +12,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from tamp.errors import RobotError
+from tamp.execution.gripper_drive import FINGER_SPEED, GripperDrive, gripper_drive
 from tamp.execution.pybullet.bodies import MARGIN, eroded, hulls_as_obj, write_obj
 from tamp.execution.pybullet.client import pybullet
+from tamp.execution.robot_links import Link, robot_links
 from tamp.task import Pose, RobotSpec
 from tamp.task.robot import GENTLE_FORCE, PAD_FRICTION
 from tamp.world.robot.urdf import link_shapes
@@ -26,9 +28,6 @@ if TYPE_CHECKING:
 POSITION_GAIN = 0.3
 """Share of a joint's position error that its motor removes in one step."""
 
-FINGER_SPEED = 0.1
-"""How fast a finger moves [m/s]."""
-
 
 @dataclass(frozen=True)
 class RobotBody:
@@ -38,7 +37,9 @@ class RobotBody:
         spec: the robot as data.
         client: PyBullet's number of the world.
         id: PyBullet's number of the robot.
-        arm, fingers: PyBullet's numbers of the joints, which are those of the links they move.
+        arm, fingers: PyBullet's numbers of the joints of arm and gripper.
+        pads: PyBullet's numbers of the links that carry the pads.
+        drive: what the gripper's motors do for an opening.
         tool_parent: PyBullet's number of the link that carries the tool frame.
         effort: largest torque of each arm joint [N m].
         bodies: object -> PyBullet's number of it.
@@ -49,6 +50,8 @@ class RobotBody:
     id: int
     arm: tuple[int, ...]
     fingers: tuple[int, ...]
+    pads: tuple[int, ...]
+    drive: GripperDrive
     tool_parent: int
     effort: tuple[float, ...]
     bodies: Mapping[str, int] = field(default_factory=dict)
@@ -61,12 +64,12 @@ class RobotBody:
     def opening(self) -> float:
         """Distance between the finger pads [m]."""
         states = pybullet.getJointStates(self.id, self.fingers, physicsClientId=self.client)
-        return 2.0 * sum(float(state[0]) for state in states) / len(states)
+        return self.drive.opening(np.array([state[0] for state in states]))
 
     def finger_speed(self) -> float:
         """Speed of the fastest finger [m/s]."""
         states = pybullet.getJointStates(self.id, self.fingers, physicsClientId=self.client)
-        return max(abs(float(state[1])) for state in states)
+        return self.drive.speed(np.array([s[0] for s in states]), np.array([s[1] for s in states]))
 
     def tool(self) -> Pose:
         """`T_world_tool` as it is now."""
@@ -77,7 +80,7 @@ class RobotBody:
 
     def set_state(self, q: Sequence[float] | Vector, opening: float) -> None:
         """Put the arm at `q` [rad] and the fingers at `opening` [m], at rest. For building a scene and for pictures."""
-        values = (*q, *(opening / 2 for _ in self.fingers))
+        values = (*q, *self.drive.joints(opening))
         for joint, value in zip((*self.arm, *self.fingers), values, strict=True):
             pybullet.resetJointState(self.id, joint, value, physicsClientId=self.client)
 
@@ -97,26 +100,29 @@ class RobotBody:
 
     def open_to(self, opening: float) -> None:
         """Send the fingers to `opening` [m]; they push gently."""
-        for joint in self.fingers:
+        forces, speeds = self.drive.forces(GENTLE_FORCE, opening), self.drive.velocities(FINGER_SPEED, opening)
+        for joint, at, force, speed in zip(self.fingers, self.drive.joints(opening), forces, speeds, strict=True):
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.POSITION_CONTROL,
-                targetPosition=opening / 2,
-                force=GENTLE_FORCE,
-                maxVelocity=FINGER_SPEED,
+                targetPosition=at,
+                force=abs(force),
+                maxVelocity=abs(speed),
                 physicsClientId=self.client,
             )
 
     def squeeze(self, force: float) -> None:
         """Close the fingers until told otherwise, each with `force` [N]."""
-        for joint in self.fingers:
+        opening = self.opening()
+        forces, speeds = self.drive.forces(force, opening), self.drive.velocities(-FINGER_SPEED / 2, opening)
+        for joint, most, speed in zip(self.fingers, forces, speeds, strict=True):
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.VELOCITY_CONTROL,
-                targetVelocity=-FINGER_SPEED / 2,
-                force=force,
+                targetVelocity=speed,
+                force=abs(most),
                 physicsClientId=self.client,
             )
 
@@ -129,7 +135,7 @@ class RobotBody:
         """Throw away the contact points between fingers and what they touch; they are found anew in the next step."""
         points = pybullet.getContactPoints(bodyA=self.id, physicsClientId=self.client)
         for body in sorted({point[2] for point in points}):
-            for finger in self.fingers:
+            for finger in self.pads:
                 for enabled in (0, 1):
                     pybullet.setCollisionFilterPair(
                         self.id, body, finger, -1, enableCollision=enabled, physicsClientId=self.client
@@ -139,14 +145,14 @@ class RobotBody:
         """For each finger, whether it touches an object."""
         points = pybullet.getContactPoints(bodyA=self.id, bodyB=self.bodies[name], physicsClientId=self.client)
         links = {p[3] for p in points if p[8] < 0.001}
-        return tuple(finger in links for finger in self.fingers)
+        return tuple(pad in links for pad in self.pads)
 
 
 SPINNING_FRICTION = 0.1
 """Resistance of a pad against turning about the contact's normal, as PyBullet counts it."""
 
 COUPLING_FORCE = 200.0
-"""Largest force of the gear that keeps two fingers at equal distances from the middle [N]."""
+"""Largest force of a gear that keeps two joints of the gripper together [N or N m]."""
 
 
 def load_robot_body(
@@ -181,7 +187,8 @@ def load_robot_body(
     ]
     joints = {info[1].decode(): info[0] for info in infos}
     links = {info[12].decode(): info[0] for info in infos}
-    for name, known in (*((j, joints) for j in (*spec.joints, *spec.gripper.joints)), (spec.tool_parent, links)):
+    named = [*((j, joints) for j in (*spec.joints, *spec.gripper.joints))]
+    for name, known in (*named, *((link, links) for link in (spec.tool_parent, *spec.gripper.fingers))):
         if name not in known:
             raise RobotError(f"{spec.urdf}: there is no {name!r}; the URDF has {', '.join(sorted(known))}")
     arm = tuple(joints[name] for name in spec.joints)
@@ -191,6 +198,8 @@ def load_robot_body(
         id=robot,
         arm=arm,
         fingers=tuple(joints[name] for name in spec.gripper.joints),
+        pads=tuple(links[name] for name in spec.gripper.fingers),
+        drive=gripper_drive(spec),
         tool_parent=links[spec.tool_parent],
         effort=tuple(float(infos[joint][10]) for joint in arm),
     )
@@ -200,59 +209,74 @@ def load_robot_body(
 
 def _set_up(body: RobotBody, q: Sequence[float]) -> None:
     body.set_state(q, body.spec.gripper.stroke)
-    for finger in body.fingers:
+    for pad in body.pads:
         pybullet.changeDynamics(
             body.id,
-            finger,
+            pad,
             lateralFriction=PAD_FRICTION,
             spinningFriction=SPINNING_FRICTION,
             physicsClientId=body.client,
         )
-    if len(body.fingers) == 2:
-        _couple(body)
+    _couple(body)
     body.command(q)
     body.open_to(body.spec.gripper.stroke)
 
 
 def _couple(body: RobotBody) -> None:
-    """Keep both fingers at the same distance from the middle: without it the stronger pushes the object aside."""
-    left, right = body.fingers
-    gear = pybullet.createConstraint(
-        body.id,
-        left,
-        body.id,
-        right,
-        pybullet.JOINT_GEAR,
-        jointAxis=[1, 0, 0],
-        parentFramePosition=[0, 0, 0],
-        childFramePosition=[0, 0, 0],
-        physicsClientId=body.client,
-    )
-    pybullet.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=COUPLING_FORCE, physicsClientId=body.client)
+    """Keep the joints together: without it the stronger finger pushes the object aside."""
+    driver, *others = body.fingers
+    for follower, multiplier in zip(others, body.spec.gripper.multipliers[1:], strict=True):
+        gear = pybullet.createConstraint(
+            body.id,
+            driver,
+            body.id,
+            follower,
+            pybullet.JOINT_GEAR,
+            jointAxis=[1, 0, 0],
+            parentFramePosition=[0, 0, 0],
+            childFramePosition=[0, 0, 0],
+            physicsClientId=body.client,
+        )
+        pybullet.changeConstraint(
+            gear, gearRatio=-1 / multiplier, erp=0.1, maxForce=COUPLING_FORCE, physicsClientId=body.client
+        )
 
 
 def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
     """A copy of the URDF as PyBullet should read it.
 
     Each collision shape becomes the convex hull that the planner sees too, less PyBullet's margin: with it, fingers
-    would be 2 mm closer to each other than planned. Visual meshes get absolute paths: PyBullet guesses what
-    `package://` means.
+    would be 2 mm closer to each other than planned. Links of which the URDF tells no mass get that of their hulls:
+    PyBullet would give them 1 kg.
     """
     hulls = iter(_hulls(spec))
-    tree = ElementTree.parse(spec.urdf)
-    for link in tree.iter("link"):
+    root = ElementTree.fromstring(spec.description)
+    solids = {link.name: link for link in robot_links(spec)}
+    for link in root.iter("link"):
         for collision in link.findall("collision"):
             path = write_obj(folder, next(hulls))
             collision.clear()
             geometry = ElementTree.SubElement(collision, "geometry")
             ElementTree.SubElement(geometry, "mesh", filename=str(path))
-        for mesh in link.iterfind("visual/geometry/mesh"):
-            name = mesh.get("filename", "")
-            root = spec.mesh_root if name.startswith("package://") else spec.urdf.parent
-            mesh.set("filename", str(root / name.removeprefix("package://")))
+        if link.find("inertial") is None:
+            _weigh(link, solids[link.get("name", "")])
     path = folder / "robot.urdf"
-    tree.write(path, encoding="unicode")
+    path.write_text(ElementTree.tostring(root, encoding="unicode"), encoding="utf-8")
     return path
+
+
+LEAST_MASS, LEAST_MOMENT = 0.001, 1e-6
+"""Of a link without any hull [kg], [kg m^2]: PyBullet takes one of mass 0 for part of the ground."""
+
+
+def _weigh(element: ElementTree.Element, link: Link) -> None:
+    inertial = ElementTree.SubElement(element, "inertial")
+    roll, pitch, yaw = link.frame.rpy
+    at = {"xyz": " ".join(map(repr, link.frame.xyz)), "rpy": f"{roll!r} {pitch!r} {yaw!r}"}
+    ElementTree.SubElement(inertial, "origin", at)
+    ElementTree.SubElement(inertial, "mass", value=repr(max(link.mass, LEAST_MASS)))
+    x, y, z = (repr(max(moment, LEAST_MOMENT)) for moment in link.moments)
+    ElementTree.SubElement(inertial, "inertia", ixx=x, iyy=y, izz=z, ixy="0", ixz="0", iyz="0")
 
 
 @lru_cache(maxsize=16)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.execution.robot_links import Joint, Link, robot_links
+from tamp.execution.gripper_drive import FINGER_SPEED, gripper_drive
+from tamp.execution.robot_links import Joint, Link, merged_fingers
 from tamp.execution.sapien.bodies import ROBOT_GROUP, add_hull, fixed_material, from_sapien, set_inertia, to_sapien
 from tamp.execution.sapien.client import physx, sapien
 from tamp.execution.simulator import STEP
@@ -20,16 +21,10 @@ if TYPE_CHECKING:
     Vector = NDArray[np.float64]
 
 ARMATURE = 0.1
-"""Inertia of a motor's rotor as its joint feels it [kg m^2]; of a finger's [kg]."""
+"""Inertia of a motor's rotor as its joint feels it [kg m^2]."""
 
 STIFFNESS, DAMPING = 10000.0, 200.0
 """Of a joint's servo for each unit of inertia [1/s^2], [1/s]; its torque is not limited."""
-
-FINGER_SPEED = 0.1
-"""How fast a finger moves [m/s]; half as fast where it squeezes."""
-
-FINGER_STIFFNESS, FINGER_DAMPING = 4000.0, 80.0
-"""Of the servo that opens a finger [N/m], [N s/m]."""
 
 
 class SapienRobot:
@@ -40,8 +35,8 @@ class SapienRobot:
     """
 
     def __init__(self, scene: Any, system: Any, spec: RobotSpec, q: Sequence[float]) -> None:
-        self._system, self._spec = system, spec
-        self.links = _add_links(scene, spec)
+        self._system, self._spec, self._drive = system, spec, gripper_drive(spec)
+        self.links = _add_links(scene, spec, self._drive.armature)
         self._articulation = next(iter(self.links.values())).articulation
         names = [joint.name for joint in self._articulation.active_joints]
         self._arm = np.array([names.index(name) for name in spec.joints])
@@ -52,7 +47,7 @@ class SapienRobot:
         self._pads = tuple(self.links[name] for name in spec.gripper.fingers)
         self.objects: Mapping[str, Any] = {}
         start = np.zeros(len(names), dtype=np.float32)
-        start[self._arm], start[self._fingers] = q, spec.gripper.stroke / 2
+        start[self._arm], start[self._fingers] = q, self._drive.joints(spec.gripper.stroke)
         self._articulation.qpos = start
         for joint in self._arm_joints:
             joint.set_drive_properties(STIFFNESS, DAMPING, mode="acceleration")
@@ -71,11 +66,12 @@ class SapienRobot:
 
     def opening(self) -> float:
         """Distance between the finger pads [m]."""
-        return 2.0 * float(self._articulation.qpos[self._fingers].mean())
+        return self._drive.opening(np.array(self._articulation.qpos[self._fingers], dtype=np.float64))
 
     def finger_speed(self) -> float:
         """Speed of the fastest finger [m/s]."""
-        return float(np.abs(self._articulation.qvel[self._fingers]).max())
+        state = (np.array(v[self._fingers], np.float64) for v in (self._articulation.qpos, self._articulation.qvel))
+        return self._drive.speed(*state)
 
     def tool(self) -> Pose:
         """`T_world_tool` as it is now."""
@@ -88,16 +84,19 @@ class SapienRobot:
 
     def open_to(self, opening: float) -> None:
         """Send the fingers to `opening` [m]; they push gently."""
-        self._target, self._now = opening / 2, self.opening() / 2
-        self._force = 0.0
-        for joint in self._finger_joints:
-            joint.set_drive_properties(FINGER_STIFFNESS, FINGER_DAMPING, GENTLE_FORCE, "force")
+        self._target, self._now = opening, self.opening()
+        self._force = np.zeros(len(self._fingers))
+        drive = self._drive
+        for joint, force in zip(self._finger_joints, drive.forces(GENTLE_FORCE, opening), strict=True):
+            joint.set_drive_properties(drive.stiffness, drive.damping, float(abs(force)), "force")
 
     def squeeze(self, force: float) -> None:
         """Close the fingers until told otherwise, each with `force` [N], against a damper: a servo would chatter."""
-        self._target, self._force = None, force
-        for joint in self._finger_joints:
-            joint.set_drive_properties(0.0, 2.0 * force / FINGER_SPEED, 1e6, "force")
+        opening = self.opening()
+        self._target, self._force = None, self._drive.forces(-force, opening)
+        damping = np.abs(self._force / self._drive.velocities(FINGER_SPEED / 2, opening))
+        for joint, resistance in zip(self._finger_joints, damping, strict=True):
+            joint.set_drive_properties(0.0, float(resistance), 1e6, "force")
             joint.set_drive_velocity_target(0.0)
 
     def drive(self, since: float, dt: float) -> None:
@@ -111,11 +110,12 @@ class SapienRobot:
             joint.set_drive_velocity_target(float(v))
         forces = self._articulation.compute_passive_force(True, True)
         if self._target is None:
-            forces[self._fingers] -= self._force
+            forces[self._fingers] += self._force
         else:
-            self._now += float(np.clip(self._target - self._now, -FINGER_SPEED * dt, FINGER_SPEED * dt))
-            for joint in self._finger_joints:
-                joint.set_drive_target(self._now)
+            way = 2.0 * FINGER_SPEED * dt
+            self._now += float(np.clip(self._target - self._now, -way, way))
+            for joint, position in zip(self._finger_joints, self._drive.joints(self._now), strict=True):
+                joint.set_drive_target(float(position))
         self._articulation.qf = forces
 
     def touching(self, name: str) -> tuple[bool, ...]:
@@ -128,12 +128,14 @@ class SapienRobot:
         return tuple(i in touched for i in range(len(self._pads)))
 
 
-def _add_links(scene: Any, spec: RobotSpec) -> dict[str, Any]:
+def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str, Any]:
     """The robot's links by name, its base fixed."""
     made: dict[str, Any] = {}
+    moved: dict[str, Any] = {}
     entities = []
     surface = fixed_material()
-    for link in robot_links(spec):
+    links, part_of = merged_fingers(spec)  # tendons run through joints that move, and no others
+    for link in links:
         body = physx.PhysxArticulationLinkComponent(None if link.parent is None else made[link.parent])
         for hull in link.hulls:
             add_hull(body, hull, surface, ROBOT_GROUP)
@@ -144,22 +146,38 @@ def _add_links(scene: Any, spec: RobotSpec) -> dict[str, Any]:
         entity = sapien.Entity()
         entity.add_component(body)
         entity.name = body.name = link.name
-        _set_joint(body.joint, link, link.joint)
+        armature = finger_armature if link.joint and link.joint.name in spec.gripper.joints else ARMATURE
+        _set_joint(body.joint, link, link.joint, armature)
+        if link.joint is not None:
+            moved[link.joint.name] = body
         if link.parent is None:
             entity.pose = to_sapien(link.pose)
         made[link.name] = body
         entities.append(entity)
-    if len(spec.gripper.joints) == 2:
-        left, right = (made[name] for name in spec.gripper.fingers)
-        left.articulation.create_fixed_tendon(
-            [left.parent, left, right], [0.0, -1.0, 1.0], [0.0, -1.0, 1.0], rest_length=0.0, stiffness=1e5
-        )
+    driver, grip = moved[spec.gripper.joints[0]], spec.gripper
+    for name, multiplier, offset in zip(grip.joints[1:], grip.multipliers[1:], grip.offsets[1:], strict=True):
+        chain = _tendon(driver, moved[name])
+        ratio = [-multiplier if link is driver else float(link is moved[name]) for link in chain]
+        driver.articulation.create_fixed_tendon(chain, ratio, ratio, rest_length=offset, stiffness=1e5)
     for entity in entities:
         scene.add_entity(entity)
-    return made
+    return {name: made[whole] for name, whole in part_of.items()}
 
 
-def _set_joint(joint: Any, link: Link, told: Joint | None) -> None:
+def _tendon(driver: Any, follower: Any) -> list[Any]:
+    """The links that a tendon between two links runs through: from the nearest that carries both, parents first."""
+    above = [driver]
+    while above[-1].parent is not None:
+        above.append(above[-1].parent)
+    way = [follower]
+    while way[-1] not in above:
+        way.append(way[-1].parent)
+    root = way[-1].parent if way[-1] is driver else way[-1]  # a tendon begins where nothing counts yet
+    down = [root, *reversed(above[: above.index(root)])]
+    return down + [link for link in reversed(way) if link not in down]
+
+
+def _set_joint(joint: Any, link: Link, told: Joint | None, armature: float) -> None:
     if told is None or told.kind == "fixed":
         joint.type = "fixed"
         if told is not None:
@@ -169,7 +187,7 @@ def _set_joint(joint: Any, link: Link, told: Joint | None) -> None:
     joint.name, joint.type = told.name, told.kind
     joint.pose_in_parent, joint.pose_in_child = to_sapien(link.pose @ frame), to_sapien(frame)
     joint.limit = np.array([[told.lower, told.upper]], dtype=np.float32)
-    joint.armature = np.array([ARMATURE], dtype=np.float32)
+    joint.armature = np.array([armature], dtype=np.float32)
     joint.friction = 0.0
 
 

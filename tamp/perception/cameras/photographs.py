@@ -12,7 +12,7 @@ from tamp.errors import TampError
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import OCRTOC_2021, load_setup
 from tamp.perception.rendering.scene import surfaces
-from tamp.task import Pose, Task, load_robot
+from tamp.task import Pose, Task, task_robot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def photographs(
     found = {c.name: c for c in load_setup(setup or OCRTOC_2021)}
     if camera not in found:
         raise TampError(f"{setup or OCRTOC_2021}: there is no camera {camera!r}; valid are {', '.join(found)}")
-    robot, looks = load_robot(task.robot), surfaces(task)
+    robot, looks = task_robot(task), surfaces(task)
     shots = views([found[camera]], robot)
     for name, poses in scenes.items():
         for number, shot in enumerate(shoot(looks, poses, shots, robot, table=task.table, seed=seed)):

@@ -72,16 +72,13 @@ def link_surfaces(spec: RobotSpec) -> tuple[LinkSurface, ...]:
         RobotError: where the URDF cannot be read.
         TaskError: where a mesh cannot.
     """
-    try:
-        root = ElementTree.parse(spec.urdf).getroot()
-    except (OSError, ElementTree.ParseError) as error:
-        raise RobotError(f"{spec.urdf}: not a URDF: {error}") from error
+    root = ElementTree.fromstring(spec.description)
     found = []
     for link in root.iter("link"):
         for visual in link.findall("visual"):
             mesh = visual.find("geometry/mesh")
             if mesh is not None:
-                surface = read_surface(_mesh_path(mesh.get("filename", ""), spec))
+                surface = read_surface(Path(mesh.get("filename", "")))
                 found.append(LinkSurface(link.get("name", ""), _moved(surface, visual, mesh)))
     return tuple(found)
 
@@ -108,10 +105,3 @@ def _moved(surface: Surface, visual: ElementTree.Element, mesh: ElementTree.Elem
         xyz, rpy = ([float(v) for v in origin.get(key, "0 0 0").split()] for key in ("xyz", "rpy"))
         T = Pose.from_rpy((xyz[0], xyz[1], xyz[2]), (rpy[0], rpy[1], rpy[2])).matrix
     return Surface((surface.vertices * scale) @ T[:3, :3].T + T[:3, 3], surface.faces, surface.colors)
-
-
-def _mesh_path(filename: str, spec: RobotSpec) -> Path:
-    """`package://` stands for the robot's mesh folder; any other path is relative to the URDF."""
-    if filename.startswith("package://"):
-        return spec.mesh_root / filename.removeprefix("package://")
-    return spec.urdf.parent / filename.removeprefix("file://")

@@ -30,7 +30,7 @@ from tamp.pipeline.perceived.knowledge import Knowledge, blindfolded
 from tamp.pipeline.perceived.loop import Loop, Planner
 from tamp.pipeline.perceived.outcome import as_dicts, identities, outcomes
 from tamp.scoring import Score
-from tamp.task import Plan, Pose, Task, load_robot
+from tamp.task import Plan, Pose, Task, task_robot
 
 if TYPE_CHECKING:
     import numpy as np
@@ -168,7 +168,7 @@ def perceive_and_rearrange(
         TampError: where perceiver, cameras, meshes, renderer or simulator cannot be used.
     """
     cameras = load_setup(Path(settings.cameras) if settings.cameras else OCRTOC_2021)
-    looks, robot = surfaces(task), load_robot(task.robot)
+    looks, robot = surfaces(task), task_robot(task)
     record = _Record(looks)
     with make_simulator(settings.chosen("simulator"), task.objects, start, table=task.table, robot=robot) as world:
         cell = SimulatedWorkcell(world, looks, cameras, task.table, seed=seed)

@@ -13,7 +13,7 @@ from tamp.execution.executor import open_execution
 from tamp.execution.log import Execution, Frame
 from tamp.execution.simulators import DEFAULT
 from tamp.report.runs import Recorded
-from tamp.task import Action, Fall, Grip, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task import Action, Fall, Grip, Move, Plan, Pose, Release, Task, task_robot
 from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.timing.trajectory import positions_at
 
@@ -87,7 +87,7 @@ def _labelled(execution: Execution) -> Iterator[Moment]:
 
 
 def _plans(task: Task, plans: Sequence[Plan], frame_s: float) -> Iterator[Moment]:
-    robot = robot_model(load_robot(task.robot))
+    robot = robot_model(task_robot(task))
     time = 0.0
     for plan in plans:
         yield Moment(Frame(time, plan.start, plan.home, robot.spec.gripper.stroke), "start")

@@ -14,7 +14,7 @@ from tamp.execution.renderer import Color, Item
 from tamp.execution.simulators import make_renderer
 from tamp.report.rendering.camera import FRONT, Camera
 from tamp.report.rendering.images import save_image
-from tamp.task import At, Box, On, Pose, Table, Task, load_robot
+from tamp.task import At, Box, On, Pose, Table, Task, task_robot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,7 +66,7 @@ class Stage:
             for thing, color in zip(task.objects, colors, strict=True)
             if thing.name in self._marked
         ]
-        self._spec = load_robot(task.robot)
+        self._spec = task_robot(task)
         self._renderer = make_renderer((*flat, *actors, *actors, *tiles), self._spec if robot else None)
         names = [thing.name for thing in task.objects]
         self._bodies = dict(zip(names, itertools.count(len(flat))))

@@ -25,8 +25,8 @@ _EXPECTED = {
 }
 
 
-def sentence(error: ValidationError, document: Document) -> str:
-    """The first error of a file, in the file's order, as one sentence."""
+def sentence(error: ValidationError, document: Document, model: type[BaseModel] = schema.TaskModel) -> str:
+    """The first error of a file, in the file's order, as one sentence; `model` is what the file was held against."""
     errors = error.errors(include_url=False)
     # An error inside a list makes pydantic count its entries anew: what is said about the list itself is then noise.
     ancestors = {_field(e)[:depth] for e in errors for depth in range(len(_field(e)))}
@@ -35,18 +35,18 @@ def sentence(error: ValidationError, document: Document) -> str:
     field = _field(first)
     where = document.where(field)
     if first["type"] == "extra_forbidden":
-        valid = field_names(field[:-1])
+        valid = field_names(field[:-1], model)
         close = difflib.get_close_matches(str(field[-1]), valid, n=1)
         hint = f"did you mean {close[0]}? " if close else ""
         return f"{where}: unknown field; {hint}valid here are {', '.join(valid)}"
-    return f"{where}: {_complaint(first, field)}"
+    return f"{where}: {_complaint(first, field, model)}"
 
 
 def _field(error: ErrorDetails) -> FieldPath:
     return tuple(key for key in error["loc"] if key != "[key]")
 
 
-def _complaint(error: ErrorDetails, field: FieldPath) -> str:
+def _complaint(error: ErrorDetails, field: FieldPath, model: type[BaseModel]) -> str:
     kind, context = error["type"], error.get("ctx", {})
     if kind == "value_error":
         return str(context["error"])
@@ -58,12 +58,12 @@ def _complaint(error: ErrorDetails, field: FieldPath) -> str:
         bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
         return f"needs {bound} entries; it has {context['actual_length']}"
     if kind == "missing":
-        names = field_names(field[:-1])
+        names = field_names(field[:-1], model)
         return "is missing" + (f"; the fields here are {', '.join(names)}" if names else "")
     if kind == "less_than_equal":
         return f"{_shown(error['input'])} is too large; at most {context['le']:g} is valid"
     expected = _EXPECTED.get(kind, error["msg"])
-    if kind in ("dict_type", "model_type") and (names := field_names(field)):
+    if kind in ("dict_type", "model_type") and (names := field_names(field, model)):
         expected += f" with the fields {', '.join(names)}"
     return f"{_shown(error['input'])} is not valid; it {expected}"
 
@@ -73,9 +73,9 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def field_names(field: FieldPath) -> tuple[str, ...]:
-    """Names of the fields that the schema has at `field`; none where there is no mapping."""
-    model: type[BaseModel] | None = schema.TaskModel
+def field_names(field: FieldPath, root: type[BaseModel] = schema.TaskModel) -> tuple[str, ...]:
+    """Names of the fields that a schema has at `field`; none where there is no mapping."""
+    model: type[BaseModel] | None = root
     for key in field:
         if isinstance(key, int):
             continue

@@ -32,6 +32,7 @@ from tamp.task.model import (
     Task,
 )
 from tamp.task.pose import Pose
+from tamp.task.robots import is_path
 from tamp.task.validate import validate
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def load_task(path: StrPath, *, allow_outside: bool = False) -> Task:
 
     Args:
         path: the file.
-        allow_outside: accept meshes outside the file's folder.
+        allow_outside: accept meshes and a robot outside the file's folder.
 
     Raises:
         TaskError: in one sentence with file, line, field and what would be valid.
@@ -75,7 +76,8 @@ class _Reader:
         return Task(
             name=model.name or self._path.stem,
             objects=tuple(self._object(o, ("objects", i)) for i, o in enumerate(model.objects)),
-            robot=model.robot,
+            robot=self._robot(model.robot),
+            base=None if model.base is None else _pose(model.base),
             regions=tuple(Region(r.name, r.box.center, r.box.size) for r in model.regions),
             table=Table(model.table.center, model.table.size, model.table.thickness),
             domain=model.domain,
@@ -91,6 +93,12 @@ class _Reader:
             level=model.level,
             path=self._path,
         )
+
+    def _robot(self, text: str) -> str:
+        """The name as it is, or a path that leads to a file."""
+        if is_path(text):
+            self._file(text, ("robot",))
+        return text
 
     def _object(self, model: schema.ObjectModel, field: FieldPath) -> Object:
         return Object(
@@ -115,10 +123,10 @@ class _Reader:
         if model.capsule is not None:
             return Capsule(model.capsule.radius, model.capsule.height)
         assert model.mesh is not None
-        path = self._mesh_path(model.mesh, (*field, "mesh"))
+        path = self._file(model.mesh, (*field, "mesh"))
         return Mesh(path, 1.0 if model.scale is None else model.scale, bool(model.stand_in))
 
-    def _mesh_path(self, text: str, field: FieldPath) -> Path:
+    def _file(self, text: str, field: FieldPath) -> Path:
         where, folder = self._document.where(field), self._path.parent
         try:
             path = (folder / text).resolve()

@@ -11,6 +11,7 @@ import yaml
 
 from tamp.task.model import At, Box, Capsule, Cylinder, Limits, Mesh, Object, On, Shape, Sphere, Symmetry, Table, Task
 from tamp.task.pose import Pose
+from tamp.task.robots import is_path
 
 if TYPE_CHECKING:
     from _typeshed import StrPath
@@ -28,7 +29,9 @@ def save_task(task: Task, path: StrPath) -> None:
 
 def as_mapping(task: Task, folder: Path) -> dict[str, Any]:
     """The task as plain values in the form of task.yaml, for a file in `folder`."""
-    data: dict[str, Any] = {"name": task.name, "robot": task.robot}
+    data: dict[str, Any] = {"name": task.name, "robot": _robot(task, folder)}
+    if task.base is not None:
+        data["base"] = _pose_mapping(task.base)
     if task.level is not None:
         data["level"] = task.level
     data["objects"] = [_object_mapping(o, folder) for o in task.objects]
@@ -49,6 +52,14 @@ def as_mapping(task: Task, folder: Path) -> dict[str, Any]:
     if task.limits != Limits():
         data["limits"] = {"planning_s": task.limits.planning_s, "execution_sim_s": task.limits.execution_sim_s}
     return data
+
+
+def _robot(task: Task, folder: Path) -> str:
+    """Its name, or the path as it is seen from the folder."""
+    if not is_path(task.robot):
+        return task.robot
+    own = Path() if task.path is None else task.path.parent
+    return Path(os.path.relpath((own / task.robot).resolve(), folder)).as_posix()
 
 
 def _object_mapping(o: Object, folder: Path) -> dict[str, Any]:

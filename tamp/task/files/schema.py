@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from typing_extensions import Self
 
+from tamp.task.robot import DEFAULT_ROBOT
+
 Number = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 Pair = tuple[Number, Number]
@@ -159,7 +161,10 @@ class TaskModel(_Model):
     """A task.yaml: metres, radians, kilograms; world frame at the table's top, x away from the robot, z up."""
 
     name: Name | None = Field(default=None, description="what results are filed under; the file's name where absent")
-    robot: Name = "panda"
+    robot: Annotated[str, Field(min_length=1, max_length=1000)] = Field(
+        default=DEFAULT_ROBOT, description="an installed robot, or the path of a robot.yaml"
+    )
+    base: PoseModel | None = Field(default=None, description="where the robot stands, if not where its data says")
     objects: Annotated[tuple[ObjectModel, ...], Field(min_length=1, max_length=500)]
     regions: tuple[RegionModel, ...] = ()
     table: TableModel = TableModel()

@@ -38,8 +38,12 @@ class RawMesh:
     groups: tuple[NDArray[np.int64], ...]
 
 
-def read_mesh(path: Path, scale: float = 1.0) -> RawMesh:
-    """Read an OBJ, STL or PLY file.
+def read_mesh(path: Path, scale: float | tuple[float, float, float] = 1.0) -> RawMesh:
+    """Read an OBJ, STL, PLY or DAE file.
+
+    Args:
+        path: the file.
+        scale: factor from the file's unit to metres, or one for each axis.
 
     Raises:
         TaskError: for a file that is missing, malformed, without faces, with coordinates that are not finite, of over
@@ -58,7 +62,7 @@ def read_mesh(path: Path, scale: float = 1.0) -> RawMesh:
     return _checked(path, raw, scale)
 
 
-def _checked(path: Path, raw: RawMesh, scale: float) -> RawMesh:
+def _checked(path: Path, raw: RawMesh, scale: float | tuple[float, float, float]) -> RawMesh:
     import numpy as np
 
     faces = sum(len(group) for group in raw.groups)
@@ -71,13 +75,13 @@ def _checked(path: Path, raw: RawMesh, scale: float) -> RawMesh:
     points = raw.vertices[np.unique(used)]
     if not np.isfinite(points).all():
         raise TaskError(f"{path}: the mesh has coordinates that are not finite numbers (NaN or infinity)")
-    extent = float(np.ptp(points, axis=0).max()) * scale
+    extent = float((np.ptp(points, axis=0) * np.abs(scale)).max())
     if extent > MAX_EXTENT:
         hint = ": millimetres? then scale: 0.001" if extent >= 10 else ""
         raise TaskError(f"{path}: the mesh is {extent:.4g} m large; at most {MAX_EXTENT:g} m fit a table{hint}")
     if extent < MIN_EXTENT:
         raise TaskError(f"{path}: the mesh is {extent:.4g} m large, below {MIN_EXTENT:g} m: a wrong unit?")
-    vertices = raw.vertices * scale
+    vertices = raw.vertices * np.array(scale)
     vertices.setflags(write=False)
     return RawMesh(vertices, raw.groups)
 

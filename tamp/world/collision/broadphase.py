@@ -65,10 +65,10 @@ def hand_actor(robot: RobotModel) -> Actor:
     model = pin.Model()
     free = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "tool")
     joint_of = {robot.tool_joint: free}
-    for name in robot.spec.gripper.joints:
-        joint = robot.model.getJointId(name)
-        placement = robot.model.jointPlacements[joint]
-        joint_of[joint] = model.addJoint(free, robot.model.joints[joint], placement, name)
+    joints = sorted(robot.model.getJointId(name) for name in robot.spec.gripper.joints)
+    for joint in joints:  # those that carry others come first
+        parent, placement = joint_of[robot.model.parents[joint]], robot.model.jointPlacements[joint]
+        joint_of[joint] = model.addJoint(parent, robot.model.joints[joint], placement, robot.model.names[joint])
     bodies = [robot.bodies[i] for i in robot.hand]
     return Actor(
         model=model,
@@ -82,10 +82,11 @@ def hand_actor(robot: RobotModel) -> Actor:
     )
 
 
-def hand_configuration(hand: Actor, T_world_tool: Matrix, opening: float) -> Vector:
+def hand_configuration(robot: RobotModel, T_world_tool: Matrix, opening: float) -> Vector:
     """The free hand's configuration with its tool at `T_world_tool` and the pads `opening` [m] apart."""
-    T_world_joint = pin.SE3(T_world_tool) * pin.SE3(hand.T_joint_tool).inverse()
-    return np.concatenate([pin.SE3ToXYZQUAT(T_world_joint), np.full(hand.model.nq - 7, opening / 2)])
+    T_world_joint = pin.SE3(T_world_tool) * pin.SE3(robot.T_joint_tool).inverse()
+    fingers = robot.linkage.joints(opening)[np.argsort(robot.fingers)]
+    return np.concatenate([pin.SE3ToXYZQUAT(T_world_joint), fingers])
 
 
 SELF_MARGIN = 0.002

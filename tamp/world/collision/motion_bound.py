@@ -46,13 +46,21 @@ def _radii(robot: RobotModel) -> Array:
 
 
 def _radius(robot: RobotModel, joint: int) -> float:
-    """From a joint to the farthest point of the bodies it carries, the fingers that slide on it included [m]."""
+    """From a joint to the farthest point of the bodies it carries, the gripper's that move on it included [m]."""
     farthest = 0.0
     for body in robot.bodies:
-        points = np.linalg.norm(body.hull.vertices, axis=1).max()
-        if body.joint == joint:
-            farthest = max(farthest, float(points))
-        elif body.name in robot.spec.gripper.fingers and robot.model.parents[body.joint] == joint:
-            offset = np.linalg.norm(robot.model.jointPlacements[body.joint].translation)
-            farthest = max(farthest, float(points + offset + robot.spec.gripper.stroke / 2))
+        reach, above = float(np.linalg.norm(body.hull.vertices, axis=1).max()), body.joint
+        while robot.model.names[above] in robot.spec.gripper.joints:
+            reach += float(np.linalg.norm(robot.model.jointPlacements[above].translation)) + _slide(robot, above)
+            above = robot.model.parents[above]
+        if above == joint:
+            farthest = max(farthest, reach)
     return farthest
+
+
+def _slide(robot: RobotModel, joint: int) -> float:
+    """How far a joint of the gripper slides from its zero, at most [m]; 0 for one that turns."""
+    if robot.model.joints[joint].shortname().startswith("JointModelR"):
+        return 0.0
+    index = robot.spec.gripper.joints.index(robot.model.names[joint])
+    return max(abs(float(robot.linkage.joints(opening)[index])) for opening in robot.linkage.grid)

@@ -10,6 +10,7 @@ import numpy as np
 
 from tamp.world.kinematics.levenberg_marquardt import levenberg_marquardt, rotation_vector
 from tamp.world.kinematics.seeds import nearest_starts, rounds_of_starts
+from tamp.world.robot.chain import chain
 from tamp.world.robot.model import RobotModel
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def inverse(
     most = TRIED * count
     for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near, count):
         q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience, enough=count + 2)
-        solutions = q[residual == 0.0]
+        solutions = unwound(robot, q[residual == 0.0], robot.home if near is None else near)
         if near is not None:
             solutions = solutions[np.argsort(np.linalg.norm(solutions - near, axis=1), kind="stable")]
         for q in solutions:
@@ -76,6 +77,21 @@ def inverse(
                     return
         if len(found) >= most or (not found and residual.min() > effort.despair):
             return
+
+
+def unwound(robot: RobotModel, q: Array, near: Array) -> Array:
+    """Configurations (n, dof) with joints turned by whole turns towards `near`, (dof,), where limits leave room for it.
+
+    A wrist with a range of two turns has two or more positions for each orientation; far ones cost motion for nothing.
+    """
+    full = 2 * math.pi
+    turning = (robot.upper - robot.lower > full) & ~chain(robot).slides
+    if not turning.any():
+        return q
+    nearest = q - full * np.round((q - near) / full)
+    nearest = np.where(nearest < robot.lower, nearest + full, np.where(nearest > robot.upper, nearest - full, nearest))
+    inside = turning & (nearest >= robot.lower) & (nearest <= robot.upper)
+    return np.where(inside, nearest, q)
 
 
 def reachable(robot: RobotModel, T_world_tools: Array, *, hurried: bool = False) -> NDArray[np.bool_]:

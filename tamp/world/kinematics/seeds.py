@@ -65,9 +65,17 @@ def _seed_table(robot: RobotModel) -> _SeedTable:
     from scipy.spatial import cKDTree
 
     rng = np.random.default_rng(0)
-    q = rng.uniform(robot.lower, robot.upper, (TABLE_SIZE, robot.dof))
+    q = rng.uniform(*one_turn(robot), (TABLE_SIZE, robot.dof))
     features = np.concatenate([_features(*chain(robot).forward(block)[:2]) for block in np.array_split(q, 20)])
     return _SeedTable(q, cKDTree(features))
+
+
+def one_turn(robot: RobotModel) -> tuple[Array, Array]:
+    """Lower and upper ends of what joints need to reach all that they can: their limits, or a turn about home [rad]."""
+    wide = robot.upper - robot.lower > 2 * math.pi
+    lower = np.where(wide, np.maximum(robot.lower, robot.home - math.pi), robot.lower)
+    upper = np.where(wide, np.minimum(robot.upper, robot.home + math.pi), robot.upper)
+    return lower, upper
 
 
 def _features(R: Array, p: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -51,7 +52,7 @@ class FreeHand:
         """
         self._crowd = Crowd(standing, margin)
         # Fingers, which are hit most often, are named last.
-        self._bodies = [(Probe(shape), T, travel) for shape, T, travel in reversed(_bodies(robot))]
+        self._bodies = [(Probe(shape), way) for shape, way in reversed(_bodies(robot))]
 
     def hits(self, T_world_tool: Matrix, openings: Vector) -> NDArray[np.bool_]:
         """Whether each hand comes too close to anything, shape (n,).
@@ -61,9 +62,9 @@ class FreeHand:
             openings: distances between the finger pads, shape (n,) [m].
         """
         hit = np.zeros(len(openings), bool)
-        for probe, T_tool_body, travel in self._bodies:
-            R = T_world_tool[:, :3, :3] @ T_tool_body[:3, :3]
-            local = T_tool_body[:3, 3] + openings[:, None] * travel
+        for probe, way in self._bodies:
+            R_tool_body, local = way.at(openings)
+            R = T_world_tool[:, :3, :3] @ R_tool_body
             t = np.einsum("nij,nj->ni", T_world_tool[:, :3, :3], local) + T_world_tool[:, :3, 3]
             for index in np.flatnonzero(~hit):
                 hit[index] = self._crowd.meets(probe, R[index], t[index])
@@ -72,19 +73,58 @@ class FreeHand:
     def hit(self, T_world_tool: Matrix, opening: float) -> bool:
         """Whether one hand, shape (4, 4), comes too close to anything."""
         R, t = T_world_tool[:3, :3], T_world_tool[:3, 3]
-        return any(
-            self._crowd.meets(probe, R @ T_tool_body[:3, :3], R @ (T_tool_body[:3, 3] + opening * travel) + t)
-            for probe, T_tool_body, travel in self._bodies
-        )
+        for probe, way in self._bodies:
+            R_tool_body, local = way.at_one(opening)
+            if self._crowd.meets(probe, R @ R_tool_body, R @ local + t):
+                return True
+        return False
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """Where a body of the hand is in the tool frame as the gripper opens: straight between tabulated openings.
+
+    Attributes:
+        grid: the openings, shape (g,) [m].
+        T: its pose at each, shape (g, 4, 4).
+        rate: how the pose changes for a metre of opening from each on, shape (g - 1, 4, 4).
+        turns: whether its orientation changes.
+    """
+
+    grid: Vector
+    T: Matrix
+    rate: Matrix
+    turns: bool
+
+    def at(self, openings: Vector) -> tuple[Matrix, Matrix]:
+        """Rotations, (3, 3) where they are all the same or (n, 3, 3), and positions (n, 3) at openings (n,) [m]."""
+        i = np.clip(np.searchsorted(self.grid, openings, side="right") - 1, 0, len(self.rate) - 1)
+        beyond = (openings - self.grid[i])[:, None]
+        position = self.T[i, :3, 3] + beyond * self.rate[i, :3, 3]
+        if not self.turns:
+            return self.T[0, :3, :3], position
+        return self.T[i, :3, :3] + beyond[:, :, None] * self.rate[i, :3, :3], position
+
+    def at_one(self, opening: float) -> tuple[Matrix, Matrix]:
+        """Rotation (3, 3) and position (3,) at an opening [m]."""
+        i = 0 if len(self.rate) == 1 else int(np.clip(np.searchsorted(self.grid, opening) - 1, 0, len(self.rate) - 1))
+        beyond = opening - self.grid[i]
+        position = self.T[i, :3, 3] + beyond * self.rate[i, :3, 3]
+        if not self.turns:
+            return self.T[0, :3, :3], position
+        return self.T[i, :3, :3] + beyond * self.rate[i, :3, :3], position
 
 
 @cache
-def _bodies(robot: RobotModel) -> tuple[tuple[Solid, Matrix, Vector], ...]:
-    """Each hull of the hand, its pose in the tool frame with the pads together, and its way for a metre of opening.
-
-    Fingers are prismatic, so that two openings tell of all others.
-    """
-    stroke = robot.spec.gripper.stroke
-    shapes = (solid([robot.bodies[index].hull]) for index in robot.hand)
-    ends = zip(shapes, hand_poses(robot, 0.0), hand_poses(robot, stroke), strict=True)
-    return tuple((shape, shut, (wide[:3, 3] - shut[:3, 3]) / stroke) for shape, shut, wide in ends)
+def _bodies(robot: RobotModel) -> tuple[tuple[Solid, _Way], ...]:
+    """Each hull of the hand, and where it is as the gripper opens."""
+    grid = robot.linkage.grid
+    poses = np.array([hand_poses(robot, opening) for opening in grid])
+    rates = np.diff(poses, axis=0) / np.diff(grid)[:, None, None, None]
+    return tuple(
+        (
+            solid([robot.bodies[index].hull]),
+            _Way(grid, poses[:, k], rates[:, k], bool(np.abs(rates[:, k, :3, :3]).max() > 1e-9)),
+        )
+        for k, index in enumerate(robot.hand)
+    )

@@ -13,7 +13,8 @@ from tamp.task.mesh.cache import cached, content_key
 from tamp.task.mesh.parts import Part
 from tamp.task.robot import RobotSpec
 from tamp.world.geometry.convex_union import solid
-from tamp.world.robot.urdf import link_shapes
+from tamp.world.robot.linkage import Linkage, linkage
+from tamp.world.robot.urdf import carried, link_shapes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,13 +30,13 @@ NEAR = 0.03
 def self_collision_pairs(robot: RobotModel) -> tuple[tuple[int, int], ...]:
     """Pairs of bodies (i < j) that can collide: not neighbours, not overlapping by construction, not always apart."""
     content = b"".join(body.hull.vertices.tobytes() + bytes([body.joint]) for body in robot.bodies)
-    key = content_key("self-pairs-2", robot.spec.urdf.read_bytes(), content, repr(robot.spec))
+    key = content_key("self-pairs-3", robot.spec.description.encode(), content, repr(robot.spec))
     stored = cached("self-collision", key, lambda: {"pairs": _sample_pairs(robot)})
     return tuple((int(a), int(b)) for a, b in stored["pairs"])
 
 
 def _sample_pairs(robot: RobotModel) -> NDArray[np.int64]:
-    fingers = set(robot.spec.gripper.fingers)
+    hand = set(robot.hand)
     geometry = pin.GeometryModel()
     for i, body in enumerate(robot.bodies):
         geometry.addGeometryObject(pin.GeometryObject(str(i), body.joint, pin.SE3.Identity(), solid([body.hull]).hull))
@@ -44,7 +45,7 @@ def _sample_pairs(robot: RobotModel) -> NDArray[np.int64]:
         for j in range(len(robot.bodies))
         for i in range(j)
         if robot.bodies[i].joint not in (robot.model.parents[robot.bodies[j].joint], robot.bodies[j].joint)
-        and not {robot.bodies[i].name, robot.bodies[j].name} <= fingers
+        and not {i, j} <= hand
     ]
     for i, j in candidates:
         geometry.addCollisionPair(pin.CollisionPair(i, j))
@@ -95,11 +96,12 @@ class RobotModel:
         bodies: the hulls of all links.
         pairs: indices into `bodies` of those that can collide with each other.
         arm: indices of the arm's joints in Pinocchio's configuration, shape (dof,).
-        fingers: indices of the finger joints in Pinocchio's configuration.
+        fingers: indices of the gripper's joints in Pinocchio's configuration.
+        linkage: how those go with the opening.
         tool_joint: index of the joint that carries the tool.
         T_joint_tool: tool frame in that joint's frame, shape (4, 4).
-        hand: indices into `bodies` of hand and fingers: those that sit on the tool's joint or beyond it and are listed
-            as fingers or as the tool's parent.
+        hand: indices into `bodies` of hand and fingers: of the link that carries both tool and fingers, and all
+            that it carries.
     """
 
     spec: RobotSpec
@@ -108,6 +110,7 @@ class RobotModel:
     pairs: tuple[tuple[int, int], ...]
     arm: NDArray[np.int64]
     fingers: NDArray[np.int64]
+    linkage: Linkage
     tool_joint: int
     T_joint_tool: Matrix
     hand: tuple[int, ...]
@@ -136,7 +139,7 @@ class RobotModel:
         """Pinocchio's configuration for arm joints `q` [rad] and a distance between the finger pads [m]."""
         complete = np.empty(self.model.nq)
         complete[self.arm] = q
-        complete[self.fingers] = opening / 2
+        complete[self.fingers] = self.linkage.joints(opening)
         return complete
 
     def forward(self, q: Vector) -> Matrix:
@@ -173,7 +176,7 @@ def robot_model(spec: RobotSpec) -> RobotModel:
     model = _pinocchio_model(spec)
     bodies = tuple(_body(model, shape.link, shape.hull) for shape in shapes)
     frame = model.frames[model.getBodyId(spec.tool_parent)]
-    names = {spec.tool_parent, *spec.gripper.fingers}
+    names = carried(spec.description, (spec.tool_parent, *spec.gripper.fingers))
     arm = np.array([model.joints[model.getJointId(name)].idx_q for name in spec.joints])
     fingers = np.array([model.joints[model.getJointId(name)].idx_q for name in spec.gripper.joints])
     robot = RobotModel(
@@ -183,6 +186,7 @@ def robot_model(spec: RobotSpec) -> RobotModel:
         pairs=(),
         arm=arm,
         fingers=fingers,
+        linkage=linkage(spec),
         tool_joint=frame.parentJoint,
         T_joint_tool=frame.placement.homogeneous @ spec.T_parent_tool.matrix,
         hand=tuple(i for i, body in enumerate(bodies) if body.name in names),
@@ -191,11 +195,8 @@ def robot_model(spec: RobotSpec) -> RobotModel:
 
 
 def _pinocchio_model(spec: RobotSpec) -> Any:
-    """The URDF's model, all joints but arm and fingers locked at zero, moved to where the base stands."""
-    whole = pin.buildModelFromUrdf(str(spec.urdf))
-    kept = {*spec.joints, *spec.gripper.joints}
-    locked = [i for i in range(1, whole.njoints) if whole.names[i] not in kept]
-    model = pin.buildReducedModel(whole, locked, pin.neutral(whole))
+    """The description's model, moved to where the base stands."""
+    model = pin.buildModelFromXML(spec.description)
     T_world_base = pin.SE3(spec.T_world_base.matrix)
     for joint in range(1, model.njoints):
         if model.parents[joint] == 0:

@@ -38,11 +38,9 @@ def link_shapes(spec: RobotSpec) -> tuple[LinkShape, ...]:
     """The convex hull of each `<collision>` of the robot's URDF, in file order.
 
     Raises:
-        RobotError: for a URDF that is missing or malformed, lacks a joint the robot names, has a joint without limits,
-            or refers to a mesh that is missing or unusable.
+        RobotError: for a URDF with geometry that is incomplete, or a mesh that is missing or unusable.
     """
-    root = _parse(spec.urdf)
-    _check_joints(root, spec)
+    root = ElementTree.fromstring(spec.description)
     found = []
     for link in root.iter("link"):
         for collision in link.findall("collision"):
@@ -52,47 +50,39 @@ def link_shapes(spec: RobotSpec) -> tuple[LinkShape, ...]:
     return tuple(found)
 
 
-def _parse(path: Path) -> ElementTree.Element:
-    if not path.is_file():
-        raise RobotError(f"{path}: no such URDF")
-    try:
-        return ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
-        raise RobotError(f"{path}: not a URDF: {error}") from error
+def carried(description: str, links: tuple[str, ...]) -> frozenset[str]:
+    """The nearest link that carries all of some links, and all that it carries: of tool and fingers, the hand."""
+    joints = ElementTree.fromstring(description).findall("joint")
+    parent = {_end(joint, "child"): _end(joint, "parent") for joint in joints}
+    ways = []
+    for link in links:
+        way = [link]
+        while way[-1] in parent:
+            way.append(parent[way[-1]])
+        ways.append(way)
+    found = {next(link for link in ways[0] if all(link in way for way in ways))}
+    while more := {child for child, above in parent.items() if above in found} - found:
+        found |= more
+    return frozenset(found)
 
 
-def _check_joints(root: ElementTree.Element, spec: RobotSpec) -> None:
-    joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
-    for name in (*spec.joints, *spec.gripper.joints):
-        if name not in joints:
-            raise RobotError(f"{spec.urdf}: there is no joint {name!r}; the URDF has {', '.join(sorted(joints))}")
-    links = {link.get("name", "") for link in root.findall("link")}
-    for name in (spec.tool_parent, *spec.gripper.fingers):
-        if name not in links:
-            raise RobotError(f"{spec.urdf}: there is no link {name!r}; the URDF has {', '.join(sorted(links))}")
-    for name, joint in joints.items():
-        limit = joint.find("limit")
-        if joint.get("type") not in ("revolute", "prismatic"):
-            continue
-        if limit is None or limit.get("lower") is None or limit.get("upper") is None:
-            raise RobotError(f"{spec.urdf}: joint {name!r} has no limits; <limit lower=... upper=...> is needed")
+def _end(joint: ElementTree.Element, role: str) -> str:
+    element = joint.find(role)
+    return "" if element is None else element.get("link", "")
 
 
 def _points(collision: ElementTree.Element, spec: RobotSpec, link: str) -> Matrix:
     """Points whose hull is the geometry, before its origin is applied, shape (n, 3) [m]."""
-    import numpy as np
-
     geometry = collision.find("geometry")
     kind = geometry[0] if geometry is not None and len(geometry) else None
     if kind is None:
         raise RobotError(f"{spec.urdf}: link {link!r} has a <collision> without geometry")
     if kind.tag == "mesh":
-        path = _mesh_path(kind.get("filename", ""), spec)
+        x, y, z = _numbers(kind.get("scale", "1 1 1"))
         try:
-            scaled: Matrix = read_mesh(path).vertices * np.array(_numbers(kind.get("scale", "1 1 1")))
+            return read_mesh(Path(kind.get("filename", "")), (x, y, z)).vertices
         except TaskError as error:
             raise RobotError(f"{spec.urdf}: link {link!r}: {error}") from error
-        return scaled
     if kind.tag == "box":
         x, y, z = _numbers(kind.get("size", ""))
         return parts(Box((x, y, z)))[0].vertices
@@ -101,13 +91,6 @@ def _points(collision: ElementTree.Element, spec: RobotSpec, link: str) -> Matri
     if kind.tag == "sphere":
         return parts(Sphere(float(kind.get("radius", ""))))[0].vertices
     raise RobotError(f"{spec.urdf}: link {link!r} has geometry <{kind.tag}>; valid are mesh, box, cylinder and sphere")
-
-
-def _mesh_path(filename: str, spec: RobotSpec) -> Path:
-    """`package://` stands for the robot's mesh folder; any other path is relative to the URDF."""
-    if filename.startswith("package://"):
-        return spec.mesh_root / filename.removeprefix("package://")
-    return spec.urdf.parent / filename.removeprefix("file://")
 
 
 def _origin(element: ElementTree.Element) -> Matrix:

@@ -78,7 +78,7 @@ def robot() -> tuple[RobotSpec, pinocchio.Model, dict[str, Body]]:
     spec = load_robot("panda")
     model = pinocchio.buildModelFromUrdf(str(spec.urdf))
     geometry = pinocchio.buildGeomFromUrdf(
-        model, str(spec.urdf), pinocchio.GeometryType.COLLISION, package_dirs=[str(spec.mesh_root)]
+        model, str(spec.urdf), pinocchio.GeometryType.COLLISION, package_dirs=[str(spec.urdf.parent)]
     )
     clouds: dict[str, list[np.ndarray]] = {}
     for item in geometry.geometryObjects:

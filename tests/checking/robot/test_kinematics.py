@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -53,9 +52,7 @@ def test_the_tool_stands_between_the_fingers() -> None:
         ('<robot><link name="a"/><joint name="j" type="fixed"/></robot>', "'j' lacks"),
     ],
 )
-def test_a_broken_urdf_is_refused(tmp_path: Path, text: str, named: str) -> None:
-    path = tmp_path / "robot.urdf"
-    path.write_text(text)
-    spec: RobotSpec = replace(load_robot("panda"), urdf=path)
+def test_a_broken_description_is_refused(text: str, named: str) -> None:
+    spec: RobotSpec = replace(load_robot("panda"), description=text)
     with pytest.raises(RobotError, match=named):
         read_kinematics(spec)

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from tamp.streams.hand.antipodal import Contacts
 from tamp.streams.hand.candidates import (
-    DEPTHS,
     DIRECTIONS,
     WIDTH_RESERVE,
     Pinches,
@@ -83,8 +82,8 @@ def test_of_what_lies_low_hands_that_come_straight_down_get_hold():
 
 
 def test_every_contact_is_offered_from_all_directions_at_all_depths(pinches):
-    assert len(pinches) % (DIRECTIONS * len(DEPTHS)) == 0
-    assert set(np.unique(pinches.depths)) == set(DEPTHS)
+    assert len(pinches) % (DIRECTIONS * len(GRIPPER.depths)) == 0
+    assert set(np.unique(pinches.depths)) == set(GRIPPER.depths)
     assert (pinches.widths <= GRIPPER.stroke - WIDTH_RESERVE).all()
 
 
@@ -94,7 +93,7 @@ def test_the_same_generator_gives_the_same_pinches(pinches, table):
 
 
 def test_choosing_and_joining_keep_rows_together(pinches):
-    mask = pinches.depths == DEPTHS[0]
+    mask = pinches.depths == GRIPPER.depths[0]
     halves = [pinches.at(mask), pinches.at(~mask)]
     joined = Pinches.joined(halves)
     assert len(joined) == len(pinches)

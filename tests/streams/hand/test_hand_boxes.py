@@ -27,5 +27,5 @@ def test_the_palm_is_behind_the_fingers(hand):
 def test_upright_over_the_table_the_fingertips_are_lowest(hand):
     T = np.diag([1.0, -1.0, -1.0, 1.0])
     T[2, 3] = 0.1
-    tip = hand.upper[:, 2].max()
+    tip = hand.upper[0, :, 2].max()
     assert lowest_point(hand, np.array([0.05]), T[None])[0] == pytest.approx(0.1 - tip)

@@ -7,7 +7,7 @@ import pytest
 
 from tamp.errors import RobotError
 from tamp.task import Box
-from tamp.task.robot import read_robot
+from tamp.task.files.robot_file import read_robot
 from tamp.world.collision.motion_bound import travel
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.kinematics.inverse import inverse, straight_line
@@ -27,7 +27,6 @@ JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child li
 
 ROBOT = """
 urdf: arm.urdf
-mesh_root: .
 base: {xyz: [-0.3, 0.0, 0.0], rpy: [0.0, 0.0, 0.0], radius: 0.1}
 arm:
   joints: [j0, j1, j2, j3, j4, j5]
@@ -110,18 +109,18 @@ def test_its_tool_follows_a_straight_line(small):
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("home: [0.0, ", "home: [", "arm.home has 5 values for 6 joints"),
-        ("urdf: arm.urdf", "", "'urdf' is missing"),
-        ("  jerk", "  jolt", "'jerk' is missing"),
+        ("home: [0.0, ", "home: [", "arm: home has 5 values for 6 joints"),
+        ("urdf: arm.urdf", "", "urdf: is missing"),
+        ("  jerk", "  jolt", "arm.jerk: is missing"),
         (
             "reach: [0.2, 0.5]",
             "reach: [0.5, 0.2]",
-            "arm.reach is .0.5, 0.2.; give two distances, the smaller",
+            "reach is .0.5, 0.2.; give two distances, the smaller",
         ),
-        ("reach: [0.2, 0.5]", "reach: 0.5", "arm.reach is 0.5; give two distances, the smaller one first"),
-        (", radius: 0.1", "", "'radius' is missing"),
+        ("reach: [0.2, 0.5]", "reach: 0.5", "arm.reach: 0.5 is not valid; it must be a list"),
+        (", radius: 0.1", "", "base.radius: is missing"),
         ("stroke: 0.06", "stroke: wide", "'wide'"),
-        ("arm:", "arm: [", "cannot read the robot"),
+        ("arm:", "arm: [", "not YAML"),
     ],
 )
 def test_a_robot_that_lacks_something_is_refused_in_one_sentence(tmp_path, old, new, complaint):

@@ -1,0 +1,1 @@
+"""UR5e with a Robotiq 2F-85."""

@@ -1,0 +1,328 @@
+"""URDF files -> one description of the robot: gripper attached, meshes found, only what is driven movable.
+
+URDFs come as ROS has them: `package://` paths, joints that turn without end, wheels, heads and second arms, joints that
+mimic others, elements and attributes of other tools. All rooms read the description that is left, and none of that.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from tamp.errors import RobotError
+from tamp.task.pose import Pose
+
+MAX_BYTES = 32 * 2**20
+MOVABLE = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A gripper's own URDF: the link of the arm that carries its root, where, and what its names begin with."""
+
+    urdf: Path
+    parent: str
+    pose: Pose
+    prefix: str
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: multiplier * that one's position + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Urdf:
+    """What a robot's URDF files say together.
+
+    Attributes:
+        path: the arm's file, for messages.
+        root: links and joints, with absolute paths of meshes.
+    """
+
+    path: Path
+    root: Element
+
+    @property
+    def joints(self) -> dict[str, Element]:
+        """The joints by name."""
+        return {joint.get("name", ""): joint for joint in self.root.findall("joint")}
+
+    @property
+    def links(self) -> dict[str, Element]:
+        """The links by name."""
+        return {link.get("name", ""): link for link in self.root.findall("link")}
+
+    def joint(self, name: str) -> Element:
+        """The joint called so; RobotError with the movable ones where there is none."""
+        if name not in self.joints:
+            valid = [n for n, joint in self.joints.items() if joint.get("type") in MOVABLE]
+            raise RobotError(f"{self.path}: there is no joint {name!r}; the URDF has {', '.join(sorted(valid))}")
+        return self.joints[name]
+
+    def require_link(self, name: str) -> None:
+        """RobotError with the links that there are where there is none called so."""
+        if name not in self.links:
+            raise RobotError(f"{self.path}: there is no link {name!r}; the URDF has {', '.join(sorted(self.links))}")
+
+    def limits(self, name: str, what: str = "lower and upper") -> tuple[float, float] | None:
+        """A joint's position limits, None where it turns without end.
+
+        Raises:
+            RobotError: where a joint that needs them has none.
+        """
+        joint = self.joint(name)
+        limit = joint.find("limit")
+        if joint.get("type") == "continuous":
+            return None
+        if limit is None or limit.get("lower") is None or limit.get("upper") is None:
+            raise RobotError(f"{self.path}: joint {name!r} has no limits; <limit {what}> is needed")
+        return _number(limit, "lower", self.path), _number(limit, "upper", self.path)
+
+    def velocity(self, name: str) -> float:
+        """A joint's largest velocity; RobotError where the URDF does not say it."""
+        limit = self.joint(name).find("limit")
+        speed = 0.0 if limit is None or limit.get("velocity") is None else _number(limit, "velocity", self.path)
+        if speed <= 0.0:
+            raise RobotError(f"{self.path}: joint {name!r} has no velocity limit; give arm.velocity in robot.yaml")
+        return speed
+
+    def mimics(self) -> dict[str, Mimic]:
+        """Which joints follow which others, as <mimic> says."""
+        found = {}
+        for name, joint in self.joints.items():
+            mimic = joint.find("mimic")
+            if mimic is not None:
+                values = (_number(mimic, "multiplier", self.path, 1.0), _number(mimic, "offset", self.path, 0.0))
+                found[name] = Mimic(mimic.get("joint", ""), *values)
+        return found
+
+    def described(self, driven: Mapping[str, tuple[float, float]], posture: Mapping[str, float]) -> str:
+        """The description: the driven joints with these limits, all others fixed at their posture, or near 0."""
+        root = ElementTree.fromstring(ElementTree.tostring(self.root, encoding="unicode"))
+        for joint in root.findall("joint"):
+            name, kind = joint.get("name", ""), joint.get("type")
+            for mimic in joint.findall("mimic"):
+                joint.remove(mimic)
+            if name in driven:
+                _drive(joint, driven[name])
+            elif kind in MOVABLE:
+                self._fix(joint, posture.get(name))
+            elif kind != "fixed":
+                joint.set("type", "fixed")
+        return ElementTree.tostring(root, encoding="unicode")
+
+    def _fix(self, joint: Element, value: float | None) -> None:
+        limit, kind = joint.find("limit"), joint.get("type")
+        if value is None:
+            value = 0.0
+            if limit is not None and kind != "continuous":
+                low, high = (_number(limit, end, self.path, 0.0) for end in ("lower", "upper"))
+                value = min(max(0.0, low), high)
+        axis_element = joint.find("axis")
+        axis = (1.0, 0.0, 0.0) if axis_element is None else _triple(axis_element, "xyz", self.path)
+        if value != 0.0:
+            pose = pose_of(joint, self.path) @ _moved(axis, value, slides=kind == "prismatic")
+            for origin in joint.findall("origin"):
+                joint.remove(origin)
+            _place(joint, pose)
+        joint.set("type", "fixed")
+
+
+def read_urdf(path: Path, attachment: Attachment | None, folders: Sequence[Path]) -> Urdf:
+    """Read an arm's URDF, and a gripper's into it.
+
+    Args:
+        path: the arm's file.
+        attachment: the gripper, where it has a file of its own.
+        folders: where `package://` paths are looked for.
+
+    Raises:
+        RobotError: where a file is missing or no URDF, names clash, or a collision mesh is not found.
+    """
+    root = _links_and_joints(path, folders)
+    if attachment is not None:
+        _attach(Urdf(path, root), attachment, folders)
+    return Urdf(path, root)
+
+
+def _attach(arm: Urdf, attachment: Attachment, folders: Sequence[Path]) -> None:
+    hand = _links_and_joints(attachment.urdf, folders)
+    _rename(hand, attachment.prefix)
+    arm.require_link(attachment.parent)
+    mine = Urdf(attachment.urdf, hand)
+    for what, those, these in (("link", arm.links, mine.links), ("joint", arm.joints, mine.joints)):
+        if twice := sorted(those.keys() & these.keys()):
+            raise RobotError(
+                f"{attachment.urdf}: both arm and gripper have a {what} {twice[0]!r}; give gripper.attach a prefix"
+            )
+    children = {child.get("link") for child in hand.iterfind("joint/child")}
+    roots = [name for name in mine.links if name not in children]
+    if len(roots) != 1:
+        raise RobotError(f"{attachment.urdf}: needs exactly one root link, found {', '.join(roots) or 'none'}")
+    joint = ElementTree.SubElement(arm.root, "joint", name=f"{attachment.prefix}attached", type="fixed")
+    ElementTree.SubElement(joint, "parent", link=attachment.parent)
+    ElementTree.SubElement(joint, "child", link=roots[0])
+    _place(joint, attachment.pose)
+    arm.root.extend(list(hand))
+
+
+def _rename(root: Element, prefix: str) -> None:
+    for element in root:
+        element.set("name", prefix + element.get("name", ""))
+        for reference, attribute in (("parent", "link"), ("child", "link"), ("mimic", "joint")):
+            for found in element.findall(reference):
+                found.set(attribute, prefix + found.get(attribute, ""))
+
+
+def _links_and_joints(path: Path, folders: Sequence[Path]) -> Element:
+    """A file's links and joints with absolute paths of meshes, and nothing else of it."""
+    source = _parse(path)
+    root = Element("robot", name=source.get("name", "robot"))
+    for tag in ("link", "joint"):
+        for element in source.findall(tag):
+            _strip(element)
+            root.append(element)
+    for link in root.findall("link"):
+        for kind in ("collision", "visual"):
+            for element in link.findall(kind):
+                mesh = element.find("geometry/mesh")
+                if mesh is None:
+                    continue
+                file, looked = find_mesh(mesh.get("filename", ""), path, folders)
+                if file is not None:
+                    mesh.set("filename", str(file))
+                elif kind == "visual":  # only pictures are the poorer for it
+                    link.remove(element)
+                else:
+                    raise RobotError(
+                        f"{path}: link {link.get('name')!r}: there is no mesh {mesh.get('filename')!r}; looked for "
+                        f"{', '.join(map(str, looked))}; name the folder of its package under meshes: in robot.yaml"
+                    )
+    return root
+
+
+def find_mesh(filename: str, urdf: Path, folders: Sequence[Path]) -> tuple[Path | None, list[Path]]:
+    """The file that a URDF's path means, and all the places where it was looked for.
+
+    `package://NAME/REST` is looked for as NAME/REST and as REST in each folder, and in the folders above the URDF;
+    what is not a URL, beside the URDF.
+    """
+    scheme, _, rest = filename.rpartition("://")
+    if scheme in ("package", "model"):
+        inner = rest.partition("/")[2]
+        looked = [folder / part for folder in folders for part in (rest, inner)]
+        looked += [folder / rest for folder in urdf.resolve().parents]
+        looked += [folder / inner for folder in urdf.resolve().parents if folder.name == rest.partition("/")[0]]
+    else:
+        looked = [urdf.resolve().parent / rest, *(folder / rest for folder in folders)]
+    return next((place for place in looked if place.is_file()), None), looked
+
+
+def _parse(path: Path) -> Element:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise RobotError(f"{path}: larger than {MAX_BYTES} bytes, the most a URDF may have")
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise RobotError(f"{path}: no such URDF") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise RobotError(f"{path}: cannot read the URDF: {error}") from error
+    try:
+        root = ElementTree.fromstring(_with_declared_prefixes(text))
+    except ElementTree.ParseError as error:
+        raise RobotError(f"{path}: not a URDF: {error}") from error
+    if root.tag != "robot":
+        raise RobotError(f"{path}: not a URDF: its root is <{root.tag}>, not <robot>")
+    return root
+
+
+def _with_declared_prefixes(text: str) -> str:
+    """Text whose root declares every namespace prefix in use: `drake:` and `xacro:` often are not declared."""
+    used = set(re.findall(r"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])", text)) - {"xmlns", "xml"}
+    missing = sorted(prefix for prefix in used if f"xmlns:{prefix}" not in text)
+    declared = "".join(f' xmlns:{prefix}="urn:{prefix}"' for prefix in missing)
+    return re.sub(r"<robot\b", f"<robot{declared}", text, count=1)
+
+
+def _strip(element: Element) -> None:
+    """Take away what belongs to other tools: elements and attributes with a namespace."""
+    for key in [key for key in element.attrib if "}" in key]:
+        del element.attrib[key]
+    for child in list(element):
+        if "}" in str(child.tag):
+            element.remove(child)
+        else:
+            _strip(child)
+
+
+def _drive(joint: Element, limits: tuple[float, float]) -> None:
+    if joint.get("type") == "continuous":
+        joint.set("type", "revolute")
+    limit = joint.find("limit")
+    if limit is None:
+        limit = ElementTree.SubElement(joint, "limit")
+    given = {key: limit.get(key) for key in ("lower", "upper")}
+    if tuple(None if v is None else float(v) for v in given.values()) != limits:
+        limit.set("lower", repr(limits[0]))
+        limit.set("upper", repr(limits[1]))
+
+
+def pose_of(element: Element, path: Path) -> Pose:
+    """What an element's <origin> means; no turn and no way where it has none."""
+    origin = element.find("origin")
+    if origin is None:
+        return Pose()
+    return Pose.from_rpy(_triple(origin, "xyz", path), _triple(origin, "rpy", path))
+
+
+def _place(joint: Element, pose: Pose) -> None:
+    xyz, rpy = " ".join(map(repr, pose.xyz)), " ".join(map(repr, pose.rpy))
+    ElementTree.SubElement(joint, "origin", xyz=xyz, rpy=rpy)
+
+
+def _moved(axis: tuple[float, float, float], value: float, *, slides: bool) -> Pose:
+    length = math.hypot(*axis) or 1.0
+    x, y, z = (v / length for v in axis)
+    if slides:
+        return Pose((value * x, value * y, value * z))
+    s = math.sin(value / 2)
+    return Pose(quat=(s * x, s * y, s * z, math.cos(value / 2)))
+
+
+def _triple(element: Element, attribute: str, path: Path) -> tuple[float, float, float]:
+    try:
+        a, b, c = map(float, element.get(attribute, "0 0 0").split())
+    except ValueError:
+        raise RobotError(f"{path}: {attribute}={element.get(attribute)!r} are not three numbers") from None
+    return a, b, c
+
+
+def _number(element: Element, attribute: str, path: Path, default: float = 0.0) -> float:
+    text = element.get(attribute)
+    try:
+        value = default if text is None else float(text)
+    except ValueError:
+        raise RobotError(f"{path}: {attribute}={text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise RobotError(f"{path}: {attribute}={text!r} is not a finite number")
+    return value
+
+
+def followers(driver: str, mimics: Mapping[str, Mimic]) -> Iterator[tuple[str, float, float]]:
+    """Yield the joints that follow a driver, directly or through others: name, multiplier and offset against it."""
+    for name, mimic in mimics.items():
+        if mimic.joint == driver and name != driver:
+            yield name, mimic.multiplier, mimic.offset
+            rest = {other: m for other, m in mimics.items() if other not in (driver, name)}
+            for further, multiplier, offset in followers(name, rest):
+                yield further, multiplier * mimic.multiplier, multiplier * mimic.offset + offset

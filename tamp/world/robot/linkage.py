@@ -1,0 +1,124 @@
+"""How a gripper's joints and pads go with its opening: fingers that slide, or links that swing on arcs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from tamp.errors import RobotError
+from tamp.task.robot import Gripper, RobotSpec
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+SAMPLES = 1001
+"""Positions of the driver at which the pads are looked at; between them the opening is wrong by 0.1 um at most."""
+
+STEPS = 128
+"""Into so many the stroke of links that swing is parted; from one to the next bodies are taken to move straight."""
+
+CLOSED = 0.002
+"""Pads that come no nearer to each other than this do not close [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage:
+    """The gripper's one degree of freedom, told by the distance between the pads.
+
+    Attributes:
+        gripper: the gripper.
+        openings: between the pads, ascending, shape (n,) [m].
+        drivers: where the driver is then, shape (n,) [rad or m].
+        depths: where the pads' middle is along the tool's z then, shape (n,) [m].
+        grid: openings between which all links move nearly straight, from 0 to the stroke [m].
+    """
+
+    gripper: Gripper
+    openings: Array
+    drivers: Array
+    depths: Array
+    grid: Array
+
+    def driver(self, opening: float) -> float:
+        """The driver's position at an opening [m]; [rad or m]."""
+        return opening / 2 if self.gripper.pads is None else float(np.interp(opening, self.openings, self.drivers))
+
+    def joints(self, opening: float) -> Array:
+        """Positions of all joints of the gripper at an opening [m], in its order, shape (k,)."""
+        found: Array = self.driver(opening) * np.array(self.gripper.multipliers) + np.array(self.gripper.offsets)
+        return found
+
+    def depth(self, openings: Array | float) -> Array:
+        """Where the pads' middle is along the tool's z, for each opening [m]; of the same shape [m]."""
+        return np.asarray(np.interp(openings, self.openings, self.depths))
+
+    def opening(self, driver: float) -> float:
+        """The distance between the pads where the driver is at a position [rad or m]; [m]."""
+        if self.gripper.pads is None:
+            return 2.0 * driver
+        order = np.argsort(self.drivers)
+        return float(np.interp(driver, self.drivers[order], self.openings[order]))
+
+    def per_driver(self, opening: float) -> float:
+        """How fast the pads part as the driver moves, at an opening [m]; [m/rad or m/m], its sign included."""
+        step = 0.01 * self.gripper.stroke
+        low, high = max(float(self.openings[0]), opening - step), min(float(self.openings[-1]), opening + step)
+        return (high - low) / (self.driver(high) - self.driver(low))
+
+
+@cache
+def linkage(spec: RobotSpec) -> Linkage:
+    """The linkage of a robot's gripper.
+
+    Raises:
+        RobotError: where the pads do not close, or do not part as far as the stroke, or turn back on the way.
+    """
+    gripper, ends = spec.gripper, np.array([0.0, spec.gripper.stroke])
+    if gripper.pads is None:
+        if gripper.stroke / 2 > gripper.limits[1] + 1e-6:
+            raise RobotError(
+                f"robot {spec.name}: a stroke of {gripper.stroke:g} m needs joints that slide by half of it; "
+                f"{gripper.joints[0]} ends at {gripper.limits[1]:g} m"
+            )
+        return Linkage(gripper, ends, ends / 2, np.zeros(2), ends)
+    drivers = np.linspace(*gripper.limits, SAMPLES)
+    pads = pad_points(spec, drivers)
+    apart = (pads[:, 1] - pads[:, 0]) @ np.array(gripper.axis)
+    apart = apart * np.sign(apart[np.abs(apart).argmax()])
+    if apart[0] > apart[-1]:
+        drivers, pads, apart = drivers[::-1], pads[::-1], apart[::-1]
+    _check(spec, apart)
+    return Linkage(gripper, apart, drivers, pads[:, :, 2].mean(axis=1), np.linspace(0.0, gripper.stroke, STEPS + 1))
+
+
+def _check(spec: RobotSpec, apart: Array) -> None:
+    name, stroke = f"robot {spec.name}", spec.gripper.stroke
+    if (np.diff(apart) <= 0.0).any():
+        raise RobotError(f"{name}: the pads turn back between the gripper's limits; give limits without that")
+    if apart[0] > CLOSED:
+        raise RobotError(f"{name}: the pads come no nearer than {apart[0]:.4f} m to each other; is gripper.pads right?")
+    if apart[-1] < stroke - 1e-4:
+        raise RobotError(f"{name}: the pads part by {apart[-1]:.4f} m at most, less than the stroke of {stroke:g} m")
+
+
+def pad_points(spec: RobotSpec, drivers: Array) -> Array:
+    """The middles of both pads in the tool frame for positions of the driver (n,); shape (n, 2, 3) [m]."""
+    gripper = spec.gripper
+    model = pin.buildModelFromXML(spec.description)
+    data, q = model.createData(), pin.neutral(model)
+    frames = [model.getFrameId(name) for name in (spec.tool_parent, *gripper.fingers)]
+    index = [model.joints[model.getJointId(name)].idx_q for name in gripper.joints]
+    found = np.empty((len(drivers), 2, 3))
+    for i, driver in enumerate(drivers):
+        q[index] = driver * np.array(gripper.multipliers) + np.array(gripper.offsets)
+        pin.framesForwardKinematics(model, data, q)
+        T_tool_world = (data.oMf[frames[0]] * pin.SE3(spec.T_parent_tool.matrix)).inverse()
+        for k, pad in enumerate(gripper.pads or ()):
+            found[i, k] = (T_tool_world * data.oMf[frames[1 + k]]).act(np.array(pad))
+    return found

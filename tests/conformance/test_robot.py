@@ -1,0 +1,77 @@
+"""The kit for robots: what fits is said to fit, and each mistake is told by the check that is for it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tamp.checking.robot.links import read_links
+from tamp.cli import main
+from tamp.conformance.findings import Finding
+from tamp.conformance.robot import _Trial, check_robot
+from tamp.task import Pose, RobotSpec, load_robot
+from tamp.task.files.robot_file import read_robot
+from tamp.world.robot.model import robot_model
+from tests.task.swinging import write
+
+
+def trial(spec: RobotSpec) -> _Trial:
+    return _Trial(spec, robot_model(spec), read_links(spec), np.random.default_rng(0))
+
+
+def wrong(findings: list[Finding]) -> list[str]:
+    return [finding.text for finding in findings if finding.outcome == "wrong"]
+
+
+def test_a_robot_that_fits_is_said_to_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["robots", "check", "panda", "--json", str(tmp_path / "found.json")]) == 0
+    assert capsys.readouterr().out.endswith("it fits\n")
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert found["fits"] and found["numbers"]["kinematics_m"] < 1e-9 and found["numbers"]["ik_hits"] > 0.99
+
+
+def test_what_cannot_be_read_is_all_that_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["robots", "check", str(tmp_path)]) != 0
+    assert "robot.yaml" in capsys.readouterr().err
+
+
+def test_swinging_fingers_fit_and_their_way_along_the_approach_is_told(tmp_path: Path) -> None:
+    found = list(trial(read_robot(write(tmp_path / "swinging"))).gripper())
+    assert not wrong(found) and "1.0 mm of way along the approach" in found[-1].text
+
+
+def test_fingers_whose_zero_is_not_closed_are_told() -> None:
+    spec = load_robot("panda")
+    description = spec.description.replace('xyz="0 0 0.0584"', 'xyz="0 0.005 0.0584"', 1)
+    assert description != spec.description
+    (text, *_) = wrong(list(trial(replace(spec, description=description)).gripper()))
+    assert "the fingers' hulls are" in text and "give gripper.pads" in text
+
+
+def test_a_tool_beside_the_pads_is_told() -> None:
+    spec = load_robot("panda")
+    aside = replace(spec, T_parent_tool=Pose((0.0, 0.004, 0.1034)))
+    assert any("4.0 mm beside the tool's z axis" in text for text in wrong(list(trial(aside).gripper())))
+
+
+def test_a_tool_at_the_flange_is_told() -> None:
+    spec = load_robot("panda")
+    assert "the tool belongs between the pads" in wrong(list(trial(replace(spec, T_parent_tool=Pose())).hand()))[0]
+
+
+def test_a_home_in_the_table_is_told() -> None:
+    spec = load_robot("panda")
+    low = replace(spec, home=(0.0, 1.2, 0.0, -1.2, 0.0, 2.4, 0.785))
+    assert any(text.startswith("at home:") for text in wrong(list(trial(low).collisions())))
+
+
+def test_pads_that_never_meet_end_the_kit_with_what_the_fingers_are() -> None:
+    spec = load_robot("panda")
+    pads = ((0.0, 0.0, 0.04), (0.0, 0.0, 0.04))
+    judgement = check_robot(replace(spec, gripper=replace(spec.gripper, pads=pads, stroke=0.1)))
+    assert not judgement.fits and "the pads part by 0.08" in judgement.findings[-1].text
+    assert [f.text.split()[0] for f in judgement.findings if f.check == "fingers"] == [*spec.gripper.fingers]
