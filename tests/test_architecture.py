@@ -38,10 +38,14 @@ ALLOWED = {
         "versions", "task", "errors",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
+    "contest": {
+        "perception", "execution", "scoring", "formats", "report", "results", "versions", "world", "task", "errors",
+        "pipeline",
+    },
     "conformance": {"clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors"},
     "__main__": {"cli"},
     "cli": {
-        "clock", "batch", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains",
+        "clock", "batch", "contest", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains",
         "planning", "language", "world", "checking", "execution", "perception", "scoring", "results", "versions",
         "task", "errors",
     },

@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from tamp.cli.commands import (
     compare,
+    contest,
     doctor,
     formats,
     generate,
@@ -31,7 +32,7 @@ from tamp.cli.parser import Parser
 from tamp.cli.status import BAD_INPUT, INTERRUPTED, UNSOLVED
 from tamp.errors import TampError
 
-FAMILIES = (solve, steps, perceive, score, compare, show, formats, generate, samplers, installed, doctor)
+FAMILIES = (solve, steps, perceive, score, compare, contest, show, formats, generate, samplers, installed, doctor)
 """The modules that add commands, in the order of `tamp --help`."""
 
 

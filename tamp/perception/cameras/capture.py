@@ -66,6 +66,7 @@ def shoot(
     seed: int = 0,
     masks: bool = False,
     renderer: str = "raycast",
+    first: int = 0,
 ) -> Iterator[Shot]:
     """Take pictures one after the other.
 
@@ -78,6 +79,7 @@ def shoot(
         seed: decides every error of sensors and calibration, for each view by itself.
         masks: whether the frames tell which object each pixel shows.
         renderer: "raycast" or "pybullet".
+        first: number of the first picture, where others of the same scene were taken before.
 
     Raises:
         TampError: where the renderer is unknown or not installed.
@@ -87,7 +89,7 @@ def shoot(
     names = list(looks)
     still = [table_body(Table() if table is None else table), *objects_at(looks, poses)]
     number = {body.name: names.index(body.name) for body in still[1:]}
-    for index, view in enumerate(shots):
+    for index, view in enumerate(shots, start=first):
         bodies: list[Body] = [*still, robot_body(robot, view.q)]
         T = camera_pose(view.camera, robot, view.q)
         with make(bodies) as scene:
@@ -107,10 +109,15 @@ def shoot(
         yield Shot(frame, T, picture.depth, visible)
 
 
-def _believed(camera: Camera, T: NDArray[np.float64], seed: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Where calibration has the camera: the mount's error is the same in all views of a scene, a view's is its own."""
+def calibrated_pose(camera: Camera, T_world_camera: NDArray[np.float64], seed: int) -> NDArray[np.float64]:
+    """A camera's pose (4, 4) with the error of its mount, which is the same in all views of a scene."""
     mount = np.random.default_rng([seed, _number(camera.name)])
-    return miscalibrated(miscalibrated(T, camera.calibration, mount, view=False), camera.calibration, rng, view=True)
+    return miscalibrated(T_world_camera, camera.calibration, mount, view=False)
+
+
+def _believed(camera: Camera, T: NDArray[np.float64], seed: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Where calibration has the camera in one view, which has an error of its own."""
+    return miscalibrated(calibrated_pose(camera, T, seed), camera.calibration, rng, view=True)
 
 
 def _number(name: str) -> int:

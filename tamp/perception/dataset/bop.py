@@ -21,7 +21,7 @@ import numpy as np
 
 from tamp.errors import TaskError
 from tamp.perception.cameras.camera import Intrinsics
-from tamp.perception.rendering.surface import Surface
+from tamp.perception.rendering.surface import Surface, write_ply
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def write_models(objects: Mapping[str, Surface], folder: Path) -> None:
     models.mkdir(parents=True, exist_ok=True)
     info = {}
     for number, surface in enumerate(objects.values(), start=1):
-        _write_ply(surface, models / f"obj_{number:06}.ply")
+        write_ply(surface, models / f"obj_{number:06}.ply", scale=1000)
         lower, upper = 1000 * surface.vertices.min(axis=0), 1000 * surface.vertices.max(axis=0)
         corners = {f"min_{axis}": float(v) for axis, v in zip("xyz", lower, strict=True)}
         sizes = {f"size_{axis}": float(v) for axis, v in zip("xyz", upper - lower, strict=True)}
@@ -222,19 +222,6 @@ def _matrix(R: Sequence[float], t: Sequence[float]) -> Array:
 def object_pose(frame: LabelledFrame, label: Label) -> Pose:
     """`T_world_object` of a label."""
     return Pose.from_matrix(frame.T_world_camera @ label.T_camera_object)
-
-
-def _write_ply(surface: Surface, path: Path) -> None:
-    """A binary PLY in millimetres with a colour a vertex."""
-    vertices = np.empty(len(surface.vertices), dtype=[("xyz", "<f4", 3), ("rgb", "u1", 3)])
-    vertices["xyz"], vertices["rgb"] = 1000 * surface.vertices, surface.colors
-    faces = np.empty(len(surface.faces), dtype=[("n", "u1"), ("abc", "<i4", 3)])
-    faces["n"], faces["abc"] = 3, surface.faces
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
-    header += [f"property uchar {color}" for color in ("red", "green", "blue")]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    path.write_bytes("\n".join(header).encode() + b"\n" + vertices.tobytes() + faces.tobytes())
 
 
 def _save(path: Path, image: NDArray[Any]) -> None:
