@@ -60,6 +60,7 @@ class Rules:
         renderer: "raycast" or "pybullet".
         libraries: Python distributions that solutions may import, beside the standard library and NumPy.
         contest_log_kb: how much of what it printed on a hidden task an owner sees [KiB]; it could print the task.
+        reveal: show pictures and films of the contest set, as when the contest is over.
         limits: of a solution's processes.
         uploads: of the service.
     """
@@ -79,6 +80,7 @@ class Rules:
     renderer: str = "raycast"
     libraries: tuple[str, ...] = ()
     contest_log_kb: int = 4
+    reveal: bool = False
     limits: Limits = field(default_factory=Limits)
     uploads: Uploads = field(default_factory=Uploads)
     path: Path | None = None
@@ -134,6 +136,8 @@ def _value(document: Document, at: FieldPath, value: Any, hint: Any) -> Any:
         return value
     if isinstance(hint, types.UnionType):
         return None if value is None else _value(document, at, value, typing.get_args(hint)[0])
+    if hint is bool and type(value) is not bool:
+        raise TampError(f"{where}: expected true or false")
     if hint is str and not isinstance(value, str):
         raise TampError(f"{where}: expected text")
     least = 0 if at[-1] in ("seed", "contest_log_kb") else 1 if hint is int else 1e-3

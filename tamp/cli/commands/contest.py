@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import importlib.util
+import json
 import re
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tamp.cli.options import add_json, command, positive_int, seconds
+from tamp.cli.options import add_json, command, natural, positive_int, seconds
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.status import SOLVED
 from tamp.errors import TampError
@@ -27,6 +30,7 @@ def add(commands: Commands) -> None:
     parser = commands.add_parser("contest", help=text, description=f"{text[:1].upper()}{text[1:]}.")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     _add_run(command(actions, "run", run, "run a solution on tasks and score it"))
+    _add_service(actions)
 
 
 def _add_run(parser: Parser) -> None:
@@ -93,3 +97,124 @@ def _tasks(options: argparse.Namespace, rules: Rules) -> Sequence[Task]:
     if not paths:
         raise TampError("there is no task to run on; give --tasks TASK.yaml ..., or rules with trial tasks")
     return tuple(load_task(path, allow_outside=True) for path in paths)
+
+
+def _add_service(actions: Commands) -> None:
+    parser = command(actions, "new", new, "begin a contest: a folder with rules and trial tasks")
+    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser = command(actions, "team", team, "add a team and print its token; needs the extra 'contest'")
+    parser.add_argument("name", metavar="NAME")
+    parser.add_argument("--renew", action="store_true", help="a new token for a team that there is")
+    _add_data(parser)
+    parser = command(actions, "serve", serve, "the web service with its workers; needs the extra 'contest'")
+    parser.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="default: this machine only")
+    parser.add_argument("--port", type=positive_int, default=8000, metavar="N", help="default 8000")
+    parser.add_argument("--workers", type=natural, default=1, metavar="N", help="processes that evaluate; default 1")
+    _add_work(parser)
+    parser = command(actions, "work", work, "one more worker, on this machine or another; needs the extra 'contest'")
+    parser.add_argument("--until-empty", action="store_true", help="end when every run is done")
+    _add_work(parser)
+
+
+def _add_data(parser: Parser) -> None:
+    parser.add_argument("--data", type=Path, required=True, metavar="DIR", help="the folder with contest.yaml")
+    parser.add_argument("--database", metavar="URL", help="default: SQLite in the folder; postgresql+psycopg://...")
+
+
+def _add_work(parser: Parser) -> None:
+    _add_data(parser)
+    parser.add_argument(
+        "--lease", type=seconds, default=60.0, metavar="SECONDS", help="how long a worker may be silent"
+    )
+    _add_isolation(parser)
+
+
+NEW = """\
+# The rules of this contest; what is left out is as the paper has it. See docs/contest.md.
+name: {name}
+about: Bring every object to its goal.
+trial: [tasks/trial/*.yaml]
+contest: [tasks/contest/*.yaml]
+simulators: [pybullet]
+runs: 3
+"""
+
+TRIAL = ("one_object", "swap", "five_apart", "reverse_tower", "clutter_ten")
+"""Installed tasks that a new contest offers to practise on."""
+
+
+def new(options: argparse.Namespace) -> int:
+    """Write contest.yaml and trial tasks into a folder that has none."""
+    from importlib.resources import files
+
+    folder: Path = options.folder
+    if (folder / "contest.yaml").exists():
+        raise TampError(f"{folder / 'contest.yaml'}: exists already; nothing was changed")
+    name = json.dumps(folder.resolve().name)
+    write_text(folder / "contest.yaml", NEW.format(name=name))
+    for task in TRIAL:
+        _copy(Path(str(files("tamp"))) / "scenarios" / f"{task}.yaml", folder / "tasks" / "trial")
+    (folder / "tasks" / "contest").mkdir(parents=True, exist_ok=True)
+    print(
+        f"{folder / 'contest.yaml'}: the rules; put the hidden tasks into {folder / 'tasks' / 'contest'}",
+        file=options.out,
+    )
+    return SOLVED
+
+
+def _copy(task: Path, folder: Path) -> None:
+    """Copy a task file and the meshes beside it that it names."""
+    from tamp.task import Mesh
+    from tamp.task.files.load import load_task
+
+    meshes = [item.shape.path for item in load_task(task).objects if isinstance(item.shape, Mesh)]
+    for file in (task, *meshes, *(mesh.with_name("visual.ply") for mesh in meshes)):
+        if file.is_file():
+            target = folder / file.resolve().relative_to(task.resolve().parent)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
+
+
+def team(options: argparse.Namespace) -> int:
+    """Print the token of a new team, or a new one of an old team."""
+    _require_extra()
+    from tamp.contest.service.store import open_store
+    from tamp.contest.service.teams import add_team, renew_token
+
+    make = renew_token if options.renew else add_team
+    print(make(open_store(options.data, options.database), options.name), file=options.out)
+    return SOLVED
+
+
+def serve(options: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    _require_extra()
+    from tamp.contest.sandbox.choice import choose
+    from tamp.contest.service import serve as service
+
+    choose(name=options.sandbox, insecure=options.no_isolation)  # refused here, and not by each worker
+    service.rules_file(options.data)
+    passed = ["--lease", str(options.lease)]
+    passed += ["--sandbox", options.sandbox] if options.sandbox else []
+    passed += ["--no-isolation"] if options.no_isolation else []
+    workers = [service.worker_command(options.data, options.database, passed)] * options.workers
+    print(f"http://{options.host}:{options.port}", file=options.out)
+    service.serve(options.data, options.database, options.host, options.port, workers)
+    return SOLVED
+
+
+def work(options: argparse.Namespace) -> int:
+    """Evaluate until terminated."""
+    _require_extra()
+    from tamp.contest.sandbox.choice import choose
+    from tamp.contest.service import serve as service
+
+    sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
+    service.work(options.data, options.database, sandbox, options.lease, until_empty=options.until_empty)
+    return SOLVED
+
+
+def _require_extra() -> None:
+    missing = [name for name in ("fastapi", "sqlalchemy", "uvicorn") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise TampError(f"{', '.join(missing)} not installed: pip install 'tabletop-tamp[contest]'")

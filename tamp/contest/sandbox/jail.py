@@ -112,6 +112,7 @@ def give_up_powers(capset: int) -> None:
 
 def main(arguments: Sequence[str]) -> int:
     """Become the namespace's first process; the exit status is the command's, or 128 and a signal's number."""
+    _checked(LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0), "parent death signal")
     first = os.fork()
     if first == 0:
         _checked(LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0), "parent death signal")
