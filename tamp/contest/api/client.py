@@ -78,7 +78,7 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """What a camera sees now; colour and depth are registered. Arrays are read-only.
+    """What a camera sees now; colour and depth are registered.
 
     Attributes:
         color: (height, width, 3), uint8.

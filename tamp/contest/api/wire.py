@@ -140,7 +140,7 @@ class Channel:
 
 def encode(message: Message) -> bytes:
     """A message as bytes; ValueError where a value or an array's type is none that the protocol knows."""
-    arrays = {name: np.ascontiguousarray(array) for name, array in message.arrays.items()}
+    arrays = message.arrays
     described = [[name, _type(name, array), list(array.shape)] for name, array in arrays.items()]
     fields = {"kind": message.kind, "number": message.number, "fields": dict(message.fields), "arrays": described}
     header = json.dumps(fields, allow_nan=False, separators=(",", ":")).encode()
@@ -180,7 +180,6 @@ def decode(header: bytes | bytearray, body: bytes | bytearray) -> Message:
         if name in arrays or used + size > len(body):
             raise ProtocolError(f"array {name!r} comes twice, or is larger than what was sent")
         arrays[name] = np.frombuffer(body, dtype, math.prod(shape), used).reshape(shape)
-        arrays[name].setflags(write=False)
         used += size
     if used != len(body):
         raise ProtocolError(f"{len(body) - used} bytes belong to no array")

@@ -67,41 +67,50 @@ def _pure() -> set[str]:
 def _library_mounts(libraries: Sequence[str]) -> list[Mount]:
     mounts: dict[str, Path] = {}
     for found in closure(libraries):
-        if found.name.lower() == OWN:
+        if _parsed(found.name)[0] == OWN:
             continue
         tops = {file.parts[0] for file in found.files or ()} - {"..", "__pycache__"}
         for entry in sorted(tops):
             mounts[f"{SITE}/{entry}"] = Path(str(found.locate_file(entry)))
     root = Path(str(files("tamp")))
-    whole = OWN in (name.lower() for name in libraries)
+    whole = OWN in (_parsed(name)[0] for name in libraries)
     parts = sorted(p.name for p in root.iterdir() if p.name not in (TASKS, "__pycache__")) if whole else API
     mounts |= {f"{SITE}/tamp/{part}": (root / part).resolve() for part in parts}
     return [Mount(path, target) for target, path in mounts.items() if path.exists()]
 
 
 def closure(libraries: Sequence[str]) -> list[Distribution]:
-    """The distributions of names, and all that they need and is installed.
+    """The distributions of names, such as "scipy" or "tabletop-tamp[perception]", and all that they need.
 
     Raises:
         TampError: where one that is named is not installed.
     """
     found: dict[str, Distribution] = {}
+    seen: set[str] = set()
     wanted = [(name, True) for name in libraries]
-    for name, named in wanted:
-        key = re.sub(r"[-_.]+", "-", name).lower()
-        if key in found:
+    for text, named in wanted:
+        if text in seen:
             continue
+        seen.add(text)
+        name, extras = _parsed(text)
         try:
-            found[key] = distribution(name)
+            found[name] = distribution(name)
         except PackageNotFoundError:
             if named:
-                raise TampError(
-                    f"the library {name!r}, offered to solutions, is not installed: pip install it"
-                ) from None
-            continue
-        needs = [need for need in found[key].requires or () if "extra ==" not in need]
-        wanted += [(re.split(r"[^A-Za-z0-9_.-]", need, maxsplit=1)[0], False) for need in needs]
+                raise TampError(f"the library {text!r}, to be offered to solutions, is not installed") from None
+            continue  # needed on other machines or for other extras only
+        for need in found[name].requires or ():
+            requirement, _, marker = need.partition(";")
+            extra = re.search(r"extra\s*==\s*['\"]([^'\"]+)", marker)
+            if extra is None or extra[1] in extras:
+                wanted.append((re.split(r"[^A-Za-z0-9_.,\[\]-]", requirement.strip(), maxsplit=1)[0], False))
     return list(found.values())
+
+
+def _parsed(text: str) -> tuple[str, list[str]]:
+    """The normal name of a distribution, and the extras that are asked for."""
+    name, _, extras = text.rstrip("]").partition("[")
+    return re.sub(r"[-_.]+", "-", name).lower(), [extra.strip() for extra in extras.split(",") if extra]
 
 
 def search_path(sandbox: Sandbox) -> list[str]:

@@ -38,12 +38,33 @@ def rules_file(data: Path) -> Path:
     return path
 
 
-def work(data: Path, database: str | None, sandbox: Sandbox, lease_s: float, *, until_empty: bool = False) -> None:
-    """Be a worker, until terminated; a run that is being done then goes back into the queue when its lease ends."""
-    stop = threading.Event()
+def work(
+    data: Path,
+    database: str | None,
+    sandbox: Sandbox,
+    lease_s: float,
+    *,
+    until_empty: bool = False,
+    with_parent: bool = False,
+) -> None:
+    """Be a worker, until terminated; a run that is being done then is finished first.
+
+    Args:
+        data: the folder with the rules and the packages.
+        database: URL; SQLite in `data` where it is None.
+        sandbox: where solutions run.
+        lease_s: how long it may be silent before its run is given to another worker [s].
+        until_empty: end when every run is done.
+        with_parent: end when the process that started it has ended.
+    """
+    stop, parent = threading.Event(), os.getppid()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
-    worker = Worker(open_store(data, database), load_contest(rules_file(data)), data, sandbox, lease_s)
-    worker.run(lambda: stop.is_set() or os.getppid() == 1, until_empty=until_empty)
+
+    def ended() -> bool:
+        return stop.is_set() or (with_parent and os.getppid() != parent)
+
+    store, contest = open_store(data, database), load_contest(rules_file(data))
+    Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
 
 
 def serve(data: Path, database: str | None, host: str, port: int, workers: Sequence[Sequence[str]]) -> None:
@@ -92,4 +113,4 @@ def _keep(command: Sequence[str], ending: threading.Event) -> None:
 def worker_command(data: Path, database: str | None, options: Sequence[str]) -> list[str]:
     """The command that starts a worker."""
     url = [] if database is None else ["--database", database]
-    return [sys.executable, "-m", "tamp", "contest", "work", "--data", str(data), *url, *options]
+    return [sys.executable, "-m", "tamp", "contest", "work", "--with-parent", "--data", str(data), *url, *options]

@@ -34,6 +34,10 @@ IDLE_S = 1.0
 """Time between two looks into an empty queue [s]."""
 
 
+class _Stopped(Exception):  # noqa: N818  the end of a worker whose database is gone
+    pass
+
+
 @dataclass(frozen=True)
 class Worker:
     """What a worker works with.
@@ -44,6 +48,7 @@ class Worker:
         data: the service's folder.
         sandbox: where solutions run.
         lease_s: see `tamp.contest.service.queue`.
+        stop: whether it shall end, asked between runs and while the database does not answer.
     """
 
     store: Store
@@ -51,10 +56,15 @@ class Worker:
     data: Path
     sandbox: Sandbox
     lease_s: float = queue.LEASE_S
+    stop: Callable[[], bool] = lambda: False
 
-    def run(self, stop: Callable[[], bool] = lambda: False, *, until_empty: bool = False) -> None:
+    def run(self, *, until_empty: bool = False) -> None:
         """Work until told to stop, or until nothing is left to do."""
-        while not stop():
+        with suppress(_Stopped):
+            self._run(until_empty)
+
+    def _run(self, until_empty: bool) -> None:
+        while not self.stop():
             held = self._patiently(lambda: queue.claim(self.store, self.lease_s))
             if held is not None:
                 self.do(held)
@@ -133,5 +143,7 @@ class Worker:
             try:
                 return action()
             except (OperationalError, StoreFullError) as error:  # noqa: PERF203  waiting is what it is for
+                if self.stop():
+                    raise _Stopped from error
                 LOG.warning("the database does not answer, trying again: %s", str(error).splitlines()[0])
                 time.sleep(5 * IDLE_S)
