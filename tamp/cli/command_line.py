@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from tamp.cli.commands import (
     compare,
+    contest,
     dataset,
     doctor,
     formats,
@@ -34,7 +35,8 @@ from tamp.cli.status import BAD_INPUT, INTERRUPTED, UNSOLVED
 from tamp.errors import TampError
 
 FAMILIES = (
-    solve, steps, perceive, dataset, score, compare, show, formats, generate, samplers, robots, installed, doctor,
+    solve, steps, perceive, dataset, score, compare, contest, show, formats, generate, samplers, robots, installed,
+    doctor,
 )  # fmt: skip
 """The modules that add commands, in the order of `tamp --help`."""
 

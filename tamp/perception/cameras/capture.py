@@ -116,10 +116,15 @@ def shoot(
         yield Shot(frame, T, picture.depth, visible)
 
 
-def _believed(camera: Camera, T: NDArray[np.float64], seed: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Where calibration has the camera: the mount's error is the same in all views of a scene, a view's is its own."""
+def calibrated_pose(camera: Camera, T_world_camera: NDArray[np.float64], seed: int) -> NDArray[np.float64]:
+    """A camera's pose (4, 4) with the error of its mount, which is the same in all views of a scene."""
     mount = np.random.default_rng([seed, _number(camera.name)])
-    return miscalibrated(miscalibrated(T, camera.calibration, mount, view=False), camera.calibration, rng, view=True)
+    return miscalibrated(T_world_camera, camera.calibration, mount, view=False)
+
+
+def _believed(camera: Camera, T: NDArray[np.float64], seed: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Where calibration has the camera in one view, which has an error of its own."""
+    return miscalibrated(calibrated_pose(camera, T, seed), camera.calibration, rng, view=True)
 
 
 def _number(name: str) -> int:

@@ -68,19 +68,6 @@ def object_pose(frame: LabelledFrame, label: Label) -> Pose:
     return Pose.from_matrix(frame.T_world_camera @ label.T_camera_object)
 
 
-def write_ply(surface: Surface, path: Path, *, scale: float) -> None:
-    """Write a binary PLY with a colour a vertex, lengths in metres times `scale`."""
-    vertices = np.empty(len(surface.vertices), dtype=[("xyz", "<f4", 3), ("rgb", "u1", 3)])
-    vertices["xyz"], vertices["rgb"] = scale * surface.vertices, surface.colors
-    faces = np.empty(len(surface.faces), dtype=[("n", "u1"), ("abc", "<i4", 3)])
-    faces["n"], faces["abc"] = 3, surface.faces
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
-    header += [f"property float {axis}" for axis in "xyz"]
-    header += [f"property uchar {color}" for color in ("red", "green", "blue")]
-    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    path.write_bytes("\n".join(header).encode() + b"\n" + vertices.tobytes() + faces.tobytes())
-
-
 def save_image(path: Path, image: NDArray[Any]) -> None:
     """Write a picture as PNG."""
     from PIL import Image

@@ -24,8 +24,8 @@ import numpy as np
 
 from tamp.errors import TaskError
 from tamp.perception.cameras.camera import Intrinsics
-from tamp.perception.dataset.frames import DEPTH_UNIT, Label, LabelledFrame, load_image, save_image, write_ply
-from tamp.perception.rendering.surface import Surface
+from tamp.perception.dataset.frames import DEPTH_UNIT, Label, LabelledFrame, load_image, save_image
+from tamp.perception.rendering.surface import Surface, write_ply
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

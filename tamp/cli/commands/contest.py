@@ -1,0 +1,228 @@
+"""`tamp contest`: other people's solutions, run in isolation and scored; the web service; its teams."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import re
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tamp.cli.options import add_json, command, natural, positive_int, seconds
+from tamp.cli.output import to_stdout, write_json, write_text
+from tamp.cli.status import SOLVED
+from tamp.errors import TampError
+
+if TYPE_CHECKING:
+    from tamp.cli.options import Commands
+    from tamp.cli.parser import Parser
+    from tamp.contest.rules import Rules
+    from tamp.task import Task
+
+
+def add(commands: Commands) -> None:
+    """`contest` and what it does."""
+    text = "run other people's solutions against a standard API, in isolation"
+    parser = commands.add_parser("contest", help=text, description=f"{text[:1].upper()}{text[1:]}.")
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    _add_run(command(actions, "run", run, "run a solution on tasks and score it"))
+    _add_service(actions)
+
+
+def _add_run(parser: Parser) -> None:
+    add = parser.add_argument
+    add("solution", metavar="SOLUTION", help="a .py, a folder, a .zip, a .whl, or a sample: nothing, scripted, planner")
+    add("--tasks", nargs="+", type=Path, metavar="TASK.yaml", help="default: the trial tasks of the rules")
+    add("--rules", type=Path, metavar="contest.yaml", help="default: the paper's")
+    add("--simulator", nargs="+", metavar="NAME", help="in place of the rules' simulators")
+    add("--runs", type=positive_int, metavar="N", help="on each task and simulator, in place of the rules'")
+    add("--wall", type=seconds, metavar="SECONDS", help="real time of a run, in place of the rules'")
+    add("--library", action="append", metavar="NAME", help="a distribution to offer, beside the rules'; repeat it")
+    add("-o", "--output", type=Path, metavar="DIR", help="results.json, and what each run printed")
+    add_json(parser)
+    _add_isolation(parser)
+
+
+def _add_isolation(parser: Parser) -> None:
+    parser.add_argument("--sandbox", metavar="NAME", help="bubblewrap or namespaces; default: the first that works")
+    text = "run solutions as ordinary processes where there is no sandbox: only what you trust"
+    parser.add_argument("--no-isolation", action="store_true", help=text)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print a table of what counted and write all runs; exit status 0 whatever the solution did."""
+    from tamp.contest.evaluation.evaluate import evaluate, solution_path, summary, table
+    from tamp.contest.sandbox.choice import choose
+
+    solution, rules = solution_path(options.solution), _rules(options)
+    tasks = _tasks(options, rules)
+    sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
+    logs: list[bytes] = []
+    results = evaluate(solution, tasks, rules, sandbox, lambda trial: logs.append(trial.log))
+    found = summary(solution.stem, results, tasks, rules) | {"isolation": sandbox.name}
+    if options.output is not None:
+        for result, log in zip(results, logs, strict=True):
+            name = re.sub(r"[^A-Za-z0-9_.-]+", "-", f"{result.task}-{result.simulator}-{result.seed}")
+            write_text(options.output / f"{name}.log", log.decode("utf-8", errors="replace"))
+        options.json = options.json or options.output / "results.json"
+    write_json(options, found)
+    if not to_stdout(options):
+        print("\n".join(table(results, tasks, rules)), file=options.out)
+    return SOLVED
+
+
+def _rules(options: argparse.Namespace) -> Rules:
+    """Those of the file, changed as the command line says."""
+    from tamp.contest.rules import Rules, load_rules
+
+    rules = Rules() if options.rules is None else load_rules(options.rules)
+    if options.simulator is not None:
+        rules = replace(rules, simulators=tuple(options.simulator))
+    if options.runs is not None:
+        rules = replace(rules, runs=options.runs)
+    if options.wall is not None:
+        rules = replace(rules, limits=replace(rules.limits, wall_s=options.wall))
+    return replace(rules, libraries=(*rules.libraries, *(options.library or ())))
+
+
+def _tasks(options: argparse.Namespace, rules: Rules) -> Sequence[Task]:
+    from tamp.contest.rules import task_files
+    from tamp.task.files.load import load_task
+
+    paths = task_files(rules, "trial") if options.tasks is None else tuple(options.tasks)
+    if not paths:
+        raise TampError("there is no task to run on; give --tasks TASK.yaml ..., or rules with trial tasks")
+    return tuple(load_task(path, allow_outside=True) for path in paths)
+
+
+def _add_service(actions: Commands) -> None:
+    parser = command(actions, "new", new, "begin a contest: a folder with rules and trial tasks")
+    parser.add_argument("folder", type=Path, metavar="DIR")
+    parser = command(actions, "team", team, "add a team and print its token; needs the extra 'contest'")
+    parser.add_argument("name", metavar="NAME")
+    parser.add_argument("--renew", action="store_true", help="a new token for a team that there is")
+    _add_data(parser)
+    parser = command(actions, "serve", serve, "the web service with its workers; needs the extra 'contest'")
+    parser.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="default: this machine only")
+    parser.add_argument("--port", type=positive_int, default=8000, metavar="N", help="default 8000")
+    parser.add_argument("--workers", type=natural, default=1, metavar="N", help="processes that evaluate; default 1")
+    _add_work(parser)
+    parser = command(actions, "work", work, "one more worker, on this machine or another; needs the extra 'contest'")
+    parser.add_argument("--with-parent", action="store_true", help="end when the process that started it has ended")
+    parser.add_argument("--until-empty", action="store_true", help="end when every run is done")
+    _add_work(parser)
+
+
+def _add_data(parser: Parser) -> None:
+    parser.add_argument("--data", type=Path, required=True, metavar="DIR", help="the folder with contest.yaml")
+    parser.add_argument("--database", metavar="URL", help="default: SQLite in the folder; postgresql+psycopg://...")
+
+
+def _add_work(parser: Parser) -> None:
+    _add_data(parser)
+    parser.add_argument(
+        "--lease", type=seconds, default=60.0, metavar="SECONDS", help="how long a worker may be silent"
+    )
+    _add_isolation(parser)
+
+
+NEW = """\
+# The rules of this contest; what is left out is as the paper has it. See docs/contest.md.
+name: {name}
+about: Bring every object to its goal.
+trial: [tasks/trial/*.yaml]
+contest: [tasks/contest/*.yaml]
+simulators: [pybullet]
+runs: 3
+"""
+
+TRIAL = ("one_object", "swap", "five_apart", "reverse_tower", "clutter_ten")
+"""Installed tasks that a new contest offers to practise on."""
+
+
+def new(options: argparse.Namespace) -> int:
+    """Write contest.yaml and trial tasks into a folder that has none."""
+    from importlib.resources import files
+
+    folder: Path = options.folder
+    if (folder / "contest.yaml").exists():
+        raise TampError(f"{folder / 'contest.yaml'}: exists already; nothing was changed")
+    name = json.dumps(folder.resolve().name)
+    write_text(folder / "contest.yaml", NEW.format(name=name))
+    for task in TRIAL:
+        _copy(Path(str(files("tamp"))) / "scenarios" / f"{task}.yaml", folder / "tasks" / "trial")
+    (folder / "tasks" / "contest").mkdir(parents=True, exist_ok=True)
+    print(
+        f"{folder / 'contest.yaml'}: the rules; put the hidden tasks into {folder / 'tasks' / 'contest'}",
+        file=options.out,
+    )
+    return SOLVED
+
+
+def _copy(task: Path, folder: Path) -> None:
+    """Copy a task file and the meshes beside it that it names."""
+    from tamp.task import Mesh
+    from tamp.task.files.load import load_task
+
+    meshes = [item.shape.path for item in load_task(task).objects if isinstance(item.shape, Mesh)]
+    for file in (task, *meshes, *(mesh.with_name("visual.ply") for mesh in meshes)):
+        if file.is_file():
+            target = folder / file.resolve().relative_to(task.resolve().parent)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
+
+
+def team(options: argparse.Namespace) -> int:
+    """Print the token of a new team, or a new one of an old team."""
+    _require_extra()
+    from tamp.contest.service.store import open_store
+    from tamp.contest.service.teams import add_team, renew_token
+
+    make = renew_token if options.renew else add_team
+    print(make(open_store(options.data, options.database), options.name), file=options.out)
+    return SOLVED
+
+
+def serve(options: argparse.Namespace) -> int:
+    """Serve until interrupted."""
+    _require_extra()
+    from tamp.contest.sandbox.choice import choose
+    from tamp.contest.service import serve as service
+
+    choose(name=options.sandbox, insecure=options.no_isolation)  # refused here, and not by each worker
+    service.rules_file(options.data)
+    passed = ["--lease", str(options.lease)]
+    passed += ["--sandbox", options.sandbox] if options.sandbox else []
+    passed += ["--no-isolation"] if options.no_isolation else []
+    workers = [service.worker_command(options.data, options.database, passed)] * options.workers
+    print(f"http://{options.host}:{options.port}", file=options.out)
+    service.serve(options.data, options.database, options.host, options.port, workers)
+    return SOLVED
+
+
+def work(options: argparse.Namespace) -> int:
+    """Evaluate until terminated."""
+    _require_extra()
+    from tamp.contest.sandbox.choice import choose
+    from tamp.contest.service import serve as service
+
+    sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
+    service.work(
+        options.data,
+        options.database,
+        sandbox,
+        options.lease,
+        until_empty=options.until_empty,
+        with_parent=options.with_parent,
+    )
+    return SOLVED
+
+
+def _require_extra() -> None:
+    missing = [name for name in ("fastapi", "sqlalchemy", "uvicorn") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise TampError(f"{', '.join(missing)} not installed: pip install 'tabletop-tamp[contest]'")

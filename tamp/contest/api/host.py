@@ -1,0 +1,63 @@
+"""The first program in a sandbox: takes its limits on, loads the solution, runs it, and says how that ended."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import resource
+import socket
+import sys
+import traceback
+from pathlib import Path
+from typing import Any
+
+from tamp.contest.api.client import Connection, connect
+from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
+
+
+def main(arguments: str) -> int:
+    """Run a solution; the exit status is 0 where it returned.
+
+    Args:
+        arguments: JSON: descriptor (of the socket), solution and models (folders), module, limits (rlimit -> value).
+    """
+    given = json.loads(arguments)
+    for name, value in given["limits"].items():
+        resource.setrlimit(getattr(resource, name), (value, value))
+    channel = Channel(socket.socket(fileno=given["descriptor"]), FROM_SERVER)
+    goal, robot, connection = connect(channel, Path(given["models"]))
+    try:
+        load(Path(given["solution"]), given["module"])().run(goal, robot)
+    except BaseException as error:  # whatever it is, its owner wants to read it, and the server to know
+        traceback.print_exc()
+        _tell(connection, "raised", error=_said(error))
+        return 1
+    _tell(connection, "finished")
+    return 0
+
+
+def load(folder: Path, module: str) -> Any:
+    """The class `Solution` of a module in a folder."""
+    sys.path.insert(0, str(folder))
+    loaded = importlib.import_module(module)
+    found = getattr(loaded, "Solution", None)
+    if not isinstance(found, type) or not callable(getattr(found, "run", None)):
+        raise TypeError(f"the module {module!r} has no class Solution with run(self, goal, robot)")
+    return found
+
+
+def _said(error: BaseException) -> str:
+    """An exception in a line, whatever its own words do."""
+    try:
+        return f"{type(error).__name__}: {error}"[:1000]
+    except Exception:
+        return type(error).__name__
+
+
+def _tell(connection: Connection, kind: str, **fields: str) -> None:
+    sys.stdout.flush()
+    sys.stderr.flush()
+    try:
+        connection.tell(kind, **fields)
+    except Disconnected:
+        sys.exit(1)  # the server has ended the run already, and knows why

@@ -1,0 +1,155 @@
+"""What contestants hand in: a single file, a folder, a zip or a wheel; unpacked so that it can reach nothing else."""
+
+from __future__ import annotations
+
+import shutil
+import stat
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from tamp.contest.rules import Uploads
+from tamp.errors import TampError
+
+ENTRY = "solution"
+"""The module or package that holds the class `Solution`, unless there is only one."""
+
+LONGEST = 200
+"""Of a path in a package [characters]."""
+
+CHUNK = 1 << 16
+
+
+class PackageError(TampError):
+    """A package cannot be accepted: says which file is wrong, and what would be valid."""
+
+
+@dataclass(frozen=True)
+class Package:
+    """An unpacked solution.
+
+    Attributes:
+        folder: what is put on Python's path.
+        module: holds the class `Solution`.
+    """
+
+    folder: Path
+    module: str
+
+
+def unpack(source: Path, folder: Path, limits: Uploads | None = None) -> Package:
+    """Copy a solution into an empty folder.
+
+    Args:
+        source: a .py file, a folder, a .zip or a .whl.
+        folder: made where it is absent.
+        limits: of size and number of files; links and paths that lead elsewhere are refused in any case.
+
+    Raises:
+        PackageError: where it cannot be accepted.
+    """
+    limits = limits or Uploads()
+    folder.mkdir(parents=True, exist_ok=True)
+    if source.is_dir():
+        _copy(source, folder, limits)
+    elif source.suffix == ".py" and source.is_file():
+        if source.stat().st_size > limits.size_kb << 10:
+            raise PackageError(f"{source.name}: larger than {limits.size_kb} KiB")
+        shutil.copyfile(source, folder / f"{ENTRY}.py")
+    elif source.suffix in (".zip", ".whl") and source.is_file():
+        _unzip(source, folder, limits)
+    else:
+        raise PackageError(f"{source}: expected a .py file, a folder, a .zip or a .whl that exists")
+    return Package(folder, _entry(source.name, folder))
+
+
+def _entry(name: str, folder: Path) -> str:
+    """The module with the solution: `solution`, or the only one."""
+    modules = sorted(
+        path.stem
+        for path in folder.iterdir()
+        if (path.suffix == ".py" and path.stem.isidentifier()) or (path / "__init__.py").is_file()
+    )
+    if ENTRY in modules:
+        return ENTRY
+    if len(modules) == 1:
+        return modules[0]
+    found = f"has {', '.join(modules[:10])}" if modules else "has none at its top"
+    raise PackageError(f"{name}: expected a module {ENTRY}.py, a package {ENTRY}/, or one module only; it {found}")
+
+
+def _copy(source: Path, folder: Path, limits: Uploads) -> None:
+    total = count = 0
+    for path in sorted(source.rglob("*")):
+        if "__pycache__" in path.parts or path.is_dir():
+            continue
+        if path.is_symlink() or not path.is_file():
+            raise PackageError(f"{path}: is a link or a device; a package holds files only")
+        count, total = count + 1, total + path.stat().st_size
+        _within(source.name, total, count, limits)
+        target = folder / path.relative_to(source)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, target)
+
+
+def _unzip(source: Path, folder: Path, limits: Uploads) -> None:
+    if source.stat().st_size > limits.size_kb << 10:
+        raise PackageError(f"{source.name}: larger than {limits.size_kb} KiB")
+    try:
+        with zipfile.ZipFile(source) as archive:
+            entries = archive.infolist()
+            targets = _checked(source.name, entries, limits)
+            total = 0
+            for entry, target in zip(entries, targets, strict=True):
+                if not entry.is_dir():
+                    total = _write(archive, entry, folder / target, total, limits, source.name)
+    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, ValueError, RuntimeError) as error:
+        raise PackageError(f"{source.name}: is no zip that can be read: {error}") from None
+    except (FileExistsError, NotADirectoryError, IsADirectoryError):
+        raise PackageError(f"{source.name}: a file has the name of a folder") from None
+
+
+def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> list[PurePosixPath]:
+    """Where each entry goes; nothing has been written yet."""
+    _within(name, sum(entry.file_size for entry in entries), len(entries), limits)
+    seen: set[str] = set()
+    targets = []
+    for entry in entries:
+        path, mode = PurePosixPath(entry.filename), entry.external_attr >> 16
+        wrong = ""
+        if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in entry.orig_filename:
+            wrong = "leads out of the package"
+        elif "\0" in entry.orig_filename or ":" in entry.filename or len(entry.filename) > LONGEST:
+            wrong = f"has a name that is longer than {LONGEST} characters, or holds a colon or a zero"
+        elif stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
+            wrong = "is a link or a device"
+        elif entry.flag_bits & 1:
+            wrong = "is encrypted"
+        elif str(path).casefold() in seen:
+            wrong = "comes twice"
+        if wrong:
+            raise PackageError(f"{name}: {entry.filename[:LONGEST]!r} {wrong}; nothing was unpacked")
+        seen.add(str(path).casefold())
+        targets.append(path)
+    return targets
+
+
+def _write(
+    archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, total: int, limits: Uploads, name: str
+) -> int:
+    """Unpack one file, counting what comes and not what was promised; the total so far."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with archive.open(entry) as packed, target.open("xb") as file:
+        while piece := packed.read(CHUNK):
+            total += len(piece)
+            _within(name, total, 0, limits)
+            file.write(piece)
+    return total
+
+
+def _within(name: str, total: int, count: int, limits: Uploads) -> None:
+    if total > limits.unpacked_kb << 10:
+        raise PackageError(f"{name}: unpacked it is larger than {limits.unpacked_kb} KiB")
+    if count > limits.files:
+        raise PackageError(f"{name}: holds more than {limits.files} files")

@@ -1,0 +1,1 @@
+"""Solutions to begin with; each a single file that `tamp contest run` takes by name or path."""

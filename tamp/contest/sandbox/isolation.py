@@ -1,0 +1,103 @@
+"""What a sandbox is: something that turns a command into one that runs where it can do no harm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+Reason = Literal[
+    "finished", "raised", "died", "time", "wall", "processor", "memory", "processes", "output", "protocol", "start"
+]
+"""How a run of a solution ended.
+
+"finished": `run` returned. "raised": it raised an exception. "died": the process ended by itself, or by a signal.
+"time": the simulated time was over. "wall", "processor", "memory", "processes", "output": it went over a limit.
+"protocol": what it sent was none of the API's messages. "start": it did not begin to speak.
+"""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run of a solution ended, and more of it in words."""
+
+    reason: Reason
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The most that a solution's processes may use, all together.
+
+    Attributes:
+        wall_s: real time [s].
+        processor_s: processor time [s].
+        memory_mb: memory, files in its temporary folder included [MiB].
+        processes: processes and threads.
+        output_kb: what it may print [KiB].
+        scratch_mb: what it may write into its temporary folder [MiB].
+    """
+
+    wall_s: float = 1200.0
+    processor_s: float = 1200.0
+    memory_mb: int = 4096
+    processes: int = 128
+    output_kb: int = 1024
+    scratch_mb: int = 256
+
+    def rlimits(self) -> dict[str, int]:
+        """What the kernel limits for each process by itself: the name in `resource` -> value."""
+        return {
+            "RLIMIT_CORE": 0,
+            "RLIMIT_CPU": round(self.processor_s) + 1,
+            "RLIMIT_DATA": self.memory_mb << 20,
+            "RLIMIT_FSIZE": self.scratch_mb << 20,
+            "RLIMIT_NOFILE": 256,
+        }
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A file or folder outside, and where it is seen inside, to be read only."""
+
+    source: Path
+    target: str
+
+
+@dataclass(frozen=True)
+class Room:
+    """What there is to be seen inside.
+
+    Attributes:
+        mounts: in the order in which they are made.
+        hidden: folders inside that are to be empty.
+        links: where symbolic links stand -> what they point to.
+        scratch_mb: size of /tmp, the only place to write to [MiB].
+    """
+
+    mounts: tuple[Mount, ...]
+    hidden: tuple[str, ...] = ()
+    links: tuple[tuple[str, str], ...] = ()
+    scratch_mb: int = 256
+
+
+class Sandbox(Protocol):
+    """A way to isolate."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def isolates(self) -> bool:
+        """Whether network and file system are out of reach."""
+
+    def missing(self) -> str:
+        """Why it cannot be used on this machine; empty where it can."""
+
+    def command(self, room: Room, command: Sequence[str]) -> list[str]:
+        """The command that runs `command` in a room, keeps open descriptors, and ends with all of its children."""
+
+    def inside(self, room: Room, target: str) -> str:
+        """What the file or folder that is mounted at `target` is called inside."""

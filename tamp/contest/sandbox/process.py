@@ -1,0 +1,186 @@
+"""A solution's process as the server sees it: started, watched, listened to, and ended with all its children."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+from tamp.contest.sandbox import cgroups
+from tamp.contest.sandbox.isolation import Ending, Limits, Room, Sandbox
+from tamp.contest.sandbox.reaper import children
+
+LOOK_S = 0.2
+"""Time between two looks at what the processes use [s]."""
+
+END_S = 5.0
+"""How long the kernel may take to end killed processes [s]."""
+
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+class SandboxedProcess:
+    """A running command; a context manager, at whose end nothing of it is left.
+
+    Args:
+        sandbox: where it runs.
+        room: what it sees.
+        command: what is run.
+        limits: what it may use.
+        descriptor: of the socket that it keeps.
+    """
+
+    def __init__(
+        self, sandbox: Sandbox, room: Room, command: Sequence[str], limits: Limits, descriptor: int | None = None
+    ) -> None:
+        self._limits, self._began = limits, time.monotonic()
+        self._stopped: Ending | None = None
+        self._lock, self._done = threading.Lock(), threading.Event()
+        self._output = bytearray()
+        self._group = cgroups.make(limits)
+        join = "".join(f"echo $$ > {file} && " for file in self._group.files) if self._group else ""
+        self._process = subprocess.Popen(
+            ["/bin/sh", "-c", f'{join}exec "$@"', "sh", *sandbox.command(room, command)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            pass_fds=() if descriptor is None else (descriptor,),
+            env={"PATH": os.environ.get("PATH", os.defpath)},
+            start_new_session=True,
+        )
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._listen, self._watch)]
+        for thread in self._threads:
+            thread.start()
+
+    def __enter__(self) -> SandboxedProcess:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end()
+
+    @property
+    def output(self) -> bytes:
+        """What it has printed, up to the limit."""
+        return bytes(self._output)
+
+    @property
+    def time_left(self) -> float:
+        """Real time until its limit [s]."""
+        return self._limits.wall_s - (time.monotonic() - self._began)
+
+    @property
+    def stopped(self) -> Ending | None:
+        """Why it was stopped; None where it was not."""
+        return self._stopped
+
+    def wait(self, timeout_s: float) -> int | None:
+        """The exit status, negative for a signal; None where it still runs."""
+        try:
+            return self._process.wait(max(0.0, timeout_s))
+        except subprocess.TimeoutExpired:
+            return None
+
+    def stop(self, ending: Ending) -> None:
+        """Kill it; the first reason counts."""
+        with self._lock:
+            self._stopped = self._stopped or ending
+        self._kill()
+
+    def end(self) -> None:
+        """Kill what is left, and wait until it is gone."""
+        self._kill()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(END_S)
+        self._done.set()
+        for thread in self._threads:
+            thread.join(END_S)
+        if self._group is not None:
+            self._look_at_group()
+            self._group.kill()
+            self._group.remove()
+
+    def _kill(self) -> None:
+        # A reaper ends its children at SIGTERM; namespaces end with their first process.
+        for pid in self._tree()[::-1]:
+            with suppress(OSError):
+                os.kill(pid, signal.SIGTERM if pid == self._process.pid else signal.SIGKILL)
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(0.5)
+        with suppress(OSError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        if self._group is not None:
+            self._group.kill()
+
+    def _listen(self) -> None:
+        """Keep what is printed, and stop what prints too much."""
+        pipe = self._process.stdout
+        assert pipe is not None
+        most = self._limits.output_kb << 10
+        while data := os.read(pipe.fileno(), 1 << 16):
+            self._output += data[: most - len(self._output)]
+            if len(self._output) >= most:
+                self.stop(Ending("output", f"printed more than {self._limits.output_kb} KiB"))
+        pipe.close()
+
+    def _watch(self) -> None:
+        while not self._done.wait(LOOK_S) and self._process.poll() is None:
+            self._look()
+        self._look_at_group()
+
+    def _look(self) -> None:
+        """Stop it where it uses too much; what the group limits, the kernel has limited already."""
+        if self.time_left <= 0:
+            self.stop(Ending("wall", f"ran longer than {self._limits.wall_s:g} s"))
+        processes, processor, memory = usage(self._tree())
+        if processor > self._limits.processor_s:
+            self.stop(Ending("processor", f"used more than {self._limits.processor_s:g} s of processor time"))
+        if memory > self._limits.memory_mb << 20:
+            self.stop(Ending("memory", f"used more than {self._limits.memory_mb} MiB"))
+        if processes > self._limits.processes:
+            self.stop(Ending("processes", f"started more than {self._limits.processes} processes and threads"))
+        self._look_at_group()
+
+    def _look_at_group(self) -> None:
+        if self._group is None:
+            return
+        if self._group.out_of_memory():
+            self.stop(Ending("memory", f"used more than {self._limits.memory_mb} MiB"))
+        if self._group.too_many():
+            self.stop(Ending("processes", f"started more than {self._limits.processes} processes and threads"))
+
+    def _tree(self) -> list[int]:
+        """The process and all under it, parents first."""
+        found = [self._process.pid]
+        for pid in found:
+            found += children(pid)
+        return found
+
+
+def usage(pids: Sequence[int]) -> tuple[int, float, int]:
+    """Processes and threads, processor time [s] with that of children that have ended, and memory [bytes].
+
+    Memory that processes share counts once: their proportional set sizes are added.
+    """
+    count, processor, memory = 0, 0, 0
+    for pid in pids:
+        with suppress(OSError, ValueError, IndexError):
+            words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+            processor += sum(map(int, words[11:15]))
+            count += int(words[17])
+            memory += _proportional(pid)
+    return count, processor / TICKS, memory
+
+
+def _proportional(pid: int) -> int:
+    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
+        if line.startswith("Pss:"):
+            return int(line.split()[1]) << 10
+    return 0

@@ -1,0 +1,10 @@
+"""The contest as a web service: teams, submissions, a queue that survives restarts, workers, pages.
+
+- contest: rules and tasks of a contest, read once
+- store: the database
+- teams, submissions: who may hand in what
+- queue: which run is done next, by whom, and that each is done once
+- worker: a process that does runs; films: moving pictures of them
+- board: the leaderboard
+- app, pages: the web service; serve: all processes together
+"""

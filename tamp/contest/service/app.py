@@ -1,0 +1,308 @@
+"""The web service: pages for people, and the same for programs under /api, which /api/docs documents."""
+
+from __future__ import annotations
+
+import errno
+import io
+import tempfile
+import zipfile
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import Body, FastAPI, HTTPException, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
+
+from tamp.contest.service import films, pages
+from tamp.contest.service.board import Board, Progress
+from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.pictures import picture, task_archive
+from tamp.contest.service.store import Store, StoreFullError
+from tamp.contest.service.submissions import TooManyError, accept, count_attempt, suffix_of
+from tamp.contest.service.teams import Team, team_of
+from tamp.errors import TampError
+
+COOKIE = "tamp_contest_token"
+HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
+FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
+DOCS_POLICY = "default-src 'self' https://cdn.jsdelivr.net 'unsafe-inline'; img-src 'self' data: https:"
+
+
+def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
+    """The service of a contest.
+
+    Args:
+        store: the database.
+        contest: rules and tasks.
+        data: the folder of packages, pictures and films.
+    """
+    app = FastAPI(
+        title=f"{contest.rules.name}: the contest's API", docs_url="/api/docs", openapi_url="/api/openapi.json"
+    )
+    (data / "incoming").mkdir(parents=True, exist_ok=True)
+    board = Board(store, contest)
+    Routes(store, contest, data, board).add_to(app)
+    app.add_exception_handler(TampError, _refuse)
+    app.add_exception_handler(StoreFullError, lambda *_: JSONResponse({"detail": FULL}, 507))
+
+    @app.middleware("http")
+    async def guard(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
+        response = await call_next(request)
+        for name, value in HEADERS.items():
+            response.headers.setdefault(name, value)
+        if request.url.path == "/api/docs":
+            response.headers["Content-Security-Policy"] = DOCS_POLICY
+        return response
+
+    return app
+
+
+def _refuse(_: Request, error: Exception) -> Response:
+    return JSONResponse({"detail": str(error)}, 429 if isinstance(error, TooManyError) else 422)
+
+
+def _token(request: Request) -> str | None:
+    scheme, _, token = request.headers.get("Authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else request.cookies.get(COOKIE)
+
+
+class Routes:
+    """What is answered under which path."""
+
+    def __init__(self, store: Store, contest: Contest, data: Path, board: Board) -> None:
+        self._store, self._contest, self._data, self._board = store, contest, data, board
+
+    def add_to(self, app: FastAPI) -> None:
+        """Add pages and API."""
+        for path, page in (
+            ("/", self.leaderboard_page),
+            ("/rules", self.rules_page),
+            ("/tasks", self.tasks_page),
+            ("/team", self.team_page),
+            ("/submissions/{number}", self.submission_page),
+        ):
+            app.get(path, response_class=HTMLResponse, include_in_schema=False)(page)
+        for name, kind in pages.STATIC.items():
+            app.get(f"/static/{name}", include_in_schema=False)(self._static(name, kind))
+        app.get("/pictures/{kind}/{label}.png", include_in_schema=False)(self.task_picture)
+        app.get("/films/{trial}.gif", include_in_schema=False)(self.film)
+        app.get("/api/leaderboard")(self.leaderboard)
+        app.get("/api/tasks")(self.tasks)
+        app.get("/api/tasks/trial.zip", response_class=Response)(self.trial_tasks)
+        app.get("/api/submissions")(self.submissions)
+        body = {"requestBody": {"content": {"application/octet-stream": {}}, "required": True}}
+        app.post("/api/submissions", status_code=201, openapi_extra=body)(self.submit)
+        app.get("/api/submissions/{number}")(self.submission)
+        app.get("/api/export")(self.export)
+        app.post("/api/session")(self.log_in)
+        app.delete("/api/session")(self.log_out)
+
+    def _static(self, name: str, kind: str) -> Callable[[], Response]:
+        return lambda: Response(pages.static(name), media_type=kind)
+
+    def _page(self, request: Request, name: str, **values: Any) -> str:
+        team = team_of(self._store, _token(request))
+        return pages.page(name, rules=self._contest.rules, team=team, here=request.url.path, **values)
+
+    def leaderboard_page(self, request: Request) -> str:
+        """Who is ahead."""
+        boards = [(kind, self._board.places(kind), self._contest.yardsticks[kind]) for kind in self._contest.entries]
+        return self._page(request, "leaderboard.html", boards=boards)
+
+    def rules_page(self, request: Request) -> str:
+        """What counts."""
+        return self._page(request, "rules.html", counts={k: len(v) for k, v in self._contest.entries.items()})
+
+    def tasks_page(self, request: Request) -> str:
+        """The tasks, with pictures of those that may be seen."""
+        rows = {k: list(zip(v, self._contest.yardsticks[k])) for k, v in self._contest.entries.items()}  # noqa: B905
+        return self._page(request, "tasks.html", rows=rows)
+
+    def team_page(self, request: Request) -> str:
+        """Handing in, and what was handed in."""
+        team = team_of(self._store, _token(request))
+        mine = [] if team is None else self._board.submissions(team=team.id)
+        return self._page(request, "team.html", submissions=mine)
+
+    def submission_page(self, request: Request, number: str) -> str:
+        """One submission: live while it runs; what it printed for its owner only."""
+        team, found = team_of(self._store, _token(request)), self._visible(request, number)
+        owner = team is not None and team.name == found.team
+        place = self._board.results(number)
+        return self._page(
+            request,
+            "submission.html",
+            submission=found,
+            owner=owner,
+            errors=self._board.errors(found.kind, place) if found.state == "done" else {},
+            yardsticks={task.task: task for task in self._contest.yardsticks[found.kind]},
+            logs=self._board.logs(number) if owner else [],
+            films=[trial for trial in films.shown(self._store, number) if films.film_path(self._data, trial).exists()],
+        )
+
+    def leaderboard(self, kind: Kind = "contest") -> dict[str, Any]:
+        """Teams by their best submission, the best first; errors in metres, times in simulated seconds."""
+        rules = self._contest.rules
+        return {
+            "contest": rules.name,
+            "baseline": rules.baseline,
+            "places": [p.as_dict() for p in self._board.places(kind)],
+        }
+
+    def tasks(self) -> dict[str, list[dict[str, Any]]]:
+        """The tasks of both sets; of the contest set only numbers and levels."""
+        return {
+            kind: [{"label": entry.label, "level": entry.task.level} for entry in entries]
+            for kind, entries in self._contest.entries.items()
+        }
+
+    def trial_tasks(self) -> Response:
+        """The trial set with its models, as a zip."""
+        buffer = io.BytesIO()
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+            task_archive([entry.task for entry in self._contest.entries["trial"]], archive)
+        return Response(buffer.getvalue(), media_type="application/zip")
+
+    def submissions(self, request: Request) -> list[dict[str, Any]]:
+        """The team's own submissions, the newest first."""
+        return [_progress(one) for one in self._board.submissions(team=self._team(request).id)]
+
+    async def submit(self, request: Request, name: str, kind: Kind = "contest") -> Response:
+        """Hand in a .py, .zip or .whl as the request's body; `name` is the file's name.
+
+        201: accepted. 200: this file was handed in before. 401: no valid token. 413: too large. 422: not acceptable,
+        says why. 429: too many. 507: the server's disk is full.
+        """
+        team = await run_in_threadpool(self._team, request)
+        suffix_of(name)
+        await run_in_threadpool(count_attempt, self._store, self._contest, team)
+        upload = await self._receive(request)
+        try:
+            found = await run_in_threadpool(accept, self._store, self._contest, self._data, team, kind, name, upload)
+        except OSError as error:
+            raise _disk(error) from error
+        finally:
+            with suppress(OSError):
+                upload.unlink(missing_ok=True)
+        answer = {"id": found.id, "new": found.new, "page": f"/submissions/{found.id}"}
+        return JSONResponse(answer, 201 if found.new else 200)
+
+    async def _receive(self, request: Request) -> Path:
+        """The request's body as a file, read no farther than the rules allow."""
+        most = self._contest.rules.uploads.size_kb << 10
+        too_large = HTTPException(413, f"larger than {most >> 10} KiB")
+        declared = request.headers.get("Content-Length", "0")
+        if not declared.isdecimal() or int(declared) > most:
+            raise too_large
+        path: Path | None = None
+        try:
+            with tempfile.NamedTemporaryFile(dir=self._data / "incoming", delete=False) as file:
+                path, size = Path(file.name), 0
+                async for piece in request.stream():
+                    size += len(piece)
+                    if size > most:
+                        raise too_large
+                    file.write(piece)
+                return path
+        except BaseException as error:
+            if path is not None:
+                path.unlink(missing_ok=True)
+            if isinstance(error, OSError):
+                raise _disk(error) from error
+            raise
+
+    def submission(self, request: Request, number: str) -> dict[str, Any]:
+        """How far a submission is, what it scored, and for its owner how each run ended and what it printed."""
+        found = self._visible(request, number)
+        team = team_of(self._store, _token(request))
+        values = _progress(found)
+        if found.state == "done":
+            values["errors_m"] = self._board.errors(found.kind, self._board.results(number))
+        if team is not None and team.name == found.team:
+            values |= {"file": found.file, "runs": self._board.logs(number)}
+        return values
+
+    def export(self, request: Request) -> dict[str, Any]:
+        """All results of all contest submissions, for whoever has a team; trial results of the own team only."""
+        team = self._team(request)
+        everything = self._board.export()
+        kept = [s for s in everything["submissions"] if s["kind"] == "contest" or s["team"] == team.name]
+        for submission in kept:
+            if submission["team"] != team.name:
+                submission["file"] = ""
+                for result in submission["results"]:
+                    result["message"] = ""
+        return {**everything, "submissions": kept}
+
+    def log_in(self, request: Request, response: Response, token: Annotated[str, Body(embed=True)]) -> dict[str, str]:
+        """Keep a token in a cookie, for pages."""
+        team = team_of(self._store, token)
+        if team is None:
+            raise HTTPException(401, "this is no team's token")
+        secure = request.url.scheme == "https"
+        response.set_cookie(COOKIE, token, httponly=True, samesite="strict", secure=secure, max_age=90 * 86400)
+        return {"team": team.name}
+
+    def log_out(self, response: Response) -> dict[str, str]:
+        """Forget the cookie."""
+        response.delete_cookie(COOKIE)
+        return {}
+
+    def task_picture(self, kind: Kind, label: str) -> Response:
+        """A task's start and goal; hidden tasks have none until the rules reveal them."""
+        if kind == "contest" and not self._contest.rules.reveal:
+            raise HTTPException(404, "there is no such picture")
+        try:
+            task = self._contest.entry(kind, label).task
+        except TampError:
+            raise HTTPException(404, "there is no such picture") from None
+        return FileResponse(picture(task, self._data / "pictures" / kind))
+
+    def film(self, request: Request, trial: int) -> Response:
+        """The film of a run."""
+        owner = films.submission_of(self._store, trial)
+        if owner is not None:
+            self._visible(request, owner)
+        path = films.film_path(self._data, trial)
+        if owner is None or not path.exists():
+            raise HTTPException(404, "there is no such film")
+        return FileResponse(path)
+
+    def _team(self, request: Request) -> Team:
+        team = team_of(self._store, _token(request))
+        if team is None:
+            raise HTTPException(401, "a team's token is needed: Authorization: Bearer TOKEN")
+        return team
+
+    def _visible(self, request: Request, number: str) -> Progress:
+        """A submission that may be seen: contest submissions by all, trial submissions by their team."""
+        found = self._board.submission(number)
+        team = team_of(self._store, _token(request))
+        if found is None or (found.kind == "trial" and (team is None or team.name != found.team)):
+            raise HTTPException(404, "there is no such submission")
+        return found
+
+
+def _progress(found: Progress) -> dict[str, Any]:
+    return {
+        "id": found.id,
+        "team": found.team,
+        "kind": found.kind,
+        "created": found.created,
+        "state": found.state,
+        "total": found.total,
+        "running": found.running,
+        "done": found.done,
+    }
+
+
+def _disk(error: OSError) -> HTTPException:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return HTTPException(507, FULL)
+    return HTTPException(500, "the server cannot write; nothing was accepted")

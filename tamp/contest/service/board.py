@@ -1,0 +1,185 @@
+"""The leaderboard, and how far each submission is: read from the runs that are recorded, never kept beside them."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import case, func, select
+
+from tamp.contest.evaluation.standings import counting, improvement, standings
+from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.store import SUBMISSIONS, TEAMS, TRIALS, Store
+from tamp.results import Result, from_json, to_json
+from tamp.scoring.ranking import Standing
+
+
+@dataclass(frozen=True)
+class Place:
+    """A team's place by its best submission.
+
+    Attributes:
+        standing: rank, errors, times, grasps.
+        improvement: over the rules' default error.
+        submission: its number.
+        tasks: label -> the mean error of the runs that count [m].
+        submissions: how many the team has that are done.
+    """
+
+    standing: Standing
+    improvement: float | None
+    submission: str
+    tasks: Mapping[str, float]
+    submissions: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-like values."""
+        return {
+            "team": self.standing.solution,
+            **{key: value for key, value in self.standing.as_dict().items() if key != "solution"},
+            "improvement": self.improvement,
+            "submission": self.submission,
+            "tasks": dict(self.tasks),
+            "submissions": self.submissions,
+        }
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A submission and how far it is.
+
+    Attributes:
+        id, team, kind, file, created: as it was handed in.
+        total, running, done: runs.
+    """
+
+    id: str
+    team: str
+    kind: Kind
+    file: str
+    created: float
+    total: int
+    running: int
+    done: int
+
+    @property
+    def state(self) -> str:
+        """In a word."""
+        if self.done == self.total:
+            return "done"
+        return "running" if self.running or self.done else "queued"
+
+
+class Board:
+    """Reads the database for pages; what takes long is kept until another run is recorded."""
+
+    def __init__(self, store: Store, contest: Contest) -> None:
+        self._store, self._contest = store, contest
+        self._lock = threading.Lock()
+        self._known: dict[Kind, tuple[Any, tuple[Place, ...]]] = {}
+
+    def places(self, kind: Kind) -> tuple[Place, ...]:
+        """Teams, the best first, each by its best submission; those without one that is done are left out."""
+        done = TRIALS.c.state == "done"
+        with self._store.look() as connection:
+            state = connection.execute(
+                select(func.count(), func.max(TEAMS.c.id), func.sum(TRIALS.c.id))
+                .select_from(TRIALS.join(SUBMISSIONS, TRIALS.c.submission == SUBMISSIONS.c.id).join(TEAMS))
+                .where(done, SUBMISSIONS.c.kind == kind)
+            ).one()
+        with self._lock:
+            if kind not in self._known or self._known[kind][0] != state:
+                self._known[kind] = state, self._places(kind)
+            return self._known[kind][1]
+
+    def _places(self, kind: Kind) -> tuple[Place, ...]:
+        yardsticks, rules = self._contest.yardsticks[kind], self._contest.rules
+        of_team: dict[str, dict[str, Sequence[Result]]] = {}
+        for submission in self.submissions(kind):
+            if submission.state == "done":
+                of_team.setdefault(submission.team, {})[submission.id] = self.results(submission.id)
+        if not of_team or not yardsticks:
+            return ()
+        best = {team: standings(theirs, yardsticks, rules)[0].solution for team, theirs in of_team.items()}
+        kept = {team: of_team[team][number] for team, number in best.items()}
+        return tuple(
+            Place(
+                standing,
+                improvement(standing, rules),
+                best[standing.solution],
+                self.errors(kind, kept[standing.solution]),
+                len(of_team[standing.solution]),
+            )
+            for standing in standings(kept, yardsticks, rules)
+        )
+
+    def errors(self, kind: Kind, results: Sequence[Result]) -> dict[str, float]:
+        """Label -> mean error of the runs that count [m]; doing nothing where none does."""
+        kept = counting(results, self._contest.yardsticks[kind], self._contest.rules)
+        found = {}
+        for task in self._contest.yardsticks[kind]:
+            mine = [r.ede_m for r in kept if r.task == task.task and r.ede_m is not None]
+            found[task.task] = sum(mine) / len(mine) if mine else task.do_nothing_m
+        return found
+
+    def results(self, submission: str) -> tuple[Result, ...]:
+        """The recorded runs of a submission."""
+        with self._store.look() as connection:
+            rows = connection.execute(
+                select(TRIALS.c.result)
+                .where(TRIALS.c.submission == submission, TRIALS.c.state == "done")
+                .order_by(TRIALS.c.id)
+            ).scalars()
+            return tuple(from_json(row) for row in rows if row is not None)
+
+    def logs(self, submission: str) -> list[dict[str, Any]]:
+        """What a submission's runs printed, and how each ended; for its owner's eyes only."""
+        with self._store.look() as connection:
+            rows = connection.execute(
+                select(TRIALS).where(TRIALS.c.submission == submission, TRIALS.c.state == "done").order_by(TRIALS.c.id)
+            ).all()
+        found = []
+        for row in rows:
+            message = from_json(row.result).message
+            found.append(
+                {"trial": row.id, "task": row.task, "simulator": row.simulator, "run": row.run, "message": message,
+                 "log": row.log or ""}
+            )  # fmt: skip
+        return found
+
+    def submissions(self, kind: Kind | None = None, *, team: int | None = None) -> tuple[Progress, ...]:
+        """All submissions of a set or a team, the newest first."""
+        return self._progress(
+            *([] if kind is None else [SUBMISSIONS.c.kind == kind]), *([] if team is None else [TEAMS.c.id == team])
+        )
+
+    def submission(self, number: str) -> Progress | None:
+        """One submission; None where there is none of that number."""
+        return next(iter(self._progress(SUBMISSIONS.c.id == number)), None)
+
+    def _progress(self, *conditions: Any) -> tuple[Progress, ...]:
+        def count(state: str) -> Any:
+            return func.sum(case((TRIALS.c.state == state, 1), else_=0))
+
+        columns = (SUBMISSIONS.c.id, TEAMS.c.name, SUBMISSIONS.c.kind, SUBMISSIONS.c.file, SUBMISSIONS.c.created)
+        query = (
+            select(*columns, func.count(), count("running"), count("done"))
+            .join(TEAMS, TEAMS.c.id == SUBMISSIONS.c.team)
+            .join(TRIALS, TRIALS.c.submission == SUBMISSIONS.c.id)
+            .where(*conditions)
+            .group_by(*columns)
+            .order_by(SUBMISSIONS.c.created.desc(), SUBMISSIONS.c.id)
+        )
+        with self._store.look() as connection:
+            return tuple(Progress(*row) for row in connection.execute(query))
+
+    def export(self) -> dict[str, Any]:
+        """Everything that is recorded of all submissions, without tokens, logs and packages."""
+        rows = []
+        for submission in self.submissions():
+            results = [json.loads(to_json(result)) for result in self.results(submission.id)]
+            rows.append({**vars(submission), "state": submission.state, "results": results})
+        return {"contest": self._contest.rules.name, "submissions": rows}

@@ -1,0 +1,116 @@
+"""All processes of the service: the web server here, workers beside it, each started again where it ends."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.service.contest import load_contest
+from tamp.contest.service.store import open_store
+from tamp.contest.service.worker import Worker
+from tamp.errors import TampError
+
+LOG = logging.getLogger(__name__)
+
+RULES = "contest.yaml"
+AGAIN_S = 1.0
+"""How long after its end a worker is started again [s]."""
+
+
+def rules_file(data: Path) -> Path:
+    """The rules of a data folder.
+
+    Raises:
+        TampError: where there are none.
+    """
+    path = data / RULES
+    if not path.is_file():
+        raise TampError(f"{path}: there are no rules; write them, or begin with: tamp contest new {data}")
+    return path
+
+
+def work(
+    data: Path,
+    database: str | None,
+    sandbox: Sandbox,
+    lease_s: float,
+    *,
+    until_empty: bool = False,
+    with_parent: bool = False,
+) -> None:
+    """Be a worker, until terminated; a run that is being done then is finished first.
+
+    Args:
+        data: the folder with the rules and the packages.
+        database: URL; SQLite in `data` where it is None.
+        sandbox: where solutions run.
+        lease_s: how long it may be silent before its run is given to another worker [s].
+        until_empty: end when every run is done.
+        with_parent: end when the process that started it has ended.
+    """
+    stop, parent = threading.Event(), os.getppid()
+    signal.signal(signal.SIGTERM, lambda *_: stop.set())
+
+    def ended() -> bool:
+        return stop.is_set() or (with_parent and os.getppid() != parent)
+
+    store, contest = open_store(data, database), load_contest(rules_file(data))
+    Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
+
+
+def serve(data: Path, database: str | None, host: str, port: int, workers: Sequence[Sequence[str]]) -> None:
+    """Serve pages and API until interrupted.
+
+    Args:
+        data: the folder with the rules, and for everything else.
+        database: URL; SQLite in `data` where it is None.
+        host: the address to listen at.
+        port: of it.
+        workers: the command of each worker process.
+    """
+    import uvicorn
+
+    from tamp.contest.service.app import make_app
+
+    app = make_app(open_store(data, database), load_contest(rules_file(data)), data)
+    ending = threading.Event()
+    keepers = [threading.Thread(target=_keep, args=(command, ending), daemon=True) for command in workers]
+    for keeper in keepers:
+        keeper.start()
+    try:
+        uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False)
+    finally:
+        ending.set()
+        for keeper in keepers:
+            keeper.join(10.0)
+
+
+def _keep(command: Sequence[str], ending: threading.Event) -> None:
+    """Run a worker, and another one after it."""
+    while not ending.is_set():
+        process = subprocess.Popen(command)
+        while process.poll() is None and not ending.wait(0.2):
+            pass
+        if process.poll() is None:
+            process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(5.0)
+            process.kill()
+        elif not ending.is_set():
+            LOG.warning("a worker ended with status %s; another one is started", process.returncode)
+            time.sleep(AGAIN_S)
+
+
+def worker_command(data: Path, database: str | None, options: Sequence[str]) -> list[str]:
+    """The command that starts a worker."""
+    url = [] if database is None else ["--database", database]
+    return [sys.executable, "-m", "tamp", "contest", "work", "--with-parent", "--data", str(data), *url, *options]

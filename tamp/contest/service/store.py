@@ -1,0 +1,151 @@
+"""The database: SQLite in the data folder, or PostgreSQL by URL."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import (
+    Column,
+    Connection,
+    Float,
+    ForeignKey,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+    UniqueConstraint,
+    create_engine,
+    event,
+)
+from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
+
+from tamp.errors import TampError
+
+BUSY_S = 30.0
+"""How long a transaction waits for another one [s]."""
+
+META = MetaData()
+TEAMS = Table(
+    "teams",
+    META,
+    Column("id", Integer, primary_key=True),
+    Column("name", String(80), nullable=False, unique=True),
+    Column("token_sha256", String(64), nullable=False, unique=True),
+    Column("created", Float, nullable=False),
+)
+ATTEMPTS = Table(
+    "attempts",
+    META,
+    Column("id", Integer, primary_key=True),
+    Column("team", ForeignKey("teams.id"), nullable=False, index=True),
+    Column("at", Float, nullable=False),
+)
+SUBMISSIONS = Table(
+    "submissions",
+    META,
+    Column("id", String(32), primary_key=True),
+    Column("team", ForeignKey("teams.id"), nullable=False),
+    Column("kind", String(8), nullable=False),
+    Column("file", String(100), nullable=False),
+    Column("sha256", String(64), nullable=False),
+    Column("created", Float, nullable=False),
+    UniqueConstraint("team", "kind", "sha256"),
+)
+TRIALS = Table(
+    "trials",
+    META,
+    Column("id", Integer, primary_key=True),
+    Column("submission", ForeignKey("submissions.id"), nullable=False, index=True),
+    Column("task", String(100), nullable=False),
+    Column("simulator", String(100), nullable=False),
+    Column("run", Integer, nullable=False),
+    Column("state", String(8), nullable=False, index=True),
+    Column("lease", String(32)),
+    Column("until", Float),
+    Column("claims", Integer, nullable=False, default=0),
+    Column("evaluations", Integer, nullable=False, default=0),
+    Column("result", Text),
+    Column("log", Text),
+    UniqueConstraint("submission", "task", "simulator", "run"),
+)
+
+
+class StoreFullError(Exception):
+    """There is no room left for the database or the uploads."""
+
+
+class Store:
+    """A database.
+
+    Args:
+        url: as SQLAlchemy takes it.
+
+    Raises:
+        TampError: where it cannot be reached, or its driver is not installed.
+    """
+
+    def __init__(self, url: str) -> None:
+        try:
+            self._engine = create_engine(url, pool_pre_ping=True)
+            if self._engine.dialect.name == "sqlite":
+                event.listen(self._engine, "connect", _prepare_sqlite)
+                event.listen(self._engine, "begin", _begin_sqlite)
+            META.create_all(self._engine)
+        except ModuleNotFoundError as error:
+            raise TampError(f"the database needs {error.name}: pip install 'tabletop-tamp[postgresql]'") from None
+        except (ArgumentError, DBAPIError) as error:
+            raise TampError(f"the database cannot be used: {str(error).splitlines()[0]}") from None
+
+    def close(self) -> None:
+        """Close all connections."""
+        self._engine.dispose()
+
+    @contextmanager
+    def change(self) -> Iterator[Connection]:
+        """A transaction that writes; all of it happens or nothing.
+
+        Raises:
+            StoreFullError: where there is no room left.
+        """
+        with _full(), self._engine.connect().execution_options(writes=True) as connection, connection.begin():
+            yield connection
+
+    @contextmanager
+    def look(self) -> Iterator[Connection]:
+        """A transaction that only reads."""
+        with self._engine.connect() as connection, connection.begin():
+            yield connection
+
+
+@contextmanager
+def _full() -> Iterator[None]:
+    try:
+        yield
+    except OperationalError as error:
+        text = str(error).lower()
+        if "disk is full" in text or "no space" in text or "disk i/o" in text:
+            raise StoreFullError("the disk is full") from error
+        raise
+
+
+def _prepare_sqlite(connection: Any, _: Any) -> None:
+    connection.isolation_level = None  # transactions begin below, and not where the driver guesses
+    cursor = connection.cursor()
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={round(1000 * BUSY_S)}"):
+        cursor.execute(f"PRAGMA {pragma}")
+    cursor.close()
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    writes = connection.get_execution_options().get("writes")
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def open_store(data: Path, url: str | None = None) -> Store:
+    """The database of a data folder, or of a URL."""
+    data.mkdir(parents=True, exist_ok=True)
+    return Store(url or f"sqlite:///{(data / 'contest.db').resolve()}")

@@ -1,0 +1,151 @@
+"""Handing in: an upload is checked whole before it is accepted, and accepted once, with all the runs it asks for."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import time
+import uuid
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, func, insert, select
+
+from tamp.contest.package import unpack
+from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.store import ATTEMPTS, SUBMISSIONS, TEAMS, TRIALS, Store
+from tamp.contest.service.teams import Team
+from tamp.errors import TampError
+
+SUFFIXES = (".py", ".zip", ".whl")
+
+
+class TooManyError(TampError):
+    """A team has used up what it may hand in for now."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A submission's number, and whether it is new: the same file handed in twice is one submission."""
+
+    id: str
+    new: bool
+
+
+def count_attempt(store: Store, contest: Contest, team: Team) -> None:
+    """Note an attempt to upload.
+
+    Raises:
+        TooManyError: where there were too many within a minute.
+    """
+    most, now = contest.rules.uploads.a_minute, time.time()
+    with store.change() as connection:
+        _lock(connection, team)
+        query = select(func.count()).where(ATTEMPTS.c.team == team.id, ATTEMPTS.c.at > now - 60)
+        if connection.execute(query).scalar_one() >= most:
+            raise TooManyError(f"more than {most} uploads within a minute; wait a little")
+        connection.execute(insert(ATTEMPTS).values(team=team.id, at=now))
+
+
+def suffix_of(name: str) -> str:
+    """The ending of a file's name, where it is one that is accepted.
+
+    Raises:
+        TampError: where it is none.
+    """
+    suffix = Path(name).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise TampError(f"expected a file whose name ends in {', '.join(SUFFIXES)}")
+    return suffix
+
+
+def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, name: str, upload: Path) -> Accepted:
+    """Accept an upload, or say why not; the upload's file is moved away in either case.
+
+    Args:
+        store: the database.
+        contest: its rules and tasks.
+        data: the service's folder.
+        team: who hands in.
+        kind: "contest" or "trial".
+        name: what the team calls the file; its ending says what it is.
+        upload: the file as it came.
+
+    Raises:
+        TampError: where the package cannot be accepted; TooManyError where the team has no submission left.
+    """
+    suffix = suffix_of(name)
+    if not contest.entries[kind]:
+        raise TampError(f"the contest has no {kind} tasks")
+    named = upload.with_name(upload.name + suffix)
+    upload.replace(named)
+    try:
+        with tempfile.TemporaryDirectory(dir=data / "incoming") as folder:
+            unpack(named, Path(folder) / "solution", contest.rules.uploads)
+        digest = hashlib.sha256(named.read_bytes()).hexdigest()
+        with store.change() as connection:
+            _lock(connection, team)
+            same = select(SUBMISSIONS.c.id).where(
+                SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.sha256 == digest
+            )
+            known = connection.execute(same).scalar()
+            if known is not None:
+                return Accepted(known, new=False)
+            _refuse_surplus(connection, contest, team, kind)
+            _keep(named, package_path(data, digest, suffix))
+            return Accepted(_insert(connection, contest, team, kind, name, digest), new=True)
+    finally:
+        named.unlink(missing_ok=True)
+
+
+def package_path(data: Path, digest: str, suffix: str) -> Path:
+    """Where an accepted package is kept."""
+    return data / "packages" / f"{digest}{suffix}"
+
+
+def _keep(upload: Path, place: Path) -> None:
+    """Put a file where it stays, written to the disk before the database speaks of it."""
+    with upload.open("rb") as file:
+        os.fsync(file.fileno())
+    place.parent.mkdir(exist_ok=True)
+    upload.replace(place)
+    folder = os.open(place.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def _lock(connection: Connection, team: Team) -> None:
+    """Let a team's other uploads wait; SQLite has but one writer at a time anyhow."""
+    connection.execute(select(TEAMS.c.id).where(TEAMS.c.id == team.id).with_for_update())
+
+
+def _refuse_surplus(connection: Connection, contest: Contest, team: Team, kind: Kind) -> None:
+    uploads, now = contest.rules.uploads, datetime.now(timezone.utc)
+    most = uploads.a_month if kind == "contest" else uploads.trials_a_month
+    month = now.replace(day=1, hour=0, minute=0, second=0, microsecond=0).timestamp()
+    mine = (SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.created >= month)
+    if connection.execute(select(func.count()).where(*mine)).scalar_one() >= most:
+        raise TooManyError(
+            f"{most} submissions to the {kind} set in this month are the most; the next month begins anew"
+        )
+
+
+def _insert(connection: Connection, contest: Contest, team: Team, kind: Kind, name: str, digest: str) -> str:
+    number = uuid.uuid4().hex
+    shown = Path(name).name[-100:]
+    row = {"id": number, "team": team.id, "kind": kind, "file": shown, "sha256": digest, "created": time.time()}
+    connection.execute(insert(SUBMISSIONS).values(row))
+    runs: list[Mapping[str, Any]] = [
+        {"submission": number, "task": entry.label, "simulator": simulator, "run": run, "state": "queued"}
+        for run in range(contest.rules.runs)
+        for entry in contest.entries[kind]
+        for simulator in contest.rules.simulators
+    ]
+    connection.execute(insert(TRIALS), runs)
+    return number

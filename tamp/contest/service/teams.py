@@ -1,0 +1,77 @@
+"""Teams and their tokens; of a token, only the hash is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+import time
+import unicodedata
+from dataclasses import dataclass
+
+from sqlalchemy import insert, select, update
+from sqlalchemy.exc import IntegrityError
+
+from tamp.contest.service.store import TEAMS, Store
+from tamp.errors import TampError
+
+LONGEST = 60
+
+
+@dataclass(frozen=True)
+class Team:
+    """A team."""
+
+    id: int
+    name: str
+
+
+def _hash(token: str) -> str:
+    # Tokens are 256 random bits: there is nothing that a slow hash would protect.
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+def add_team(store: Store, name: str) -> str:
+    """Add a team; its token, which nobody can look up later.
+
+    Raises:
+        TampError: where the name is taken, empty, too long, or holds characters that cannot be seen.
+    """
+    name = unicodedata.normalize("NFC", name).strip()
+    if not 0 < len(name) <= LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
+        raise TampError(f"a team's name has 1 to {LONGEST} characters that can be seen, and spaces between them")
+    token = secrets.token_urlsafe(32)
+    try:
+        with store.change() as connection:
+            connection.execute(insert(TEAMS).values(name=name, token_sha256=_hash(token), created=time.time()))
+    except IntegrityError:
+        raise TampError(f"there is a team called {name!r} already") from None
+    return token
+
+
+def renew_token(store: Store, name: str) -> str:
+    """A new token in place of a team's old one, which is worth nothing from then on.
+
+    Raises:
+        TampError: where there is no such team.
+    """
+    token = secrets.token_urlsafe(32)
+    with store.change() as connection:
+        changed = connection.execute(update(TEAMS).where(TEAMS.c.name == name).values(token_sha256=_hash(token)))
+    if changed.rowcount != 1:
+        raise TampError(f"there is no team called {name!r}")
+    return token
+
+
+def team_of(store: Store, token: str | None) -> Team | None:
+    """Whose token it is; None where it is nobody's."""
+    if not token or len(token) > 200:
+        return None
+    with store.look() as connection:
+        row = connection.execute(select(TEAMS.c.id, TEAMS.c.name).where(TEAMS.c.token_sha256 == _hash(token))).first()
+    return None if row is None else Team(row.id, row.name)
+
+
+def team_names(store: Store) -> tuple[str, ...]:
+    """All names, sorted."""
+    with store.look() as connection:
+        return tuple(connection.execute(select(TEAMS.c.name).order_by(TEAMS.c.name)).scalars())

@@ -1,0 +1,149 @@
+"""A worker: takes one run after the other from the queue, does it, and records what came of it."""
+
+from __future__ import annotations
+
+import logging
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+from sqlalchemy.exc import OperationalError
+
+from tamp.contest.evaluation.trial import Trial, run_trial
+from tamp.contest.package import unpack
+from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.service import films, queue
+from tamp.contest.service.contest import Contest
+from tamp.contest.service.store import Store, StoreFullError
+from tamp.contest.service.submissions import package_path
+from tamp.results import Result, to_json
+
+LOG = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+TRIES = 3
+"""How often a run is begun before it counts as one that cannot be done."""
+
+IDLE_S = 1.0
+"""Time between two looks into an empty queue [s]."""
+
+
+class _Stopped(Exception):  # noqa: N818  the end of a worker whose database is gone
+    pass
+
+
+@dataclass(frozen=True)
+class Worker:
+    """What a worker works with.
+
+    Attributes:
+        store: the database.
+        contest: rules and tasks.
+        data: the service's folder.
+        sandbox: where solutions run.
+        lease_s: see `tamp.contest.service.queue`.
+        stop: whether it shall end, asked between runs and while the database does not answer.
+    """
+
+    store: Store
+    contest: Contest
+    data: Path
+    sandbox: Sandbox
+    lease_s: float = queue.LEASE_S
+    stop: Callable[[], bool] = lambda: False
+
+    def run(self, *, until_empty: bool = False) -> None:
+        """Work until told to stop, or until nothing is left to do."""
+        with suppress(_Stopped):
+            self._run(until_empty)
+
+    def _run(self, until_empty: bool) -> None:
+        while not self.stop():
+            held = self._patiently(lambda: queue.claim(self.store, self.lease_s))
+            if held is not None:
+                self.do(held)
+            elif films.make_one(self.store, self.contest, self.data):
+                continue
+            elif until_empty and not queue.waiting(self.store):
+                return
+            else:
+                time.sleep(IDLE_S)
+
+    def do(self, held: queue.Claim) -> None:
+        """Do a run that is held, and record it."""
+        with self._held(held):
+            trial = self._trial(held)
+        if trial is None:
+            return
+        result = replace(trial.result, task=held.task)
+        log = self._log(held, trial)
+        if self._patiently(lambda: queue.finish(self.store, held, to_json(result), log)):
+            LOG.info("%s %s %s %d: %s", held.submission, held.task, held.simulator, held.run, result.message or "done")
+            films.keep(self.data, held.trial, trial.frames)
+
+    def _trial(self, held: queue.Claim) -> Trial | None:
+        """The run; None where the server itself failed and it is to be tried again."""
+        rules = self.contest.rules
+        try:
+            task = self.contest.entry(held.kind, held.task).task
+            package_file = package_path(self.data, held.sha256, Path(held.file).suffix.lower())
+            with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:
+                package = unpack(package_file, Path(folder) / "solution", rules.uploads)
+                return run_trial(
+                    task,
+                    package,
+                    rules=rules,
+                    simulator=held.simulator,
+                    run=held.run,
+                    sandbox=self.sandbox,
+                    film=held.kind == "trial" or rules.reveal,
+                )
+        except Exception as error:  # a run that the server cannot do must not keep it from others
+            LOG.exception("run %d of %s failed on the server", held.trial, held.submission)
+            if held.claims < TRIES:
+                self._patiently(lambda: queue.give_back(self.store, held))
+                time.sleep(IDLE_S)
+                return None
+            message = f"the server could not do this run: {type(error).__name__}"
+            result = Result(held.task, held.run, "error", simulator=held.simulator, message=message)
+            self._patiently(lambda: queue.finish(self.store, held, to_json(result), message))
+            return None
+
+    def _log(self, held: queue.Claim, trial: Trial) -> str:
+        most = self.contest.rules.limits.output_kb if held.kind == "trial" else self.contest.rules.contest_log_kb
+        return trial.log[: most << 10].decode("utf-8", errors="replace").replace("\0", "\ufffd")
+
+    @contextmanager
+    def _held(self, held: queue.Claim) -> Iterator[None]:
+        """Renew the lease as long as the block runs."""
+        done = threading.Event()
+
+        def renew() -> None:
+            while not done.wait(self.lease_s / 4):
+                with suppress(OperationalError, StoreFullError):  # another time is soon
+                    queue.renew(self.store, held, self.lease_s)
+
+        thread = threading.Thread(target=renew, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
+    def _patiently(self, action: Callable[[], T]) -> T:
+        """Do something with the database, again and again while it is full or out of reach."""
+        while True:
+            try:
+                return action()
+            except (OperationalError, StoreFullError) as error:  # noqa: PERF203  waiting is what it is for
+                if self.stop():
+                    raise _Stopped from error
+                LOG.warning("the database does not answer, trying again: %s", str(error).splitlines()[0])
+                time.sleep(5 * IDLE_S)

@@ -1,0 +1,1 @@
+"""The contest: API, sandbox, evaluation, service."""

@@ -1,0 +1,9 @@
+"""protocol: bytes"""
+
+import struct
+
+
+class Solution:
+    def run(self, goal, robot):
+        robot._connection._channel._socket.sendall(struct.pack("!4sII", b"TC01", 2**31, 0))
+        robot._connection._channel._socket.recv(1)

@@ -1,0 +1,6 @@
+"""raised: ModuleNotFoundError"""
+
+
+class Solution:
+    def run(self, goal, robot):
+        import pybullet

@@ -1,0 +1,137 @@
+"""The socket's protocol: what is sent arrives, and nothing else is believed."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as nps
+
+from tamp.contest.api.schema import ANSWERS, CALLS, check
+from tamp.contest.api.wire import FROM_SOLUTION, PREFIX, Channel, Disconnected, Message, ProtocolError, decode, encode
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+VALUES = st.recursive(st.none() | st.booleans() | st.integers() | FINITE | st.text(), lambda v: st.lists(v, max_size=3))
+ARRAYS = st.sampled_from(("u1", "<f4", "<f8")).flatmap(
+    lambda dtype: nps.arrays(dtype, nps.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4))
+)
+
+
+def _split(data: bytes) -> tuple[bytes, bytes]:
+    _, header, body = PREFIX.unpack(data[: PREFIX.size])
+    assert len(data) == PREFIX.size + header + body
+    return data[PREFIX.size : PREFIX.size + header], data[PREFIX.size + header :]
+
+
+@settings(max_examples=30)
+@given(
+    st.text(max_size=9),
+    st.dictionaries(st.text(max_size=9), VALUES, max_size=3),
+    st.dictionaries(st.text(max_size=9), ARRAYS, max_size=3),
+)
+def test_what_is_encoded_is_decoded(kind: str, fields: dict, arrays: dict) -> None:
+    found = decode(*_split(encode(Message(kind, 7, fields, arrays))))
+    assert (found.kind, found.number, found.fields) == (kind, 7, fields)
+    assert found.arrays.keys() == arrays.keys()
+    assert all(
+        np.array_equal(found.arrays[n], a, equal_nan=True) and found.arrays[n].shape == a.shape
+        for n, a in arrays.items()
+    )
+
+
+@given(st.binary(max_size=200), st.binary(max_size=50))
+def test_any_bytes_are_a_message_or_refused(header: bytes, body: bytes) -> None:
+    try:
+        check(decode(header, body), CALLS)
+    except ProtocolError as error:
+        assert str(error)
+
+
+@pytest.mark.parametrize(
+    ("header", "body"),
+    [
+        (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","f8",[2147483647,2147483647]]]}', b""),
+        (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","f8",[-1]]]}', b""),
+        (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","O",[1]]]}', b"12345678"),
+        (b'{"kind":"state","number":true,"fields":{},"arrays":[]}', b""),
+        (b'{"kind":"state","number":1,"fields":{"x":NaN},"arrays":[]}', b""),
+        (b'{"kind":"state","number":1,"fields":{},"arrays":[]}', b"left over"),
+        (b"[" * 50_000, b""),
+    ],
+)
+def test_lies_about_arrays_are_refused(header: bytes, body: bytes) -> None:
+    with pytest.raises(ProtocolError):
+        decode(header, body)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Message("state", 1, {"extra": 1}),
+        Message("wait", 1, {"seconds": 1e9}),
+        Message("wait", 1, {"seconds": "1"}),
+        Message("wait", 1, {"seconds": 10**400}),
+        Message("frame", 1, {"camera": "x" * 1000}),
+        Message("move_joints", 1, {"speed": 1.0}, {"q": np.full(7, np.inf)}),
+        Message("move_joints", 1, {"speed": 1.0}, {"q": np.zeros((7, 1))}),
+        Message("move_joints", 1, {"speed": 1.0}),
+        Message("follow", 1, {}, {"times": np.zeros(10_000), "positions": np.zeros((10_000, 7))}),
+        Message("teleport", 1),
+    ],
+)
+def test_calls_of_another_form_are_refused(message: Message) -> None:
+    with pytest.raises(ProtocolError):
+        check(message, CALLS)
+
+
+def test_too_large_a_message_is_refused_before_it_is_read() -> None:
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        theirs.sendall(struct.pack("!4sII", b"TC01", 2, 2**32 - 1))
+        with pytest.raises(ProtocolError, match="are the most"):
+            Channel(ours, FROM_SOLUTION).receive(5.0)
+
+
+def test_a_message_that_trickles_in_has_one_deadline() -> None:
+    ours, theirs = socket.socketpair()
+    stop = threading.Event()
+
+    def trickle() -> None:
+        theirs.sendall(struct.pack("!4sII", b"TC01", 60_000, 0))
+        while not stop.wait(0.01):
+            theirs.send(b" ")
+
+    thread = threading.Thread(target=trickle)
+    with ours, theirs:
+        thread.start()
+        try:
+            with pytest.raises(TimeoutError):
+                Channel(ours, FROM_SOLUTION).receive(0.2)
+        finally:
+            stop.set()
+            thread.join()
+
+
+def test_a_closed_socket_is_told_apart() -> None:
+    ours, theirs = socket.socketpair()
+    with ours:
+        theirs.close()
+        with pytest.raises(Disconnected):
+            Channel(ours, FROM_SOLUTION).receive(1.0)
+
+
+def test_every_question_has_an_answer() -> None:
+    assert set(ANSWERS) == {"welcome", "state", "frame", "tf", "done", "refused", "over"}
+
+
+def test_the_client_needs_numpy_only() -> None:
+    code = "import sys, tamp.contest.api.host; print(*{name.partition('.')[0] for name in sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"pybullet", "mujoco", "pinocchio", "pydantic", "yaml", "scipy", "ompl"} & set(done.stdout.split())

@@ -1,0 +1,68 @@
+"""Every hostile solution is stopped and named, whatever the machine isolates with, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import socket
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tamp.contest.sandbox.bubblewrap import Bubblewrap
+from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.sandbox.namespaces import Namespaces
+from tamp.contest.sandbox.reaper import children
+from tests.contest.cells import QUICK, run_in
+
+TIGHTER = {"sleeps": {"wall_s": 1.5}, "never_reads": {"wall_s": 1.5}, "burns_processor": {"processor_s": 1.0}}
+"""Solutions that would use up a whole limit -> a smaller one."""
+
+LIMITED = ("burns_processor", "eats_memory", "many_eat_memory", "endless_output", "sleeps", "never_reads", "huge_frame")
+LIMITED += ("huge_header", "deep_json", "lies", "invents_calls")
+"""Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
+
+HOSTILE = sorted(path for path in (Path(__file__).parent / "hostile").glob("*.py") if path.stem != "__init__")
+
+
+@pytest.fixture(params=[Namespaces, Bubblewrap], ids=lambda kind: kind.name, scope="module")
+def sandbox(request: pytest.FixtureRequest) -> Sandbox:
+    made: Sandbox = request.param()
+    why_not = made.missing()
+    if why_not:
+        pytest.skip(f"this machine has no {made.name}: {why_not}")
+    return made
+
+
+def _expected(path: Path) -> list[tuple[str, str]]:
+    """Each reason that may stop a solution, and a part of the message that says so."""
+    text = ast.get_docstring(ast.parse(path.read_text())) or ""
+    pairs = [way.partition(":") for way in text.split("|")]
+    return [(reason.strip(), message.strip()) for reason, _, message in pairs]
+
+
+@pytest.mark.parametrize("path", HOSTILE, ids=lambda path: path.stem)
+def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> None:
+    if path.stem in LIMITED and sandbox.name != "namespaces" and not Namespaces().missing():
+        pytest.skip("the limits are the same in every sandbox, and were tried in another")
+    before = set(children(os.getpid()))
+    ending, output = run_in(sandbox, path, tmp_path, replace(QUICK, **TIGHTER.get(path.stem, {})))
+    assert any(ending.reason == reason and part in ending.message for reason, part in _expected(path)), (ending, output)
+    assert set(children(os.getpid())) <= before
+    assert len(output) <= 64 << 10
+
+
+def test_reaches_no_server_on_this_machine(sandbox: Sandbox, tmp_path: Path) -> None:
+    source = (Path(__file__).parent / "hostile" / "opens_socket.py").read_text()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        reached = threading.Event()
+        thread = threading.Thread(target=lambda: (server.accept(), reached.set()), daemon=True)
+        thread.start()
+        solution = tmp_path / "solution.py"
+        solution.write_text(re.sub(r"PORT = \d+", f"PORT = {server.getsockname()[1]}", source))
+        ending, _ = run_in(sandbox, solution, tmp_path / "run")
+        assert ending.reason == "raised"
+        assert not reached.is_set()

@@ -1,0 +1,107 @@
+"""Packages: what is handed in is unpacked into its folder and nowhere else, or refused by name."""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tamp.contest.package import PackageError, unpack
+from tamp.contest.rules import Uploads
+
+SMALL = Uploads(size_kb=64, unpacked_kb=64, files=20)
+CODE = "class Solution:\n    def run(self, goal, robot): ...\n"
+
+
+def _zip(path: Path, entries: dict[str, bytes | str], **attributes: int) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in entries.items():
+            info = zipfile.ZipInfo(name)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = attributes.get("mode", 0o644 | stat.S_IFREG) << 16
+            archive.writestr(info, data)
+    return path
+
+
+def test_a_zip_a_file_a_folder_and_a_wheel_are_the_same(tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text(CODE)
+    wheel = _zip(tmp_path / "mine-1.0-py3-none-any.whl", {"mine/__init__.py": CODE, "mine-1.0.dist-info/METADATA": "x"})
+    plain = _zip(tmp_path / "mine.zip", {"solution.py": CODE, "helper.py": "x = 1\n", "data/weights.bin": b"\0" * 100})
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "only.py").write_text(CODE)
+    modules = [
+        unpack(p, tmp_path / f"out{i}").module for i, p in enumerate((tmp_path / "solution.py", wheel, plain, folder))
+    ]
+    assert modules == ["solution", "mine", "solution", "only"]
+    assert (tmp_path / "out2" / "data" / "weights.bin").read_bytes() == b"\0" * 100
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [
+        ("../outside.py", "leads out"),
+        ("a/../../outside.py", "leads out"),
+        ("/etc/outside.py", "leads out"),
+        ("a\\..\\outside.py", "leads out"),
+        ("C:/outside.py", "colon"),
+        ("x" * 300, "longer"),
+    ],
+)
+def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str, complaint: str) -> None:
+    source = _zip(tmp_path / "bad.zip", {"solution.py": CODE, name: "was here"})
+    with pytest.raises(PackageError, match=complaint):
+        unpack(source, tmp_path / "out")
+    assert list((tmp_path / "out").iterdir()) == []
+    assert not (tmp_path / "outside.py").exists()
+
+
+def test_links_are_refused(tmp_path: Path) -> None:
+    source = _zip(tmp_path / "link.zip", {"solution.py": "/etc/passwd"}, mode=0o777 | stat.S_IFLNK)
+    with pytest.raises(PackageError, match="is a link"):
+        unpack(source, tmp_path / "out")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "solution.py").symlink_to("/etc/passwd")
+    with pytest.raises(PackageError, match="is a link"):
+        unpack(tmp_path / "folder", tmp_path / "out2")
+
+
+def test_bombs_are_refused_however_they_lie(tmp_path: Path) -> None:
+    bomb = _zip(tmp_path / "bomb.zip", {"solution.py": CODE, "zeros": bytes(1 << 20)})
+    with pytest.raises(PackageError, match="larger than 64 KiB"):
+        unpack(bomb, tmp_path / "out", SMALL)
+    data = bytearray(bomb.read_bytes())
+    for place in range(len(data) - 4):  # the size that the archive promises, in both of its headers
+        if data[place : place + 4] == (1 << 20).to_bytes(4, "little"):
+            data[place : place + 4] = (100).to_bytes(4, "little")
+    bomb.write_bytes(data)
+    with pytest.raises(PackageError):
+        unpack(bomb, tmp_path / "out2", SMALL)
+    assert sum(f.stat().st_size for f in (tmp_path / "out2").rglob("*") if f.is_file()) <= 64 << 10
+    many = _zip(tmp_path / "many.zip", {f"f{i}.py": "" for i in range(30)})
+    with pytest.raises(PackageError, match="more than 20 files"):
+        unpack(many, tmp_path / "out3", SMALL)
+
+
+def test_the_same_name_twice_and_no_module_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(PackageError, match="comes twice"):
+        unpack(_zip(tmp_path / "twice.zip", {"solution.py": CODE, "SOLUTION.py": CODE}), tmp_path / "out")
+    with pytest.raises(PackageError, match=r"expected a module solution\.py"):
+        unpack(_zip(tmp_path / "two.zip", {"a.py": CODE, "b.py": CODE}), tmp_path / "out2")
+    with pytest.raises(PackageError, match="has the name of a folder"):
+        unpack(_zip(tmp_path / "clash.zip", {"solution.py": CODE, "solution.py/x": "y"}), tmp_path / "out3")
+
+
+@given(st.binary(max_size=400))
+def test_any_bytes_are_refused_in_a_sentence(data: bytes) -> None:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as name:
+        source = Path(name) / "any.zip"
+        source.write_bytes(data)
+        with pytest.raises(PackageError):
+            unpack(source, Path(name) / "out", SMALL)

@@ -1,0 +1,61 @@
+"""contest.yaml: the paper's rules where it says nothing, and one clear sentence where it is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tamp.contest.rules import Rules, load_rules, read_rules, task_files
+from tamp.errors import TampError
+
+
+def test_an_empty_file_has_the_papers_rules() -> None:
+    rules = read_rules("")
+    assert rules == Rules()
+    assert (rules.runs, rules.execution_s) == (3, 600.0)
+    assert (rules.best_of_runs, rules.best_of_simulators) == ("task", "solution")
+
+
+def test_every_setting_is_read() -> None:
+    rules = read_rules(
+        "name: cup\nsimulators: [mujoco]\nruns: 2\nbest_of_runs: mean\nlimits: {memory_mb: 100}\n"
+        "uploads: {a_month: 1}\nreveal: true\nseed: 0\nexecution_s: 30\nlibraries: [scipy]\n"
+    )
+    assert (rules.name, rules.simulators, rules.runs, rules.best_of_runs) == ("cup", ("mujoco",), 2, "mean")
+    assert (rules.limits.memory_mb, rules.uploads.a_month, rules.reveal, rules.libraries) == (100, 1, True, ("scipy",))
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("rums: 3", r"contest.yaml:1: rums: unknown; valid are name"),
+        ("\nruns: 0", r"contest.yaml:2: runs: expected a whole number of at least 1"),
+        ("runs: 1.5", "whole number"),
+        ("runs: true", "whole number"),
+        ("execution_s: -1", "positive number"),
+        ("execution_s: .nan", "positive number"),
+        ("best_of_runs: best", "valid are task, solution, mean"),
+        ("limits: {cpu: 1}", "limits.cpu: unknown"),
+        ("limits: 3", "limits: expected a mapping"),
+        ("simulators: pybullet", "expected a list"),
+        ("simulators: []", "at least one"),
+        ("name: [x]", "expected text"),
+        ("reveal: 1", "true or false"),
+        ("- 1", "expected a mapping"),
+        ("path: /etc", "unknown"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_sentence(text: str, complaint: str) -> None:
+    with pytest.raises(TampError, match=complaint):
+        read_rules(text)
+
+
+def test_tasks_are_found_beside_the_file(tmp_path: Path) -> None:
+    (tmp_path / "tasks").mkdir()
+    (tmp_path / "tasks" / "a.yaml").write_text("")
+    (tmp_path / "contest.yaml").write_text("contest: [tasks/*.yaml]\ntrial: [none/*.yaml]\n")
+    rules = load_rules(tmp_path / "contest.yaml")
+    assert task_files(rules, "contest") == (tmp_path / "tasks" / "a.yaml",)
+    with pytest.raises(TampError, match=r"no file 'none/\*.yaml'"):
+        task_files(rules, "trial")

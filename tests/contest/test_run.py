@@ -1,0 +1,165 @@
+"""`tamp contest run`: a solution in a sandbox, on a task in a simulator; what counts of several runs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tamp.cli import main
+from tamp.contest.evaluation.standings import counting, standings
+from tamp.contest.evaluation.workcell import Refusal, TimeOver, Workcell
+from tamp.contest.rules import Rules
+from tamp.contest.sandbox.choice import KINDS, choose
+from tamp.contest.sandbox.isolation import Sandbox
+from tamp.errors import TampError
+from tamp.execution.simulators import make_simulator
+from tamp.results import Result
+from tamp.scoring.ranking import Yardstick
+from tamp.task import At, Box, Object, Pose, Task, load_robot
+
+TASK = """\
+name: tiny
+objects:
+  - {name: red, shape: {box: [0.04, 0.04, 0.06]}, pose: {xyz: [0.0, 0.1, 0.03]}, goal: {pose: {xyz: [0.0, -0.1, 0.03]}}}
+"""
+
+MOVES = """
+import numpy as np
+from tamp.contest.api.client import Refused
+class Solution:
+    def run(self, goal, robot):
+        red = goal.objects["red"]
+        assert red.mesh.read_text().count("\\nv ") == 8 and red.pose[1, 3] == -0.1, red
+        before = robot.time_left
+        q = robot.arm.state().q
+        q[0] += 0.05
+        robot.arm.move_joints(q)
+        assert abs(robot.arm.state().q[0] - q[0]) < 0.01 and robot.time_left < before
+        try:
+            robot.arm.move_joints(q + 100)
+        except Refused as refused:
+            print("refused:", refused)
+        print("tool", robot.tf("world", "tool")[:3, 3].round(2).tolist())
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "tiny.yaml").write_text(TASK)
+    (tmp_path / "moves.py").write_text(MOVES)
+    return tmp_path
+
+
+def _isolates() -> bool:
+    return any(not kind().missing() for kind in KINDS)
+
+
+def test_a_solution_moves_the_arm_and_is_scored(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["contest", "run", str(folder / "moves.py"), "--tasks", str(folder / "tiny.yaml"), "--runs", "1"]
+    insist = [] if _isolates() else ["--no-isolation"]
+    assert main([*arguments, *insist, "-o", str(folder / "out")]) == 0
+    log = (folder / "out" / "tiny-pybullet-0.log").read_text()
+    assert "refused: joint" in log and "tool [" in log, log
+    found = json.loads((folder / "out" / "results.json").read_text())
+    (run,) = found["runs"]
+    assert run["settings"] == {"ended": "finished"}
+    assert run["ede_m"] == pytest.approx(run["do_nothing_ede_m"], abs=1e-3)
+    assert 0 < run["execution_sim_s"] < 10
+    assert "mean error" in capsys.readouterr().out
+
+
+def test_without_isolation_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    for kind in KINDS:
+        monkeypatch.setattr(kind, "missing", lambda _: "the kernel refuses")
+    with pytest.raises(TampError, match="insist with --no-isolation"):
+        choose()
+    insisted: Sandbox = choose(insecure=True)
+    assert not insisted.isolates
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["no_such"], "there is no solution"),
+        (["nothing"], "no task to run on"),
+        (["nothing", "--tasks", "x.yaml", "--sandbox", "wall"], "x.yaml"),
+    ],
+)
+def test_bad_input_gets_one_sentence(arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["contest", "run", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert complaint in error and len(error.splitlines()) == 1
+
+
+def test_the_workcell_refuses_what_cannot_be_done_and_ends_in_time() -> None:
+    item = Object("red", Box((0.04, 0.04, 0.06)), Pose((0.0, 0.1, 0.03)), At(Pose((0.0, -0.1, 0.03))))
+    task = Task("tiny", (item,))
+    with make_simulator("pybullet", task.objects, robot=load_robot("panda")) as world:
+        cell = Workcell(task, world, (), {}, seed=0, limit_s=3.0)
+        q = cell.state()[0]
+        for times, positions, complaint in (
+            ([0.0, 1.0], [q, q + 3.0], "leave its range"),
+            ([0.0, 0.01], [q, q + 0.1], "times its largest speed"),
+            ([0.0, 1.0], [q + 0.2, q], "from where the arm is"),
+            ([0.0, 0.0], [q, q], "increase"),
+            ([0.0, 1e9], [q, q], "are left"),
+            ([0.0], [q, q], "shape"),
+        ):
+            with pytest.raises(Refusal, match=complaint):
+                cell.follow(np.array(times), np.array(positions), None)
+        out_of_reach = np.eye(4)
+        out_of_reach[0, 3] = 5.0
+        for straight in (True, False):
+            with pytest.raises(Refusal, match="cannot reach"):
+                cell.move_pose(out_of_reach, 1.0, straight)
+        with pytest.raises(Refusal, match="no pose"):
+            cell.move_pose(2 * np.eye(4), 1.0, True)
+        with pytest.raises(Refusal, match="no camera"):
+            cell.picture("eye")
+        cell.go_to(0.0, 20.0)
+        assert (cell.grasps.attempted, cell.grasps.succeeded) == (1, 0)
+        with pytest.raises(TimeOver):
+            cell.wait(10.0)
+        assert cell.time_left == 0.0
+
+
+def _result(task: str, simulator: str, run: int, ede_m: float, time: float = 1.0) -> Result:
+    return Result(task, run, "failed", ede_m=ede_m, execution_sim_s=time, simulator=simulator)
+
+
+YARDSTICKS = (Yardstick("a", 0.3, 0.5), Yardstick("b", 0.3, 0.5))
+RUNS = tuple(
+    _result(task, simulator, run, ede_m)
+    for simulator, task, errors in (
+        ("one", "a", (0.20, 0.10)),
+        ("one", "b", (0.10, 0.30)),
+        ("two", "a", (0.05, 0.25)),
+        ("two", "b", (0.25, 0.25)),
+    )
+    for run, ede_m in enumerate(errors)
+)
+
+
+@pytest.mark.parametrize(
+    ("simulators", "runs", "error"),
+    [
+        ("solution", "task", 0.10),  # one: 0.10 and 0.10; two: 0.05 and 0.25
+        ("task", "task", 0.075),
+        ("mean", "mean", 0.1875),
+        ("solution", "solution", 0.15),  # one, run 0: 0.20 and 0.10; two, run 0: 0.05 and 0.25
+    ],
+)
+def test_bests_are_as_the_rules_have_them(simulators: str, runs: str, error: float) -> None:
+    rules = Rules(best_of_simulators=simulators, best_of_runs=runs)  # type: ignore[arg-type]
+    assert standings({"x": RUNS}, YARDSTICKS, rules)[0].mean.error_m == pytest.approx(error)
+
+
+def test_equal_errors_are_told_apart_by_time_and_nothing_done_counts() -> None:
+    solutions = {"slow": [_result("a", "one", 0, 0.1, 9.0)], "fast": [_result("a", "one", 0, 0.1, 2.0)], "none": []}
+    found = standings(solutions, YARDSTICKS, Rules())
+    assert [(s.rank, s.solution) for s in found] == [(1, "fast"), (2, "slow"), (3, "none")]
+    assert found[2].mean.error_m == pytest.approx(0.3)
+    assert counting([], YARDSTICKS, Rules()) == ()

@@ -1,0 +1,260 @@
+"""The web service: who may do what, what is refused, and that nothing is lost or done twice."""
+
+from __future__ import annotations
+
+import io
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the web service needs the extra 'contest'")
+pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'contest'")
+
+from fastapi.testclient import TestClient
+from sqlalchemy import select, update
+
+from tamp.contest.service import queue
+from tamp.contest.service import submissions as handing_in
+from tamp.contest.service.app import make_app
+from tamp.contest.service.contest import load_contest
+from tamp.contest.service.store import TRIALS, Store, StoreFullError, open_store
+from tamp.contest.service.teams import add_team, renew_token, team_of
+from tamp.errors import TampError
+from tamp.results import Result, to_json
+
+CODE = b"class Solution:\n    def run(self, goal, robot): ...\n"
+TASK = """\
+name: {name}
+objects:
+  - name: red
+    shape: {{box: [0.04, 0.04, 0.06]}}
+    pose: {{xyz: [0, 0.1, 0.03]}}
+    goal: {{pose: {{xyz: [0, -0.1, 0.03]}}}}
+"""
+RULES = """\
+name: cup
+contest: [hidden_*.yaml]
+trial: [open.yaml]
+runs: 2
+uploads: {size_kb: 4, unpacked_kb: 64, a_month: 3, a_minute: 50}
+"""
+
+
+class Service:
+    """A service in a folder, and two teams."""
+
+    def __init__(self, data: Path) -> None:
+        (data / "contest.yaml").write_text(RULES)
+        for name in ("hidden_a", "hidden_b", "open"):
+            (data / f"{name}.yaml").write_text(TASK.format(name=f"{name}_secret" if "hidden" in name else name))
+        self.data, self.store, self.contest = data, open_store(data), load_contest(data / "contest.yaml")
+        self.tokens = {
+            name: add_team(self.store, name) for name in ("ours", "<script>alert(1)</script>'; DROP TABLE teams")
+        }
+        self.ours, self.theirs = self.tokens.values()
+        self.client = TestClient(make_app(self.store, self.contest, data), raise_server_exceptions=False)
+
+    def hand_in(self, token: str, code: bytes = CODE, name: str = "solution.py", kind: str = "contest"):  # type: ignore[no-untyped-def]
+        headers = {"Authorization": f"Bearer {token}"}
+        return self.client.post("/api/submissions", params={"name": name, "kind": kind}, headers=headers, content=code)
+
+    def get(self, path: str, token: str | None = None):  # type: ignore[no-untyped-def]
+        return self.client.get(path, headers={} if token is None else {"Authorization": f"Bearer {token}"})
+
+    def evaluate(self, ede_m: float = 0.1, log: str = "printed") -> int:
+        """Do all runs as a worker would; how many there were."""
+        count = 0
+        while (held := queue.claim(self.store)) is not None:
+            result = Result(held.task, held.run, "failed", ede_m=ede_m, execution_sim_s=3.0, simulator=held.simulator)
+            assert queue.finish(self.store, held, to_json(result), log)
+            count += 1
+        return count
+
+
+@pytest.fixture
+def service(tmp_path: Path) -> Iterator[Service]:
+    made = Service(tmp_path)
+    yield made
+    made.store.close()
+
+
+def test_a_submission_is_evaluated_and_ranked(service: Service) -> None:
+    answer = service.hand_in(service.ours)
+    assert answer.status_code == 201
+    number = answer.json()["id"]
+    assert service.get(f"/api/submissions/{number}").json()["state"] == "queued"
+    assert service.evaluate(0.05) == 2 * 2
+    service.hand_in(service.theirs, CODE + b"# other\n")
+    service.evaluate(0.08)
+    places = service.get("/api/leaderboard").json()["places"]
+    assert [(p["rank"], p["team"][:8]) for p in places] == [(1, "ours"), (2, "<script>")]
+    assert places[0]["mean"]["error_m"] == pytest.approx(0.05)
+    page = service.get("/").text
+    assert "5.00" in page and "&lt;script&gt;" in page and "<script>alert" not in page
+    assert service.get(f"/submissions/{number}").status_code == 200
+
+
+def test_pages_and_api_keep_hidden_tasks_hidden(service: Service) -> None:
+    service.hand_in(service.ours)
+    service.evaluate()
+    for path in (
+        "/",
+        "/rules",
+        "/tasks",
+        "/team",
+        "/api/tasks",
+        "/api/leaderboard",
+        "/api/export",
+        "/api/openapi.json",
+    ):
+        answer = service.get(path, service.ours)
+        assert answer.status_code == 200, path
+        assert "_secret" not in answer.text, path
+    assert service.get("/pictures/contest/001.png").status_code == 404
+    assert service.get("/pictures/trial/..%2f..%2fcontest.yaml.png").status_code == 404
+    archive = zipfile.ZipFile(io.BytesIO(service.get("/api/tasks/trial.zip").content))
+    assert archive.namelist() == ["open/task.yaml"]
+
+
+def test_logs_and_trial_submissions_are_their_owners_only(service: Service) -> None:
+    contest = service.hand_in(service.ours).json()["id"]
+    trial = service.hand_in(service.ours, kind="trial").json()["id"]
+    service.evaluate(log="my own words")
+    for number, status in ((contest, 200), (trial, 404)):
+        for token in (None, service.theirs, "x" * 40, "x" * 400):
+            for path in (f"/submissions/{number}", f"/api/submissions/{number}"):
+                answer = service.get(path, token)
+                assert answer.status_code == status
+                assert "my own words" not in answer.text and "solution.py" not in answer.text
+        assert "my own words" in service.get(f"/submissions/{number}", service.ours).text
+        assert "my own words" in service.get(f"/api/submissions/{number}", service.ours).text
+    assert service.get("/api/submissions", service.theirs).json() == []
+    exported = service.get("/api/export", service.theirs).json()["submissions"]
+    assert [s["kind"] for s in exported] == ["contest"] and exported[0]["file"] == ""
+    for path in ("/api/submissions", "/api/export"):
+        assert service.get(path).status_code == 401
+    assert service.hand_in("").status_code == 401
+
+
+def test_what_is_wrong_is_refused_and_leaves_nothing(service: Service) -> None:
+    bomb = io.BytesIO()
+    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("solution.py", CODE)
+        archive.writestr("zeros", bytes(1 << 20))
+    for code, name, status in (
+        (bomb.getvalue(), "bomb.zip", 422),
+        (b"no zip", "x.zip", 422),
+        (CODE, "x.exe", 422),
+        (CODE, "", 422),
+        (b"#" * 5000, "solution.py", 413),
+    ):
+        answer = service.hand_in(service.ours, code, name)
+        assert (answer.status_code, isinstance(answer.json()["detail"], str)) == (status, True), answer.text
+    assert service.hand_in(service.ours, kind="other").status_code == 422
+    assert service.get("/api/submissions", service.ours).json() == []
+    assert [p for p in service.data.rglob("*") if p.is_file() and p.parent.name in ("incoming", "packages")] == []
+
+
+def test_a_length_that_lies_is_not_believed(service: Service) -> None:
+    def endless() -> Iterator[bytes]:
+        for _ in range(1000):
+            yield b"#" * 1000
+
+    headers = {"Authorization": f"Bearer {service.ours}"}
+    answer = service.client.post("/api/submissions", params={"name": "x.py"}, headers=headers, content=endless())
+    assert answer.status_code == 413
+
+
+def test_the_same_file_is_one_submission_and_a_month_has_so_many(service: Service) -> None:
+    first = service.hand_in(service.ours)
+    again = service.hand_in(service.ours)
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert first.json()["id"] == again.json()["id"]
+    assert service.hand_in(service.theirs).json()["id"] != first.json()["id"]
+    for number in (2, 3):
+        assert service.hand_in(service.ours, CODE + b"#%d\n" % number).status_code == 201
+    refused = service.hand_in(service.ours, CODE + b"#4\n")
+    assert refused.status_code == 429 and "next month" in refused.json()["detail"]
+    assert service.hand_in(service.ours, kind="trial").status_code == 201
+
+
+def test_uploads_have_a_rate(tmp_path: Path) -> None:
+    service = Service(tmp_path)
+    (tmp_path / "contest.yaml").write_text(RULES.replace("a_minute: 50", "a_minute: 2"))
+    service.client = TestClient(make_app(service.store, load_contest(tmp_path / "contest.yaml"), tmp_path))
+    assert [service.hand_in(service.ours, b"no zip", "x.zip").status_code for _ in range(3)] == [422, 422, 429]
+    assert service.hand_in(service.theirs).status_code == 201
+
+
+def test_a_full_disk_loses_nothing(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(handing_in, "_keep", full)
+        answer = service.hand_in(service.ours)
+        assert answer.status_code == 507 and "nothing is lost" in answer.json()["detail"]
+    with monkeypatch.context() as patch:
+        patch.setattr(handing_in, "_insert", lambda *_: (_ for _ in ()).throw(StoreFullError("full")))
+        assert service.hand_in(service.ours).status_code == 507
+    assert service.get("/api/submissions", service.ours).json() == []
+    assert service.hand_in(service.ours).status_code == 201
+
+
+def test_log_in_keeps_the_token_where_scripts_cannot_read_it(service: Service) -> None:
+    assert service.client.post("/api/session", json={"token": "wrong"}).status_code == 401
+    answer = service.client.post("/api/session", json={"token": service.ours})
+    cookie = answer.headers["set-cookie"].lower()
+    assert "httponly" in cookie and "samesite=strict" in cookie
+    page = service.get("/team")
+    assert "Hand in" in page.text and "default-src 'self'" in page.headers["content-security-policy"]
+    assert service.client.delete("/api/session").status_code == 200
+    assert "Log in" in service.get("/team").text
+
+
+def test_tokens_are_kept_as_hashes_and_can_be_renewed(service: Service) -> None:
+    assert service.ours.encode() not in b"".join(p.read_bytes() for p in service.data.glob("contest.db*"))
+    new = renew_token(service.store, "ours")
+    assert team_of(service.store, service.ours) is None
+    found = team_of(service.store, new)
+    assert found is not None and found.name == "ours"
+    for name in ("ours", "", "x" * 100, "a\nb", "a\u202eb"):
+        with pytest.raises(TampError):
+            add_team(service.store, name)
+    with pytest.raises(TampError, match="no team called"):
+        renew_token(service.store, "nobody")
+
+
+def test_a_lease_that_ended_is_given_on_and_its_holder_records_nothing(service: Service) -> None:
+    service.hand_in(service.ours)
+    late = queue.claim(service.store)
+    assert late is not None and queue.renew(service.store, late)
+    with service.store.change() as connection:
+        connection.execute(update(TRIALS).where(TRIALS.c.id == late.trial).values(until=time.time() - 1))
+    held = [queue.claim(service.store) for _ in range(4)]
+    again = next(h for h in held if h is not None and h.trial == late.trial)
+    assert queue.claim(service.store) is None
+    assert not queue.renew(service.store, late)
+    assert not queue.finish(service.store, late, "late", "")
+    assert queue.finish(service.store, again, "in time", "")
+    assert not queue.finish(service.store, again, "twice", "")
+    with service.store.look() as connection:
+        row = connection.execute(select(TRIALS).where(TRIALS.c.id == late.trial)).one()
+    assert (row.result, row.evaluations, row.claims, row.state) == ("in time", 1, 2, "done")
+
+
+def test_teams_take_turns(service: Service) -> None:
+    first, second = (service.hand_in(token).json()["id"] for token in (service.ours, service.theirs))
+    held = [queue.claim(service.store) for _ in range(4)]
+    assert [h.submission for h in held if h is not None] == [first, second, first, second]
+
+
+def test_the_database_and_the_rules_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(TampError, match="the database cannot be used"):
+        Store("no url")
+    (tmp_path / "contest.yaml").write_text("name: empty\n")
+    with pytest.raises(TampError, match="at least one task file"):
+        load_contest(tmp_path / "contest.yaml")
