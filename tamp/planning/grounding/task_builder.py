@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from tamp.planning.constraints import Course, Forbidden, Progress
@@ -142,7 +142,11 @@ class TaskBuilder:
         if novel:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
         hopes: dict[Fact, Instance] = {}
-        valid = [self._priced(axiom, hopes) for axiom in axioms if self._holds(axiom.static, axiom.absent)]
+        valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
+        if novel:  # where there may well be no plan, each price would double what must be searched
+            valid = self._surest(valid)
+        else:
+            valid = [self._priced(axiom, hopes) for axiom in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
         number = Numbering(state, reached, bodies, knowledge)
         wanted = number.literals(*goal)
@@ -168,14 +172,23 @@ class TaskBuilder:
 
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
         """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing."""
-        found: list[Fact] = []
+        found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom)}
+        hopes.update(found)  # type: ignore[arg-type]
+        return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
+
+    def _hoped_tests(self, axiom: GroundAxiom) -> Iterator[tuple[Fact, Instance]]:
+        """The facts of an axiom that only tests may certify yet, each with such a test."""
         for fact in axiom.static:
             if fact[0] in self._knowledge.schema.askable and fact not in self._knowledge.real:
                 promised = [p for p in self._knowledge.producers.get(fact, ()) if p.alive]
                 if promised and all(p.external.is_test for p in promised):
-                    found.append((HOPED, *fact))  # type: ignore[arg-type]
-                    hopes[found[-1]] = promised[0]
-        return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
+                    yield fact, promised[0]
+
+    def _surest(self, axioms: list[GroundAxiom]) -> list[GroundAxiom]:
+        """Axioms without those that hope for a test where there are others with the same head."""
+        doubtful = [any(True for _ in self._hoped_tests(axiom)) for axiom in axioms]
+        sure = {axiom.head for axiom, doubt in zip(axioms, doubtful, strict=True) if not doubt}
+        return [a for a, doubt in zip(axioms, doubtful, strict=True) if not doubt or a.head not in sure]
 
     def _on_course(
         self, operators: list[TaskOperator], wanted: Literals, number: Numbering
