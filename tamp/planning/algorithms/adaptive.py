@@ -66,7 +66,7 @@ def incremental(session: Session) -> None:
         result = session.search()
         if result.plan is not None:
             version, cost = session.knowledge.version, session.found.cost
-            skeleton = session.skeleton(op.source for op in result.plan)
+            skeleton = session.skeleton_of(result.plan)
             bound = session.bind(skeleton, budget)
             if session.found.cost < cost or (not bound and session.knowledge.version > version):
                 continue
@@ -80,10 +80,14 @@ def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
     """Bind; where nothing was learnt from it, see to it that something new is known by the next search."""
     version, cost = session.knowledge.version, session.found.cost
     bound = session.bind(skeleton, budget)
+    learnt = session.knowledge.version > version
+    if not bound:
+        lifted = session.lifted(skeleton)
+        bound = lifted is not skeleton and session.bind(lifted, budget)
     if session.found.cost < cost:
         return  # the next search looks for a cheaper plan among what is known
-    if bound or session.knowledge.version == version:
-        _expand(session)
+    if bound or not learnt:
+        _expand(session, seen=True)
 
 
 def _bind_oldest(session: Session, latest: Skeleton, budget: Budget) -> None:
@@ -102,10 +106,10 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     if session.lessons.tried:
         result = session.search(novel=True)
         if result.plan is not None:
-            return session.skeleton(op.source for op in result.plan)
+            return session.skeleton_of(result.plan)
     result = session.search()
     if result.plan is not None:
-        return session.skeleton(op.source for op in result.plan)
+        return session.skeleton_of(result.plan)
     if result.timed_out:
         _replace_hopes(session)
     elif not _deepen(session):
@@ -125,8 +129,9 @@ def _replace_hopes(session: Session) -> None:
             return
 
 
-def _expand(session: Session) -> None:
-    session.check_prospects()
+def _expand(session: Session, seen: bool = False) -> None:
+    """Draw from every stream once more; `seen`: the search has just found a plan, so that the goal is within reach."""
+    session.check_prospects(seen)
     count = session.rounds.count
     if count >= FIRST_LOOK and count.bit_count() == 1:
         session.surprises.look()

@@ -10,7 +10,7 @@ from tamp.planning.binding.attempt import BoundStep
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema
-from tamp.planning.model.stream_instances import ground
+from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.sampling.stream_calls import Sampling
 
 SCALE = 10.0
@@ -48,6 +48,10 @@ class Costs:
         if self.scale == FINE_SCALE:
             return int(self.scale * cost)
         return round(self.scale * cost + sum(instance.effort for instance in operator.needs))
+
+    def of_hope(self, test: Instance) -> int:
+        """What the search pays for hoping that a test holds."""
+        return 0 if self.scale == FINE_SCALE else round(test.effort)
 
     def _of(self, schema: ActionSchema, binding: dict[str, int]) -> float:
         if self.unit:

@@ -13,6 +13,7 @@ from tamp.planning.binding.backjumping import Binder, progress
 from tamp.planning.binding.learning import Lessons
 from tamp.planning.binding.skeleton import Skeleton, make_skeleton
 from tamp.planning.constraints import Course, Forbidden
+from tamp.planning.grounding.ground_task import TaskOperator
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.operators import GroundOperator
@@ -177,6 +178,7 @@ class Session:
             self.knowledge,
             lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
             self.costs.of_operator,
+            self.costs.of_hope,
             self.connectors.fluent,
             course,
             forbidden,
@@ -285,10 +287,40 @@ class Session:
         self.limits.check()
         return result
 
+    def skeleton_of(self, plan: Iterable[TaskOperator]) -> Skeleton:
+        """The skeleton of what a search found."""
+        return self.skeleton(step.source for step in plan if step.source is not None)
+
     def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
         """The skeleton of a symbolic plan; the same object for the same plan."""
         made = make_skeleton(operators, self.schema, self.knowledge, self.connectors)
         return self._by_key.setdefault(made.key, made)
+
+    def lifted(self, skeleton: Skeleton) -> Skeleton:
+        """A skeleton with sampled values left open again, as far as each comes from a stream of its own.
+
+        What was drawn before competes there with fresh draws: the search would try the values in ever new combinations.
+        """
+        lifted: dict[int, int] = {}
+        for step in skeleton.steps:
+            for handle in step.binding.values():
+                self._lift(handle, lifted)
+        steps = [self.grounder.renamed(step, lifted) for step in skeleton.steps]
+        return self.skeleton(step for step in steps if step is not None) if None not in steps else skeleton
+
+    def _lift(self, handle: int, lifted: dict[int, int]) -> int:
+        """What stands for what a stream gave or may give: the placeholder of the stream for lifted inputs."""
+        source = self.knowledge.source(handle) or self.objects.origin(handle)
+        if handle in lifted or source is None or source.fluents:
+            return lifted.setdefault(handle, handle)
+        lifted[handle] = handle
+        inputs = tuple(self._lift(h, lifted) for h in source.inputs)
+        template = self.knowledge.find(source.external, inputs) or source
+        outputs = source.placeholders if handle in source.placeholders else source.outputs_with(handle)
+        found = next((new for new, old in zip(template.placeholders, outputs, strict=False) if old == handle), handle)
+        if found not in lifted.values():
+            lifted[handle] = found
+        return lifted[handle]
 
     def bind(self, skeleton: Skeleton, budget: Budget) -> bool:
         """Try to bind a skeleton, and learn from it where it fails; whether it gave an acceptable plan.
@@ -331,13 +363,13 @@ class Session:
         values = {op.binding.get(str(t), t) for op in self.grounder.operators for n, t in wanted if n == op.schema.name}
         return len(values) ** 2 * len(connectors) <= MOVES_IN_SEARCH
 
-    def check_prospects(self) -> None:
-        """End the run where the goal is out of reach.
+    def check_prospects(self, seen: bool = False) -> None:
+        """End the run where the goal is out of reach, unless the search has just seen a plan.
 
         Raises:
             Ended: "infeasible".
         """
         self.check_surprises()
-        if self.found.best is None:
+        if self.found.best is None and not seen:
             with self.stopwatch.timed("grounding"):
                 self.outlook.check()

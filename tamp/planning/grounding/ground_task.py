@@ -21,9 +21,12 @@ class TaskEffect:
 
 @dataclass(frozen=True, slots=True)
 class TaskOperator:
-    """An operator over atom numbers. `cost` is what the search minimises: the action's cost and its reluctance."""
+    """An operator over atom numbers. `cost` is what the search minimises: the action's cost and its reluctance.
 
-    source: GroundOperator
+    `source` is None where it is no action: it stands for the hope that a test holds, which has its price.
+    """
+
+    source: GroundOperator | None
     positive: tuple[int, ...]
     negative: tuple[int, ...]
     effects: tuple[TaskEffect, ...]

@@ -133,7 +133,8 @@ class Grounder:
 
     def _rules(self) -> list[JoinRule]:
         rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
-        rules += [self._axiom_rule(axiom, condition) for axiom, condition in self._visible.axioms()]
+        for axiom, condition in self._visible.axioms():
+            rules += self._axiom_rules(axiom, condition)
         streams = self._visible.streams()
         self.joined = frozenset(external.name for external, _ in streams)
         rules += [self._stream_rule(external, hoped) for external, hoped in streams]
@@ -186,6 +187,11 @@ class Grounder:
                 self._add_effect(operator, effect, binding)
         return operator
 
+    def renamed(self, operator: GroundOperator, names: dict[int, int]) -> GroundOperator | None:
+        """The operator with other objects; None where it is not grounded."""
+        index = self.schema.actions.index(operator.schema)
+        return self._by_binding.get((index, tuple(names.get(h, h) for h in operator.binding.values())))
+
     def _add_effect(self, operator: GroundOperator, effect: EffectSchema, binding: dict[str, int]) -> None:
         static, absent, positive, negative = self._split(effect.condition, binding)
         atom = ground(effect.atom, binding)
@@ -208,17 +214,29 @@ class Grounder:
             (negative if pattern[0] in changing else absent).append(ground(pattern, binding))
         return tuple(static), tuple(absent), tuple(positive), tuple(negative)
 
-    def _axiom_rule(self, axiom: AxiomSchema, condition: Condition) -> JoinRule:
+    def _axiom_rules(self, axiom: AxiomSchema, condition: Condition) -> Iterable[JoinRule]:
+        """One rule, or one for each condition that asks for the head, of no more objects than it asks for."""
         condition = self.connectors.without(condition)
         variables = _variables(condition)
+        bounds = self.schema.bounds(axiom)
+        known: set[tuple[int, ...]] = set()
 
         def on_match(values: tuple[int, ...]) -> None:
+            values = values[: len(variables)]
+            if bounds:  # several objects that are asked for may have them in common
+                if values in known:
+                    return
+                known.add(values)
             binding = dict(zip(variables, values, strict=True))
             head = ground(axiom.head, binding)
             self.axioms.append(GroundAxiom(head, *self._split(condition, binding)))
             self.tell(head)
 
-        return JoinRule(variables, condition.positive, condition.unequal, on_match)
+        for bound in bounds or ((),):
+            own = [p for p in condition.positive if not bound or p[0] != "object" or p[1] not in axiom.head[1:]]
+            body = tuple(dict.fromkeys((*own, *bound)))
+            names = tuple(dict.fromkeys((*variables, *(t for p in bound for t in p[1:] if isinstance(t, str)))))
+            yield JoinRule(names, body, condition.unequal, on_match)
 
     def _stream_rule(self, external: External, hoped: bool) -> JoinRule:
         called_only = external.is_test and not hoped

@@ -67,6 +67,7 @@ class _Relaxation:
         self._knowledge = knowledge
         self._rules = list(_relevant(list(_rules(schema)), wanted))
         self._reached: dict[str, dict[_Hope, None]] = {}
+        self._having: dict[tuple[str, int, int], list[_Hope]] = {}
         self._queue: list[_Hope] = []
         self._left = EFFORT
 
@@ -92,6 +93,8 @@ class _Relaxation:
         if hope not in known:
             known[hope] = None
             self._queue.append(hope)
+            for position, handle in enumerate(hope.fact[1:], start=1):
+                self._having.setdefault((str(hope.fact[0]), position, handle), []).append(hope)
 
     def _matches(
         self, body: tuple[Pattern, ...], binding: dict[str, int]
@@ -100,14 +103,29 @@ class _Relaxation:
         if not body:
             yield binding, []
             return
-        for hope in list(self._reached.get(str(body[0][0]), ())):
+        candidates = [self._candidates(pattern, binding) for pattern in body]
+        first = min(range(len(body)), key=lambda i: len(candidates[i]))
+        for hope in candidates[first]:
             self._left -= 1
             if self._left < 0:
                 raise _Exhausted
-            found = _bind(body[0], hope.fact, binding)
+            found = _bind(body[first], hope.fact, binding)
             if found is not None:
-                for complete, used in self._matches(body[1:], found):
-                    yield complete, [(body[0], hope), *used]
+                for complete, used in self._matches(body[:first] + body[first + 1 :], found):
+                    yield complete, [(body[first], hope), *used]
+
+    def _candidates(self, pattern: Pattern, binding: dict[str, int]) -> list[_Hope]:
+        """What was reached so far that may match: the fewest that share an object, or leave it open."""
+        name = str(pattern[0])
+        found = list(self._reached.get(name, ()))
+        for position, term in enumerate(pattern[1:], start=1):
+            handle = binding.get(term, ANY) if isinstance(term, str) else term
+            if handle != ANY:
+                same = self._having.get((name, position, handle), [])
+                unknown = self._having.get((name, position, ANY), [])
+                if len(same) + len(unknown) < len(found):
+                    found = same + unknown
+        return found
 
     def _possible(self, used: list[tuple[Pattern, _Hope]], binding: dict[str, int]) -> bool:
         """Whether the facts may hold together: none is what a call would have had to give that gives nothing more."""

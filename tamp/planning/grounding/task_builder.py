@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from tamp.planning.constraints import Course, Forbidden, Progress
@@ -11,6 +11,7 @@ from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffec
 from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
+from tamp.planning.model.stream_instances import Instance
 
 
 def reachable(
@@ -92,6 +93,9 @@ class Blame:
         return 30 * self.failures
 
 
+HOPED = "@hoped"
+"""Predicate of atoms that say that the price of hoping for a test was paid."""
+
 PLACE = "@place"
 """Predicate of atoms that say how much of a given skeleton is done."""
 
@@ -104,6 +108,7 @@ class TaskBuilder:
         knowledge: Knowledge,
         groups: Callable[[Iterable[Fact]], list[list[Fact]]],
         cost: Callable[[GroundOperator], int],
+        reluctance: Callable[[Instance], int],
         hidden: str,
         course: Course,
         forbidden: Forbidden,
@@ -112,6 +117,7 @@ class TaskBuilder:
         self._knowledge = knowledge
         self._groups = groups
         self._cost = cost
+        self._reluctance = reluctance
         self._hidden = hidden
         self._course = course
         self._forbidden = forbidden
@@ -135,14 +141,23 @@ class TaskBuilder:
             usable = [op for op in usable if not any(self._thaws(effect) for effect in op.effects)]
         if novel:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
+        hopes: dict[Fact, Instance] = {}
         valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
-        reached, live, bodies = reachable(state, usable, valid, knowledge)
+        if novel:  # where there may well be no plan, each price would double what must be searched
+            valid = self._surest(valid)
+        else:
+            valid = [self._priced(axiom, hopes) for axiom in valid]
+        reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
         number = Numbering(state, reached, bodies, knowledge)
         wanted = number.literals(*goal)
         if wanted is None or not all(f in reached for f in goal[0] if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
         made = [t for op in live for t in self._operators(op, number, blames, novel)]
         made, wanted = self._on_course(made, wanted, number)
+        made += [
+            TaskOperator(None, (), (), (TaskEffect(number.of(hope), adds=True),), self._reluctance(test))
+            for hope, test in hopes.items()
+        ]
         defined = [
             TaskAxiom(number.of(head), *literals)
             for head in number.axiomatic()
@@ -154,6 +169,26 @@ class TaskBuilder:
         begun = {(PLACE, 0), (PLACE, "done")} if self._course.done(Progress()) else {(PLACE, 0)}
         initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun)
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
+
+    def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
+        """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing."""
+        found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom)}
+        hopes.update(found)  # type: ignore[arg-type]
+        return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
+
+    def _hoped_tests(self, axiom: GroundAxiom) -> Iterator[tuple[Fact, Instance]]:
+        """The facts of an axiom that only tests may certify yet, each with such a test."""
+        for fact in axiom.static:
+            if fact[0] in self._knowledge.schema.askable and fact not in self._knowledge.real:
+                promised = [p for p in self._knowledge.producers.get(fact, ()) if p.alive]
+                if promised and all(p.external.is_test for p in promised):
+                    yield fact, promised[0]
+
+    def _surest(self, axioms: list[GroundAxiom]) -> list[GroundAxiom]:
+        """Axioms without those that hope for a test where there are others with the same head."""
+        doubtful = [any(True for _ in self._hoped_tests(axiom)) for axiom in axioms]
+        sure = {axiom.head for axiom, doubt in zip(axioms, doubtful, strict=True) if not doubt}
+        return [a for a, doubt in zip(axioms, doubtful, strict=True) if not doubt or a.head not in sure]
 
     def _on_course(
         self, operators: list[TaskOperator], wanted: Literals, number: Numbering
@@ -168,7 +203,9 @@ class TaskBuilder:
         for before in queue:  # grows while it is walked through
             for op in operators:
                 here = replace(op, positive=(*op.positive, at[before]))
-                for after in self._course.after(before, op.source.schema.name, op.source.args, hopeful=True):
+                source = op.source
+                assert source is not None
+                for after in self._course.after(before, source.schema.name, source.args, hopeful=True):
                     if after == before:
                         made.append(here)
                         continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
@@ -55,6 +56,44 @@ class Schema:
         self.tests = self._tests()
         self.askable = self._askable()
         self.normal: NormalDomain = normal
+
+    def bounds(self, axiom: AxiomSchema) -> tuple[tuple[Pattern, ...], ...]:
+        """Where any object fits a variable of an axiom's head: what those who ask for the head know of such objects.
+
+        One conjunction for each condition that asks, with the axiom's own names for the variables of its head. None
+        where some condition asks for any object: then all objects must be looked at.
+        """
+        loose = [p[1] for p in axiom.condition.positive if p[0] == "object" and p[1] in axiom.head[1:]]
+        if not loose:
+            return ()
+        found = [self._bound(axiom, pattern, static, loose) for pattern, static in self._askers(str(axiom.head[0]))]
+        return () if () in found else tuple(dict.fromkeys(found))
+
+    def _askers(self, name: str) -> Iterator[tuple[Pattern, list[Pattern]]]:
+        """Each literal of a derived predicate in a condition, with what the condition says that no action changes."""
+        changing = self.fluents | self.derived | {"object", "="}
+        conditions = self._conditions()
+        conditions += [a.condition & e.condition for a in self.actions for e in a.effects]
+        for condition in conditions:
+            static = [p for p in condition.positive if p[0] not in changing]
+            yield from ((p, static) for p in condition.positive + condition.negative if p[0] == name)
+
+    def _bound(
+        self, axiom: AxiomSchema, asked: Pattern, static: list[Pattern], loose: list[str | int]
+    ) -> tuple[Pattern, ...]:
+        """The fewest static literals of a condition that mention all loose variables; none where they do not."""
+        names = {term: own for term, own in zip(asked[1:], axiom.head[1:], strict=True) if own in loose}
+        if len(names) < len(loose) or not all(isinstance(term, str) for term in names):
+            return ()
+        chosen: list[Pattern] = []
+        rest = set(names)
+        while rest:
+            best = max(static, key=lambda p: len(rest.intersection(p[1:])), default=())
+            if rest.isdisjoint(best[1:]):
+                return ()
+            chosen.append(best)
+            rest.difference_update(best[1:])
+        return tuple((p[0], *(names.get(t, f"{t}.asked") if isinstance(t, str) else t for t in p[1:])) for p in chosen)
 
     def _pattern(self, atom: object) -> Pattern:
         from tamp.language import Atom, Variable

@@ -56,6 +56,10 @@ class Instance:
         binding = self.binding(outputs)
         return tuple(ground(pattern, binding) for pattern in self.external.certified)
 
+    def outputs_with(self, handle: int) -> tuple[int, ...]:
+        """The first of its results that has an object among its outputs; none where there is no such result."""
+        return next((outputs for outputs in self.results if handle in outputs), ())
+
     @property
     def main_reason(self) -> tuple[str, tuple[Fact, ...]]:
         """The reason that its sampler gave most often, and the facts that it named."""
