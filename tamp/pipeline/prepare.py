@@ -24,7 +24,7 @@ from tamp.streams.workspace import TABLE
 from tamp.task import At, Mesh, Object, Plan, Pose, SymbolicFact, Task, load_robot
 from tamp.task.files.yaml_document import FieldPath, read_document
 from tamp.task.validate import validate
-from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.world import World
 
@@ -299,7 +299,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     validate(task)
     settings = settings.for_task(task)
     domain, simulator = _domain(task, settings.domain), settings.settling
-    geometries = {obj.name: load_geometry(obj.shape) for obj in task.objects}
+    geometries = {obj.name: geometry_of_object(obj) for obj in task.objects}
     world = World(
         robot_model(load_robot(task.robot)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )
