@@ -306,15 +306,19 @@ def test_fingers_slip_off_a_ball_that_they_hold_by_its_top():
     assert any("slips out of the fingers" in problem.sentence for problem in said)
 
 
-def test_a_ball_does_not_stay_where_it_falls():
-    radius, high = 0.03, 0.16
-    end = Pose((0.05, 0.2, radius))
-    task, plan = alone(Sphere(radius), Pose((0.05, -0.2, radius)), shifted(end, np.array([0.0, 0.0, high])), 2 * radius)
-    lower, release, retreat = plan.actions[-1].steps
-    lay = replace(plan.actions[-1], name="lay", steps=(lower, release, Fall("red", end), retreat))
-    plan = replace(plan, goals={"red": end}, actions=(*plan.actions[:-1], lay))
-    task = replace(task, objects=(replace(task.objects[0], goal=At(end)),))
-    assert any("rolls or tips on" in problem.sentence for problem in check(task, plan).problems)
+@pytest.mark.parametrize(("inside", "stays"), [(0.003, False), (0.015, True)])
+def test_what_falls_on_the_verge_of_tipping_does_not_stay(inside, stays):
+    block = Object("block", Box((0.1, 0.1, 0.04)), Pose((0.05, 0.2, 0.02)))
+    end, start = Pose((0.1 - inside, 0.2, 0.08)), Pose((0.05, -0.2, 0.04))
+    task = Task("verge", (Object("red", Box((0.05, 0.05, 0.08)), start, At(end)), block))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, shifted(end, np.array([0.0, 0.0, 0.1])), 0.05, ("table", "block"))
+    lower, release, retreat = actions[-1].steps
+    lay = replace(actions[-1], name="lay-on", steps=(lower, release, Fall("red", end), retreat))
+    starts = {"red": start, "block": block.pose}
+    plan = Plan("verge", "panda", 0, starts, home, {"red": end}, (*actions[:-1], lay))
+    said = [problem.sentence for problem in check(task, plan).problems]
+    assert any("rolls or tips on" in sentence for sentence in said) != stays, said
 
 
 def test_what_is_carried_grazes_nothing_on_its_way():
