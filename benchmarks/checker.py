@@ -21,17 +21,18 @@ from benchmarks.small_tasks import small_tasks
 from tamp.checking import check
 from tamp.errors import PlanningFailure, TampError
 from tamp.task import Plan, Task
-from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, TOPPLES, Mutation
+from tests.checking.handmade import scales
+from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, STACKS, TOPPLES, Mutation
 from tests.checking.oracle import Oracle
 
 PLANS = 40
 ROUNDS = 10
-"""Mutants a kind and plan: with 49 kinds and 44 plans, less what a plan gives nothing to corrupt for, over 10,000."""
+"""Mutants a kind and plan: with 57 kinds and 45 plans, less what a plan gives nothing to corrupt for, over 10,000."""
 LONG = 4
 """Plans of all kinds: stacks, objects carried twice. The others carry one object: each mutant is checked whole."""
 SPECIAL = ("slide_box", "topple_pail", "lay_book", "drop_into_corner")
 """Scenarios whose plans push something along the table or over, or let it fall; besides the others."""
-CORRUPTIONS = {**MUTATIONS, **PUSHES, **FALLS, **TOPPLES}
+CORRUPTIONS = {**MUTATIONS, **PUSHES, **FALLS, **TOPPLES, **STACKS}
 
 
 def run(quick: bool) -> Sequence[Row]:
@@ -47,7 +48,7 @@ def run(quick: bool) -> Sequence[Row]:
                 _judge(rows[mutation], oracle, mutant, mutation)
         judged, accepted = (sum(row[key] for row in rows.values()) for key in ("judged", "wrong_accepted"))
         print(
-            f"plan {index + 1} of {count + len(SPECIAL)}: {judged} mutants, {accepted} wrong accepted",
+            f"plan {index + 1} of {count + len(SPECIAL) + 1}: {judged} mutants, {accepted} wrong accepted",
             file=sys.stderr,
             flush=True,
         )
@@ -61,8 +62,9 @@ def plans(count: int) -> Iterator[tuple[Task, Plan]]:
     tasks = small_tasks(10 * count)
     short = [task for task in tasks[LONG:] if sum(thing.goal is not None for thing in task.objects) == 1]
     special = [tamp.load_task(f"scenarios/{name}.yaml") for name in SPECIAL]
+    yield scales()
     found = ((task, _plan(task)) for task in special + tasks[:LONG] + short)
-    return islice(((task, plan) for task, plan in found if plan is not None), count + len(special))
+    yield from islice(((task, plan) for task, plan in found if plan is not None), count + len(special))
 
 
 def _plan(task: Task) -> Plan | None:

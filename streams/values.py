@@ -55,6 +55,14 @@ class Placement:
     on: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """What an object stands among stays at rest as it is taken from a placement, or put there."""
+
+    object: str
+    placement: Placement
+
+
 def falls_straight(let_go: Pose, end: Pose) -> bool:
     """Whether what falls from one pose to another does so without a turn."""
     return let_go.quat == end.quat

@@ -9,7 +9,7 @@ import numpy as np
 from tamp.checking.actions.tabletop import TABLETOP
 from tamp.checking.replay import Replay
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
-from tamp.checking.start_and_goals import check_goals, check_start
+from tamp.checking.start_and_goals import check_goals, check_home, check_start
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
 from tamp.errors import PlanError, TaskError
@@ -44,7 +44,7 @@ def check(
         task: what is to be done.
         plan: how.
         start: where the objects are known to stand (world frame). Without it the plan's start may differ from the
-            task's by what settling explains.
+            task's by what settling explains, and the arm starts from the robot's home.
         goals: the poses that goals given as poses are known to settle to. Without it the plan's may differ from the
             task's by what settling explains.
         facts: the symbolic facts that are known to hold at the start. Without it those that the task names.
@@ -60,6 +60,7 @@ def check(
     state = State(poses, np.array(plan.home, dtype=np.float64), facts=set(task.init if facts is None else facts))
     replay = Replay(Scene.of(task), state, allow)
     check_start(replay, start)
+    check_home(replay, known=start is not None)
     for index, action in enumerate(plan.actions):
         replay.begin(index, action)
         if action.name in rules:

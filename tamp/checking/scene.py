@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+GRAVITY = 9.81  # [m/s^2]
 TABLE = "table"
 ROBOT = "robot"
 
@@ -72,9 +73,14 @@ class Scene:
         return TABLE_FRICTION if name == TABLE else self.task.object(name).friction
 
     def center_of_mass(self, name: str, T: Array) -> Array:
-        """An object's centre of mass in the world, shape (3,), where it stands at T."""
-        center: Array = T[:3, :3] @ self.solids[name].center_of_mass + T[:3, 3]
-        return center
+        """An object's centre of mass in the world, shape (3,), where it stands at T.
+
+        As its task gives it, or else that of a mass spread evenly.
+        """
+        given = None if name == TABLE else self.task.object(name).inertia
+        center = self.solids[name].center_of_mass if given is None else np.array(given.frame.xyz)
+        placed: Array = T[:3, :3] @ center + T[:3, 3]
+        return placed
 
 
 @lru_cache(maxsize=256)
@@ -94,6 +100,7 @@ class State:
         held: what the gripper holds, or None.
         time: of all motions so far [s].
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
+        turned: object -> the same of how far it was turned [rad].
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
         facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
     """
@@ -105,6 +112,7 @@ class State:
     time: float = 0.0
     facts: set[tuple[str, ...]] = field(default_factory=set)
     strayed: dict[str, float] = field(default_factory=dict)
+    turned: dict[str, float] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
     def without(self, name: str) -> State:

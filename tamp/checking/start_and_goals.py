@@ -53,6 +53,18 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
         replay.report("start", sentence, (name,), min(far, 1.0))
 
 
+def check_home(replay: Replay, *, known: bool) -> None:
+    """The arm starts from the robot's home, or, where the scene is `known`, from wherever a plan before has left it."""
+    home = np.array(replay.scene.links.tree.spec.home)
+    if not np.isfinite(replay.state.q).all():
+        replay.report("start", "the plan's home holds numbers that are not finite")
+        replay.state.q = home
+    off = np.abs(replay.state.q - home)
+    if not known and off.max() > replay.allow.joint:
+        joint = replay.scene.links.tree.spec.joints[int(off.argmax())]
+        replay.report("start", f"the arm starts {off.max():.4f} rad from the robot's home, at {joint}")
+
+
 def _off_balance(scene: Scene, state: State, allow: Tolerances) -> dict[str, float]:
     """The objects that would not stay where they stand, and by how much they are off balance [m]."""
     found, waiting = dict[str, float](), sorted(state.poses)

@@ -13,12 +13,15 @@ class Tolerances:
         step: largest motion of any point of robot or held object between two collision samples.
         collision: penetration that counts as numerical noise.
         contact: penetration allowed between bodies that may touch: geometry is convex pieces, and objects settle.
+        sunk: the same of what stands on the table, which is one box.
         grasp: distance between where an object lies and where a grip says it lies.
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
         drop: how far down a released object may go until it stands.
         slump: how far an object may tilt when something it leaned on leaves (displacement of the score's cube).
         strayed: how far shifts within tolerance, at grips, releases and pushes, may take an object aside in a plan.
+        turned: how far turns within tolerance may turn an object in a plan.
+        opened: least distance by which the fingers open to let go.
         fall: how far an object may fall straight down after it was let go.
         skid: how much farther than friction or ice explain the edge may slide that something falls over.
         tilt: largest turn of an object that falls flat after it was let go.
@@ -35,10 +38,15 @@ class Tolerances:
         slack: how far a stack may give until something more carries it.
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
-        settling: displacement between where an object comes down from its pose in the task, and where it is said to.
-        jostling: the same of what touches other objects that settle.
-        steady: how far inside what carries it the centre of mass is of what stays there, as a share of its radius.
+        placed: displacement between where an object stays in the task, and where it is said to stand.
+        settling: the same of what does not stay, or touches what does not.
+        jostling: the same of what touches objects that do not stay and are said to move.
+        dropped: a fall from which an object stays wherever it is in balance.
+        steady: how far inside what carries it the centre of mass is of what has fallen and stays there, as a share of
+            its radius; half of that is enough for what did not fall.
         bounce: share of a fall that may tip or roll on what has come down.
+        rolling: share of a fall that certainly does, where nothing holds it.
+        rocking: the same as a share of the height of its centre of mass; the lesser of both counts.
         falling: the farthest that settling takes what falls, tips or rolls.
         velocity: share by which joint velocities may exceed their limits.
         acceleration: the same of accelerations; positions in a plan file are rounded.
@@ -50,12 +58,15 @@ class Tolerances:
     step: float = 0.005
     collision: float = 0.001
     contact: float = 0.004
+    sunk: float = 0.002
     grasp: float = 0.002
     grasp_angle: float = 0.02
-    pad: float = 0.004
+    pad: float = 0.002
     drop: float = 0.015
     slump: float = 0.015
     strayed: float = 0.005
+    turned: float = 0.03
+    opened: float = 0.001
     fall: float = 0.17
     skid: float = 0.005
     tilt: float = 1.2
@@ -72,10 +83,14 @@ class Tolerances:
     slack: float = 0.003
     balance: float = 0.001
     reached: float = 0.005
+    placed: float = 0.006
     settling: float = 0.015
     jostling: float = 0.03
+    dropped: float = 0.002
     steady: float = 0.2
     bounce: float = 0.1
+    rolling: float = 0.006
+    rocking: float = 0.03
     falling: float = 0.25
     velocity: float = 0.001
     acceleration: float = 0.02

@@ -21,7 +21,7 @@ from tamp.execution.recovery import can_carry, way_out
 from tamp.execution.simulator import STEP, Simulator
 from tamp.execution.simulators import DEFAULT, make_simulator
 from tamp.task import Attachment, Move, Plan, Pose, Step, Task, task_robot
-from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.timing.time_parametrization import time_path
 from tamp.world.world import World
@@ -145,7 +145,7 @@ class Executor:
     @cached_property
     def _world(self) -> World:
         """The planner's picture of the scene; made only where something went wrong."""
-        geometries = {obj.name: load_geometry(obj.shape) for obj in self._task.objects}
+        geometries = {obj.name: geometry_of_object(obj) for obj in self._task.objects}
         return World(robot_model(self._operator.robot.spec), geometries, self._task.table)
 
 

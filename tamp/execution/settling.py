@@ -16,7 +16,7 @@ from tamp.execution.monitor import angle_between
 from tamp.execution.simulator import ROBOT, Simulator, Touch, wait
 from tamp.execution.simulators import DEFAULT, make_simulator
 from tamp.task import Object, Pose, Task
-from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.geometry.object_geometry import geometry_of_object
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,7 +61,7 @@ def leaning(
 
 def _tipping(item: Object, pose: Pose, carrying: Array) -> tuple[float, Array]:
     """How far a body's centre of mass is beside what carries it, (n, 3) [m], and in which level direction (2,)."""
-    geometry, T = load_geometry(item.shape), pose.matrix
+    geometry, T = geometry_of_object(item), pose.matrix
     points = np.vstack([part.vertices for part in geometry.parts]) @ T[:3, :3].T + T[:3, 3]
     low = np.vstack([points[points[:, 2] < points[:, 2].min() + LOW], carrying])
     angles = np.linspace(0.0, 2 * np.pi, 90, endpoint=False)

@@ -25,7 +25,7 @@ from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE
 from tamp.task import At, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
-from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.world import World
 
@@ -215,7 +215,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     validate(task)
     settings = settings.for_task(task)
     domain, simulator = domain_of(task, settings.domain), settings.settling
-    geometries = {obj.name: load_geometry(obj.shape) for obj in task.objects}
+    geometries = {obj.name: geometry_of_object(obj) for obj in task.objects}
     world = World(
         robot_model(task_robot(task)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )

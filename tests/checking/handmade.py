@@ -162,3 +162,25 @@ def two_boxes() -> tuple[Task, Plan]:
     starts = {thing.name: thing.pose for thing in task.objects}
     goals = {"red": red_goal, "green": green_goal}
     return task, Plan(task.name, "panda", 0, starts, load_robot("panda").home, goals, tuple(actions))
+
+
+def scales() -> tuple[Task, Plan]:
+    """A plank on a block, held down by ballast: one weight is taken from its end, another is put on the same."""
+    at = {"red": Pose((-0.05, 0.0, 0.11)), "green": Pose((0.15, 0.0, 0.11)), "blue": Pose((0.05, -0.25, 0.03))}
+    goals = {"red": Pose((0.05, 0.25, 0.03)), "blue": Pose((-0.04, 0.0, 0.11))}
+    weights = [
+        Object(name, Box((0.03, 0.04, 0.06)), at[name], At(goals[name]) if name in goals else None) for name in at
+    ]
+    stand = [
+        Object("block", Box((0.05, 0.05, 0.06)), Pose((0.05, 0.0, 0.03))),
+        Object("plank", Box((0.26, 0.05, 0.02)), Pose((0.05, 0.0, 0.07)), mass=0.05),
+        Object("ballast", Box((0.05, 0.05, 0.02)), Pose((0.05, 0.0, 0.09)), mass=3.0),
+    ]
+    task = Task("scales", (*stand, *weights))
+    home = load_robot("panda").home
+    hand = Hand(home)
+    actions = [
+        *carry(hand, "red", at["red"], goals["red"], 0.04, ("plank", "table")),
+        *carry(hand, "blue", at["blue"], goals["blue"], 0.04, ("table", "plank")),
+    ]
+    return task, Plan(task.name, "panda", 0, {o.name: o.pose for o in task.objects}, home, goals, tuple(actions))

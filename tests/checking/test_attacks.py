@@ -14,8 +14,8 @@ from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.errors import PlanError, TaskError
-from tamp.task import At, Box, Grip, Move, Object, Plan, Pose, Release, Task, Trajectory
-from tests.checking.handmade import Hand, carry, two_boxes
+from tamp.task import At, Box, Fall, Grip, Inertia, Move, Object, Plan, Pose, Release, Sphere, Task, Trajectory
+from tests.checking.handmade import RISE, Hand, carry, two_boxes
 from tests.checking.mutations.editing import put, shifted, step_at, steps_of
 from tests.checking.mutations.motions import object_in_the_way, shift_into_table
 
@@ -259,3 +259,100 @@ def test_a_regrasp_of_the_wrong_object_is_seen(valid):
     grip = step_at(plan, where)
     wrong = put(plan, where, replace(grip, attachment=replace(grip.attachment, object="red")))
     assert {"precondition", "grasp", "continuity"} & kinds(task, wrong)
+
+
+def alone(shape, start: Pose, end: Pose, width: float, lift: float = 0.0, **about) -> tuple[Task, Plan]:
+    """One object carried across the table, gripped `lift` above its origin."""
+    task = Task("alone", (Object("red", shape, start, At(end), **about),))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, end, width, ("table", "table"), grip_height=lift)
+    return task, Plan("alone", "panda", 0, {"red": start}, home, {"red": end}, tuple(actions))
+
+
+def unmoved(at: dict[str, tuple[object, Pose, Pose]]) -> tuple[Task, Plan]:
+    """Nothing is done: each object, by its shape, start and goal, is said to start at its goal."""
+    task = Task("unmoved", tuple(Object(name, shape, start, At(goal)) for name, (shape, start, goal) in at.items()))
+    goals = {name: goal for name, (_, _, goal) in at.items()}
+    return task, Plan("unmoved", "panda", 0, goals, two_boxes()[1].home, goals, ())
+
+
+def test_a_narrow_thing_that_stands_does_not_walk():
+    stick = Box((0.02, 0.02, 0.2))
+    for turn in ((0.0, 0.0, np.pi), (np.pi, 0.0, 0.0)):
+        end = Pose.from_rpy((0.3, 0.0, 0.1), turn)
+        assert "start" in kinds(*unmoved({"stick": (stick, Pose((0.1, 0.0, 0.1)), end)}))
+
+
+@pytest.mark.parametrize("above", [0.0, 0.05])
+def test_neighbours_do_not_jostle_each_other_from_rest(above):
+    box = Box((0.05, 0.05, 0.05))
+    first, second = Pose((0.1, 0.0, 0.025)), Pose((0.151 - above, 0.0, 0.025 + above))
+    by = np.array([0.02, 0.0, 0.0])
+    pair = {"a": (box, first, shifted(first, by)), "b": (box, second, shifted(second, by))}
+    assert "start" in kinds(*unmoved(pair))
+
+
+def test_nothing_stands_in_the_table():
+    task, plan = alone(Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), Pose((0.05, 0.2, 0.0365)), 0.05)
+    assert "support" in kinds(task, plan)
+
+
+def test_fingers_slip_off_a_ball_that_they_hold_by_its_top():
+    radius, lift = 0.03, 0.024
+    width = 2 * np.sqrt(radius**2 - (lift - 0.008) ** 2)
+    start, end = Pose((0.05, -0.2, radius)), Pose((0.05, 0.2, radius))
+    assert check(*alone(Sphere(radius), start, end, 2 * radius)).accepted
+    said = check(*alone(Sphere(radius), start, end, width, lift)).problems
+    assert any("slips out of the fingers" in problem.sentence for problem in said)
+
+
+@pytest.mark.parametrize(("inside", "stays"), [(0.003, False), (0.015, True)])
+def test_what_falls_on_the_verge_of_tipping_does_not_stay(inside, stays):
+    block = Object("block", Box((0.1, 0.1, 0.04)), Pose((0.05, 0.2, 0.02)))
+    end, start = Pose((0.1 - inside, 0.2, 0.08)), Pose((0.05, -0.2, 0.04))
+    task = Task("verge", (Object("red", Box((0.05, 0.05, 0.08)), start, At(end)), block))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, shifted(end, np.array([0.0, 0.0, 0.1])), 0.05, ("table", "block"))
+    lower, release, retreat = actions[-1].steps
+    lay = replace(actions[-1], name="lay-on", steps=(lower, release, Fall("red", end), retreat))
+    starts = {"red": start, "block": block.pose}
+    plan = Plan("verge", "panda", 0, starts, home, {"red": end}, (*actions[:-1], lay))
+    said = [problem.sentence for problem in check(task, plan).problems]
+    assert any("rolls or tips on" in sentence for sentence in said) != stays, said
+
+
+def test_what_is_carried_grazes_nothing_on_its_way():
+    """A motion that calls itself a lift, and says that everything may touch, touches only what it leaves."""
+    task, plan = alone(Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), Pose((0.05, 0.2, 0.04)), 0.05)
+    height = RISE + 0.0025
+    pillar = Object("pillar", Box((0.03, 0.03, height)), Pose((0.05, 0.12, height / 2)))
+    task = replace(task, objects=(*task.objects, pillar))
+    plan = replace(plan, start={**plan.start, "pillar": pillar.pose})
+    every = frozenset((a, b) for a in ("robot", "table", "red", "pillar") for b in ("robot", "table", "red", "pillar"))
+    across = step_at(plan, where := steps_of(plan, Move, "transfer")[0])
+    plan = put(plan, where, replace(across, phase="lift", contacts=every))
+    said = check(task, plan).problems
+    assert any(problem.kind == "collision" and {"red", "pillar"} == {*problem.bodies} for problem in said), said
+
+
+def test_a_home_that_is_not_a_number_is_refused(valid):
+    task, plan = valid
+    assert "start" in kinds(task, replace(plan, home=(float("nan"),) * 7))
+
+
+def test_the_centre_of_mass_is_the_task_s():
+    size, start = Box((0.2, 0.04, 0.04)), Pose((0.05, -0.2, 0.02))
+    block = Object("block", Box((0.05, 0.05, 0.06)), Pose((0.05, 0.2, 0.03)))
+    end = Pose((0.05, 0.2, 0.08))
+
+    def verdict(center: float) -> set[str]:
+        inertia = Inertia(Pose((center, 0.0, 0.0)), (1e-4, 1e-4, 1e-4))
+        bar = Object("red", size, start, At(end), inertia=inertia)
+        home = two_boxes()[1].home
+        actions = carry(Hand(home), "red", start, end, 0.04, ("table", "block"))
+        starts = {"red": start, "block": block.pose}
+        plan = Plan("bar", "panda", 0, starts, home, {"red": end}, tuple(actions))
+        return kinds(Task("bar", (bar, block)), plan)
+
+    assert not verdict(0.0)
+    assert "support" in verdict(0.06)

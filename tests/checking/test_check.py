@@ -9,8 +9,8 @@ import pytest
 
 from tamp.checking import check
 from tamp.task import Box, Object, Plan, Pose, Task
-from tests.checking.handmade import two_boxes
-from tests.checking.mutations import MUTATIONS, Mutation
+from tests.checking.handmade import scales, two_boxes
+from tests.checking.mutations import MUTATIONS, STACKS, Mutation
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +36,14 @@ def test_a_corrupted_plan_is_rejected_for_its_own_reason(valid: tuple[Task, Plan
         assert {problem.kind for problem in verdict.problems} & set(MUTATIONS[mutation]), str(verdict)
         seen += 1
     assert seen, "the plan gives this mutation nothing to corrupt"
+
+
+@pytest.mark.parametrize("mutation", STACKS, ids=lambda mutation: mutation.__name__)
+def test_a_stack_that_tips_is_rejected_for_that(mutation: Mutation) -> None:
+    assert check(*scales()).accepted
+    for seed in range(3):
+        mutant = mutation(*scales(), np.random.default_rng(seed))
+        assert {problem.kind for problem in check(*mutant).problems} & set(STACKS[mutation])
 
 
 def test_a_problem_names_action_time_bodies_and_depth(valid: tuple[Task, Plan]) -> None:

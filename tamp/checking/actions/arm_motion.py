@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, standing, touches
 from tamp.checking.robot.trajectory_limits import malformed, violations
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -189,6 +191,37 @@ def _pairs(
     if taken is not None:
         for solid in robot.solids:
             yield moving[solid.name], taken, allow.contact if solid.name in robot.gripper else allow.collision
+
+
+def sensible(scene: Scene, state: State, move: Move, about: Sequence[str], allow: Tolerances) -> Move:
+    """The motion with a word on contacts only that makes sense.
+
+    The robot touches what the action is `about`; what it holds touches what it leaves or comes to: what is near it
+    where a lift begins, or where the object is lowered to.
+    """
+    held, kept = state.held, set[tuple[str, str]]()
+    near = set[str]()
+    if held is not None and malformed(move.trajectory, scene.links.tree.spec) is None:
+        ends = scene.links.tree.tool(move.trajectory.positions[[0, -1]]) @ held.T_tool_object.matrix
+        resting = {"lift": ends[:1], "lower": ends[1:]}.get(move.phase, ends)
+        claimed = {other for pair in move.contacts if held.object in pair for other in pair}
+        for other, T in state.standing(scene).items():
+            gaps = (_gap(scene, other, T, held.object, end, allow) for end in resting if other in claimed)
+            if any(gap <= allow.standing for gap in gaps):
+                near.add(other)
+    for pair in move.contacts:
+        a, b = pair if pair[0] in (ROBOT, held and held.object) else pair[::-1]
+        if (a == ROBOT and b in about[:1]) or (held is not None and a == held.object and b in near):
+            kept.add(pair)
+    return replace(move, contacts=frozenset(kept))
+
+
+def _gap(scene: Scene, a: str, T_a: Array, b: str, T_b: Array, allow: Tolerances) -> float:
+    first, second = scene.solids[a], scene.solids[b]
+    apart = T_a[:3, :3] @ first.center + T_a[:3, 3] - T_b[:3, :3] @ second.center - T_b[:3, 3]
+    if float(np.linalg.norm(apart)) > first.radius + second.radius + allow.standing:
+        return np.inf
+    return clearance(first, second, inverse(T_a) @ T_b, allow.contact)
 
 
 def _allowed(move: Move, body: str, other: str, is_gripper: bool, allow: Tolerances) -> float:

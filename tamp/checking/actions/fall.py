@@ -11,7 +11,7 @@ import numpy as np
 
 from tamp.checking.actions.grip_and_release import check_rest, check_strayed
 from tamp.checking.geometry.transforms import inverse, rotation
-from tamp.checking.physics.support import carriers
+from tamp.checking.physics.support import carriers, height_above, stays_after
 from tamp.checking.robot.sweep import Mover, standing, touches, travelled
 
 if TYPE_CHECKING:
@@ -57,6 +57,10 @@ def check_fall(
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
     state.poses[name] = after
     check_rest(scene, state, name, allow, report)
+    drop = float(scene.center_of_mass(name, before)[2] - scene.center_of_mass(name, after)[2])
+    lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
+    if straight and drop > allow.drop and not stays_after(scene, state, name, lift, allow):
+        report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
-from tamp.checking.geometry.pad_region import between_pads
+from tamp.checking.geometry.pad_region import between_pads, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, overlaps, slumps, unrest
-from tamp.checking.scene import Scene, State
+from tamp.checking.scene import GRAVITY, Scene, State
+from tamp.task.robot import PAD_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,6 +47,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
         _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report)
         for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
             report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
+    _check_force(scene, name, report)
     check_uncovered(scene, state, name, allow, report)
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
@@ -67,7 +69,7 @@ def check_release(
     if not 0.0 <= release.opening <= gripper.stroke + 1e-6:
         report("limits", f"an opening of {release.opening:.4f} m is outside the stroke of {gripper.stroke} m")
         release = replace(release, opening=gripper.stroke)
-    elif release.opening <= (state.opening or 0.0):
+    elif release.opening < (state.opening or 0.0) + allow.opened:
         report("release", f"the fingers do not open: {name} is not let go", bodies=(name,))
     T = release.pose.matrix
     for sentence, far in _not_let_go(scene, name, state.poses[name], T, 0.0 if falls else allow.drop, allow):
@@ -106,7 +108,11 @@ def _not_let_go(
 def check_strayed(
     scene: Scene, state: State, name: str, actual: Array, said: Array, allow: Tolerances, report: Report
 ) -> None:
-    """Shifts aside that each are within tolerance do not add up over a plan to more than it."""
+    """Shifts aside, and turns, that each are within tolerance do not add up over a plan to more than it."""
+    state.turned[name] = state.turned.get(name, 0.0) + _angle(actual, said)
+    if state.turned[name] > allow.turned:
+        degrees = np.degrees(state.turned[name])
+        report("release", f"turns of {name} that nothing explains add up to {degrees:.1f} degrees", (name,))
     way = scene.center_of_mass(name, said) - scene.center_of_mass(name, actual)
     state.strayed[name] = state.strayed.get(name, 0.0) + float(np.hypot(way[0], way[1]))
     if state.strayed[name] > allow.strayed:
@@ -115,8 +121,9 @@ def check_strayed(
 
 
 def _angle(A: Array, B: Array) -> float:
-    """Angle between the orientations of two poses [rad]."""
-    return float(np.arccos(np.clip((np.trace(A[:3, :3].T @ B[:3, :3]) - 1) / 2, -1.0, 1.0)))
+    """Angle between the orientations of two poses [rad], by the chord, which is exact for small ones."""
+    chord = float(np.linalg.norm(A[:3, :3] - B[:3, :3])) / np.sqrt(8.0)
+    return 2.0 * float(np.arcsin(min(chord, 1.0)))
 
 
 def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, allow: Tolerances, report: Report) -> None:
@@ -137,6 +144,11 @@ def _check_closing(
     if found is None:
         report("grasp", f"the fingers close on nothing: {name} is not between the pads", bodies=(name,))
         return
+    mu = PAD_FRICTION * scene.friction(name)
+    slope = squeezed_out(scene.solids[name], T_tool_object, scene.links.tree.spec.gripper, opening, mu)
+    if slope is not None:
+        sentence = f"{name} slips out of the fingers, which press on a slope of {np.degrees(slope):.0f} degrees"
+        report("grasp", sentence, bodies=(name,))
     astray = max(abs(found[1] - width / 2), abs(found[0] + width / 2))
     if astray > allow.pad:
         sentence = (
@@ -144,6 +156,14 @@ def _check_closing(
             f"{1000 * width:.1f} mm"
         )
         report("grasp", sentence, bodies=(name,), depth=astray)
+
+
+def _check_force(scene: Scene, name: str, report: Report) -> None:
+    """Two fingers that press with all their force carry the object by friction."""
+    weight = GRAVITY * scene.task.object(name).mass
+    carries = 2 * PAD_FRICTION * scene.friction(name) * scene.links.tree.spec.gripper.force
+    if weight > carries:
+        report("grasp", f"{name} weighs {weight:.1f} N, the fingers carry {carries:.1f} N by friction", (name,))
 
 
 def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:

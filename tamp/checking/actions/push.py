@@ -18,7 +18,7 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.trajectory_limits import malformed
-from tamp.checking.scene import ROBOT, TABLE, Scene, State
+from tamp.checking.scene import GRAVITY, ROBOT, TABLE, Scene, State
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from tamp.task.plan import Attachment, Move
 
     Array = NDArray[np.float64]
-
-GRAVITY = 9.81  # [m/s^2]
 
 
 def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from tamp.checking.actions.arm_motion import check_move
+from tamp.checking.actions.arm_motion import check_move, sensible
 from tamp.checking.actions.fall import check_fall
 from tamp.checking.actions.grip_and_release import check_grip, check_release
 from tamp.checking.physics.support import carriers, without_part
@@ -85,7 +85,7 @@ def carry_out(replay: Replay, step: Step, *, push: PushCheck | None = None, fall
     if isinstance(step, Move) and step.pushed is not None and push is not None:
         push(scene, state, step, step.pushed, allow, report)
     elif isinstance(step, Move):
-        check_move(scene, state, step, allow, report)
+        check_move(scene, state, sensible(scene, state, step, replay.about, allow), allow, report)
     elif isinstance(step, Grip):
         check_grip(scene, state, step, allow, report)
     elif isinstance(step, Fall):

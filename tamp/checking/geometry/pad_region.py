@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 EDGE = 0.001
 """The outermost part of a pad that is not trusted to hold anything [m]."""
+NEAR = 2e-4
+"""What lies so little within the outermost point between the pads is touched with it [m]."""
 
 
 def between_pads(
@@ -44,6 +46,45 @@ def between_pads(
             polygon = _clipped(points[face], half)
             found += [float(corner[0]) for corner in polygon]
     return (min(found), max(found)) if found else None
+
+
+def squeezed_out(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, friction: float) -> float | None:
+    """The slope of an object where pads slip off it, or None where they do not.
+
+    What bulges between the pads touches their faces, which press straight on it. Where it grows wider beyond a pad's
+    rim the rim presses on a slope, and slips off where that is steeper than the cone of friction.
+
+    Args:
+        solid: the object.
+        T_tool_object: where it lies in the tool frame, shape (4, 4).
+        gripper: whose pads close on it.
+        opening: distance between the pads [m].
+        friction: coefficient between pads and object.
+
+    Returns:
+        The angle between the closing axis and the least steep of the faces that a pad's rim presses on [rad].
+    """
+    R = _pad_frame(gripper)
+    half = (opening / 2, gripper.pad[1] / 2 - EDGE, gripper.pad[2] / 2 - EDGE)
+    touched: list[tuple[float, float, bool]] = []  # coordinate along the closing axis, cosine of the slope, at a rim
+    for piece in solid.pieces:
+        points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]) @ R.T
+        if (points.min(axis=0) >= half).any() or (points.max(axis=0) <= np.negative(half)).any():
+            continue
+        for face in piece.part.faces:
+            a, b, c = points[face]
+            normal = np.cross(b - a, c - a)
+            cosine = float(normal[0]) / max(float(np.linalg.norm(normal)), 1e-14)
+            for corner in _clipped(points[face], half):
+                rim = bool((np.abs(np.abs(corner[1:]) - half[1:]) < 1e-9).any())
+                touched.append((float(corner[0]), cosine, rim))
+    steepest = 0.0
+    for side in (1.0, -1.0):
+        outermost = max((side * at for at, _, _ in touched), default=0.0)
+        near = [(side * cosine, rim) for at, cosine, rim in touched if side * at > outermost - NEAR]
+        if near and all(rim for _, rim in near):
+            steepest = max(steepest, float(np.arccos(np.clip(max(cosine for cosine, _ in near), -1.0, 1.0))))
+    return steepest if steepest > np.arctan(friction) else None
 
 
 def _pad_frame(gripper: Gripper) -> Array:

@@ -67,7 +67,10 @@ def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> float:
         return -1.0
     on_a, on_b = result.nearest_points
     normal = on_b - on_a
-    normal = normal / np.linalg.norm(normal)
+    length = float(np.linalg.norm(normal))
+    if length == 0.0:
+        return -1.0
+    normal = normal / length
     nearest = (b.part.vertices @ (T_a_b[:3, :3].T @ normal)).min() + normal @ T_a_b[:3, 3]
     certain = float(nearest - (a.part.vertices @ normal).max())
     return certain if certain > 0.0 else -1.0

@@ -8,13 +8,15 @@ else moves by itself.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.support import balanced, carriers
+from tamp.checking.physics.support import height_above, stays_after
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,23 +46,44 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     """
     said, began = state.poses[name], written[name]
     far = scene.displacement(name, began, said)
-    if far <= allow.settling:
+    if far <= allow.placed:
         return 0.0
     inside, fallen = _falls(scene, state, name, began, allow)
-    left = scene.displacement(name, fallen, said)
-    if left <= allow.settling + 2 * max(inside, 0.0):
-        return 0.0
-    if left <= allow.jostling and _jostled(scene, state, name, written, allow):
-        return 0.0
+    pushed = 2 * max(inside, 0.0)
     drop = float(began[2, 3] - fallen[2, 3])
-    if _steady(scene, state, name, fallen, drop, allow):
+    left = scene.displacement(name, fallen, said)
+    if left <= min(allow.placed + drop, allow.settling) + pushed:
+        return 0.0
+    steady = _steady(scene, state, name, fallen, drop, inside, allow)
+    jostled = _jostled(scene, state, name, written, allow)
+    if left <= (allow.settling + pushed if jostled or not steady else 0.0):
+        return 0.0
+    if left <= allow.jostling and any(_moves(scene, state, other, written, allow) for other in jostled):
+        return 0.0
+    if steady:
         return left
     way = scene.center_of_mass(name, said) - scene.center_of_mass(name, fallen)
-    cosine = (np.trace(said[:3, :3].T @ fallen[:3, :3]) - 1) / 2
-    rolled = scene.solids[name].radius * float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    rolled = scene.solids[name].radius * _tilt(fallen, said)
     aside = float(np.hypot(way[0], way[1])) - allow.settling - drop - rolled
-    beyond = max(aside, far - allow.falling, float(way[2]) - allow.settling - 2 * max(inside, 0.0))
+    risen = max(float(way[2]), _righted(scene, name, fallen, said)) - allow.settling - pushed
+    beyond = max(aside, far - allow.falling, risen)
     return beyond if beyond > 0.0 else 0.0
+
+
+def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
+    """How much higher above a plane a body's centre of mass is after a turn than half-way: it would have stayed there.
+
+    What rolls is no higher in the end than on its way, and what falls over is lower.
+    """
+    turn = Rotation.from_matrix(after[:3, :3] @ before[:3, :3].T).as_rotvec()
+    halfway = np.eye(4)
+    halfway[:3, :3] = Rotation.from_rotvec(turn / 2).as_matrix() @ before[:3, :3]
+    return height_above(scene, name, after) - height_above(scene, name, halfway)
+
+
+def _tilt(before: Array, after: Array) -> float:
+    """How far a body tips or rolls between two poses [rad]: to turn about the vertical takes it nowhere."""
+    return float(np.arccos(np.clip(before[2, :3] @ after[2, :3], -1.0, 1.0)))
 
 
 def _falls(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> tuple[float, Array]:
@@ -78,27 +101,39 @@ def _falls(scene: Scene, state: State, name: str, written: Array, allow: Toleran
     return inside, T
 
 
-def _steady(scene: Scene, state: State, name: str, T: Array, drop: float, allow: Tolerances) -> bool:
-    """Whether an object stays where it has come down, however it is jostled, after a fall of a height [m].
+def _steady(scene: Scene, state: State, name: str, T: Array, drop: float, inside: float, allow: Tolerances) -> bool:
+    """Whether an object stays where it has come down, however it is jostled, after a drop, or `inside` others [m].
 
-    To tip or roll it must lift its centre of mass over the edge of what carries it; a share of the fall does that.
+    What was as good as at rest needs half of the margin.
     """
     there = state.without(name)
     there.poses[name] = T
-    touching = carriers(scene, there, name, allow)
-    corners = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
-    height = float(scene.center_of_mass(name, T)[2] - corners[:, 2].min())
-    lift = allow.bounce * drop
-    margin = max(allow.steady * scene.solids[name].radius, float(np.sqrt((height + lift) ** 2 - height**2)))
-    return balanced(scene, there, name, touching, allow, margin) >= margin
+    resting = drop <= allow.dropped and inside <= LANDED
+    least = scene.solids[name].radius * allow.steady * (0.5 if resting else 1.0)
+    return stays_after(scene, there, name, allow.bounce * drop, allow, least)
 
 
-def _jostled(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> bool:
-    """Whether an object touches, as written or in the end, another that settles."""
+def _jostled(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> list[str]:
+    """What an object touches, as written or in the end, that cannot stay where it is written."""
+    found = []
     for other in sorted(written):
-        moves = other != name and scene.displacement(other, written[other], state.poses[other]) > allow.settling / 2
-        for poses in (written, state.poses) if moves else ():
+        for poses in (written, state.poses) if other != name else ():
             T = inverse(poses[name]) @ poses[other]
             if clearance(scene.solids[name], scene.solids[other], T, allow.contact) <= allow.standing:
-                return True
-    return False
+                found.append(other)
+                break
+    return [other for other in found if _restless(scene, state, other, written, allow)]
+
+
+def _restless(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> bool:
+    """Whether an object settles from where it is written: it overlaps with something, falls, or is out of balance."""
+    placed = replace(state, poses={**state.poses, **written}, touching={})
+    inside, fallen = _falls(scene, placed, name, written[name], allow)
+    drop = float(written[name][2, 3] - fallen[2, 3])
+    jolted = max(inside, drop) > allow.collision
+    return jolted or not _steady(scene, placed, name, fallen, drop, inside, allow)
+
+
+def _moves(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> bool:
+    """Whether an object is said to settle by more than a little."""
+    return scene.displacement(name, written[name], state.poses[name]) > allow.settling / 2

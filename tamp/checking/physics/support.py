@@ -78,6 +78,30 @@ def balanced(
     return touching.balance(center, friction, allow.balance if wanted is None else wanted)
 
 
+def stays_after(scene: Scene, state: State, name: str, lift: float, allow: Tolerances, least: float = 0.0) -> bool:
+    """Whether an object that has fallen straight down stays where it is.
+
+    To tip or roll it must lift its centre of mass over the edge of what carries it; what is left of the fall does that.
+
+    Args:
+        scene: the bodies.
+        state: where all of them are, the object where it has come down.
+        name: the object.
+        lift: how high what is left of its fall would lift it [m].
+        allow: tolerances.
+        least: how far inside what carries it its centre of mass must be in any case [m].
+    """
+    height = height_above(scene, name, state.poses[name])
+    margin = max(least, float(np.sqrt((height + lift) ** 2 - height**2)))
+    return balanced(scene, state, name, carriers(scene, state, name, allow), allow, margin) >= margin
+
+
+def height_above(scene: Scene, name: str, T: Array) -> float:
+    """How high the centre of mass of an object at T is above its lowest point [m]."""
+    corners = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
+    return float(scene.center_of_mass(name, T)[2] - corners[:, 2].min())
+
+
 def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...], float]]:
     """What an object stands deeper in than contact explains: sentence, bodies, depth [m]."""
     others = state.standing(scene)
@@ -86,7 +110,7 @@ def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterat
             continue
         T = inverse(others[other]) @ state.poses[name]
         apart = clearance(scene.solids[other], scene.solids[name], T, allow.contact)
-        if apart < -allow.contact:
+        if apart < -(allow.sunk if TABLE in (name, other) else allow.contact):
             yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
 
 

@@ -88,7 +88,7 @@ def _jerks(trajectory: Trajectory) -> Array:
 
 def _worst(excess: Array, allowed: float, t: Array, spec: RobotSpec, text: str) -> Iterator[tuple[float, str]]:
     row, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
-    if excess[row, joint] > allowed:
+    if not excess[row, joint] <= allowed:  # what is not a number is no better than too much
         yield float(t[row]), f"joint {spec.joints[joint]} " + text.format(float(excess[row, joint]))
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tamp.perception.cameras.camera import Intrinsics
-from tamp.perception.rendering.surface import Surface
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from tamp.pipeline.prepare import Setup, settled_goals
 from tamp.streams.cache import SampleCache
 from tamp.streams.values import Placement
 from tamp.task import In, On, Pose, Task, task_robot
-from tamp.world.geometry.object_geometry import load_geometry
+from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.world import World
 
@@ -51,7 +51,7 @@ class Knowledge:
         Raises:
             DomainError, RobotError, TaskError: where the input cannot be used.
         """
-        geometries = {obj.name: load_geometry(obj.shape) for obj in task.objects}
+        geometries = {obj.name: geometry_of_object(obj) for obj in task.objects}
         robot = robot_model(task_robot(task))
         world = World(robot, geometries, task.table, motion_planner=settings.chosen("motion_planner"))
         return Knowledge(task, load_domain(settings.domain or task.domain), world, settings)

@@ -90,7 +90,8 @@ def alone(workspace: Workspace, name: str) -> Workspace:
 
     All else is taken away.
     """
-    start, below, goal = workspace.start, _all_below(workspace.goals, name), workspace.task.object(name).goal
+    start, goal = workspace.start, workspace.task.object(name).goal
+    below = _all_below({**start, **workspace.goals}, name) if name in workspace.goals else []
     there = [goal.target] if isinstance(goal, On | In) and goal.target in start else []
     standing = {other: start[other] for first in (name, *there) for other in (first, *_all_below(start, first))}
     standing |= {other: workspace.goals.get(other, start[other]) for other in below}

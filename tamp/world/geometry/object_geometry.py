@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.task.mesh.parts import Part, bounds, convex_hull, parts, watertight
-from tamp.task.model import Shape
+from tamp.task.model import Object, Shape
 from tamp.world.geometry.stable_poses import StablePose, resting_poses
 
 if TYPE_CHECKING:
@@ -60,6 +60,21 @@ def load_geometry(shape: Shape) -> Geometry:
         TaskError: where the shape's mesh cannot be used.
     """
     return _geometry(shape, parts(shape))
+
+
+def geometry_of_object(item: Object) -> Geometry:
+    """The geometry of an object's shape, with the centre of mass that its task gives it, if it does.
+
+    Raises:
+        TaskError: where the object's mesh cannot be used.
+    """
+    geometry = load_geometry(item.shape)
+    return geometry if item.inertia is None else _weighted(geometry, item.inertia.frame.xyz)
+
+
+@lru_cache(maxsize=512)
+def _weighted(geometry: Geometry, center: tuple[float, float, float]) -> Geometry:
+    return replace(geometry, center_of_mass=np.array(center))
 
 
 @lru_cache(maxsize=512)

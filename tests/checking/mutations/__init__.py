@@ -2,8 +2,8 @@
 
 A mutation takes a task, a valid plan and a random generator and returns the corrupted pair, or None where the plan
 gives it nothing to corrupt. `MUTATIONS` names them all with the kinds of problem that are the right reason for
-rejecting them: the checker must name at least one of those. `PUSHES`, `FALLS` and `TOPPLES` are more of them, for plans
-that push something along the table, let something fall, or push something over.
+rejecting them: the checker must name at least one of those. `PUSHES`, `FALLS`, `TOPPLES` and `STACKS` are more of them,
+for plans that push something along the table, let something fall, push something over, or load and unload a plank.
 """
 
 from __future__ import annotations
@@ -35,6 +35,14 @@ from tests.checking.mutations.grips import (
     slip_in_hand,
     wrong_object,
     wrong_width,
+)
+from tests.checking.mutations.margins import (
+    hardly_open,
+    home_on_the_way,
+    pads_stay_off,
+    start_a_little_aside,
+    too_heavy,
+    twist,
 )
 from tests.checking.mutations.motions import (
     beyond_joint_limit,
@@ -75,9 +83,10 @@ from tests.checking.mutations.pushes import (
     push_over_the_edge,
     push_through,
 )
+from tests.checking.mutations.stacks import heavy_load, light_counterweight
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
-__all__ = ["FALLS", "MUTATIONS", "PUSHES", "TOPPLES", "Mutation"]
+__all__ = ["FALLS", "MUTATIONS", "PUSHES", "STACKS", "TOPPLES", "Mutation"]
 
 MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     swap_actions: ("continuity", "precondition"),
@@ -112,7 +121,13 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     one_in_the_air_frees_another: ("start",),
     dip_between_samples: ("collision",),
     creep: ("release",),
-    other_home: ("continuity",),
+    other_home: ("continuity", "start"),
+    home_on_the_way: ("start",),
+    start_a_little_aside: ("start",),
+    pads_stay_off: ("grasp",),
+    hardly_open: ("release",),
+    twist: ("release",),
+    too_heavy: ("grasp",),
     goal_missed: ("goal",),
     stop_early: ("goal",),
     closed_fingers: ("collision",),
@@ -148,4 +163,9 @@ TOPPLES: dict[Mutation, tuple[str, ...]] = {
     push_loaded: ("precondition",),
     topple_halfway: ("push",),
     topple_on_ice: ("push",),
+}
+
+STACKS: dict[Mutation, tuple[str, ...]] = {
+    light_counterweight: ("precondition", "support"),
+    heavy_load: ("start", "precondition", "support"),
 }

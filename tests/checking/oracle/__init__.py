@@ -17,6 +17,7 @@ from tests.checking.oracle.bodies import body_of, tool_at
 from tests.checking.oracle.bookkeeping import bookkeeping
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.pushes import push
+from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.topples import topple
 from tests.checking.oracle.world import World, arrive, between, goals, grip, let_go, rests, start, sweep
 
@@ -45,6 +46,8 @@ class Oracle:
     def _replay(self, world: World, plan: Plan, sweep: bool) -> str | None:
         """Grips, releases, falls and pushes, and with `sweep` everything on the way."""
         for action in plan.actions:
+            if not sweep and (text := toppling(world)) is not None:
+                return f"before {action}: {text}"
             for step in action.steps:
                 text = self._swept(world, step) if sweep and isinstance(step, Move) else None
                 text = text or _carried_out(world, step, toppling=action.name == "topple")
@@ -55,7 +58,7 @@ class Oracle:
                 text = text or rests(world, action.arguments[0])
                 if text is not None:
                     return f"{action}: {text}"
-        return None
+        return None if sweep else toppling(world)
 
     def _swept(self, world: World, move: Move) -> str | None:
         arrays = (move.trajectory.times, move.trajectory.positions, move.trajectory.velocities, *world.poses.values())

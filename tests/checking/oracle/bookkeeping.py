@@ -24,6 +24,8 @@ STEPS = {
 def bookkeeping(plan: Plan) -> str | None:
     """What is wrong with names, order or limits, or None."""
     q, held, opening, spec = np.array(plan.home), None, None, load_robot("panda")
+    if np.abs(q - spec.home).max() > 1e-3:
+        return "the arm does not start at home"
     for action in plan.actions:
         if (text := _kinds(action) or _late(action)) is not None:
             return text
@@ -45,6 +47,8 @@ def bookkeeping(plan: Plan) -> str | None:
             elif isinstance(step, Release):
                 if held is None or held.object != step.object or step.object != action.arguments[0]:
                     return "releases what it does not hold"
+                if step.opening - opening < 5e-4:
+                    return "the fingers do not open"
                 held, opening = None, step.opening
             elif held is not None or step.object != action.arguments[0]:
                 return "what falls was not let go"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -13,6 +13,8 @@ from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot,
 STEP = 0.01  # [s]
 INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
 TOUCHING = 0.008  # ... and so deep where the two may touch
+STANDS = 0.008  # what stands flat and alone stays where it is written [m]
+TURNS = 0.033  # what is gripped and let go turns no farther than this in all [rad]
 STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
@@ -29,6 +31,7 @@ class World:
     poses: dict[str, np.ndarray]
     q: np.ndarray
     held: tuple[str, np.ndarray] | None = None
+    turned: dict[str, float] = field(default_factory=dict)
 
     def others(self, *but: str) -> dict[str, np.ndarray]:
         held = self.held[0] if self.held else None
@@ -43,12 +46,34 @@ def start(world: World) -> str | None:
         aside = np.linalg.norm((world.poses[thing.name][:3, 3] - thing.pose.xyz)[:2])
         if aside > STAYS and rests(written, thing.name) is None:
             return f"{thing.name} stands where it is written"
+        if aside > STANDS and _stands_flat(written, thing.name):
+            return f"{thing.name} stands flat and alone where it is written"
         if np.linalg.norm(world.poses[thing.name][:3, 3] - thing.pose.xyz) > 0.27:
             return f"{thing.name} starts elsewhere"
     for a, b in combinations(sorted(world.poses), 2):
         if depth(world.bodies[a], world.poses[a], world.bodies[b], world.poses[b]) > TOUCHING:
             return f"{a} starts inside {b}"
     return None
+
+
+def _stands_flat(world: World, name: str) -> bool:
+    """Whether an object stands on a broad face on the table, its middle well over that, and nothing is near it."""
+    body, T = world.bodies[name], world.poses[name]
+    points = body.points @ T[:3, :3].T + T[:3, 3]
+    low = points[np.abs(points[:, 2]) < 5e-4, :2]
+    if len(low) < 8 or points[:, 2].min() < -5e-4:
+        return False
+    offset = low - (points.min(axis=0) + points.max(axis=0))[:2] / 2
+    angles = np.linspace(0.0, 2 * np.pi, 36, endpoint=False)
+    reach = (offset @ np.array([np.cos(angles), np.sin(angles)])).max(axis=0)
+    aside = [shift for x in (-0.01, 0.01) for shift in ((x, 0.0), (0.0, x))]
+    for other, at in world.others(name, "table").items():
+        for x, y in aside:
+            moved = T.copy()
+            moved[:2, 3] += (x, y)
+            if depth(body, moved, world.bodies[other], at) > -0.002:
+                return False
+    return bool(reach.min() > 0.02 and reach.min() > 0.3 * np.ptp(points[:, 2]) / 2)
 
 
 def arrive(world: World, move: Move) -> None:
@@ -107,12 +132,22 @@ def grip(world: World, grip: Grip) -> str | None:
     found = between(world, name, tool)
     if len(found) and max(found.max() - grip.width / 2, -grip.width / 2 - found.min()) > 0.006:
         return "the fingers close into the object"
+    if len(found) and min(grip.width / 2 - found.max(), grip.width / 2 + found.min()) > 0.0025:
+        return "the fingers stop before they touch the object"
+    item, gripper = world.task.object(name), robot()[0].gripper
+    if item.mass * 9.81 > 2.1 * item.friction * gripper.force:
+        return "the object is too heavy for the fingers"
+    if (text := _turns(world, name, world.poses[name], claimed)) is not None:
+        return text
+    world.poses[name] = claimed
     world.held = (name, grip.attachment.T_tool_object.matrix)
     return None
 
 
 def let_go(world: World, release: Release) -> str | None:
     """The fingers open, wherever that is."""
+    if (text := _turns(world, release.object, world.poses[release.object], release.pose.matrix)) is not None:
+        return text
     if np.linalg.norm(release.pose.matrix[:3, 3] - world.poses[release.object][:3, 3]) > 0.02:
         return "released elsewhere than it stands"
     if np.linalg.norm((release.pose.matrix[:3, 3] - world.poses[release.object][:3, 3])[:2]) > BESIDE:
@@ -120,6 +155,12 @@ def let_go(world: World, release: Release) -> str | None:
     world.held = None
     world.poses[release.object] = release.pose.matrix
     return None
+
+
+def _turns(world: World, name: str, before: np.ndarray, after: np.ndarray) -> str | None:
+    cosine = (np.trace(before[:3, :3].T @ after[:3, :3]) - 1) / 2
+    world.turned[name] = world.turned.get(name, 0.0) + float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return f"{name} turns in the fingers" if world.turned[name] > TURNS else None
 
 
 def rests(world: World, name: str) -> str | None:

@@ -56,6 +56,8 @@ PICK_AND_PLACE = Skill(
         "sample-stacking": "tamp.streams.placing.sampler:sample_stacking",
         "sample-insertion": "tamp.streams.placing.sampler:sample_insertion",
         "inverse-kinematics": "tamp.streams.motion.inverse_kinematics:inverse_kinematics",
+        "balance-without": "tamp.streams.affordances.stack_balance:balance_without",
+        "balance-with": "tamp.streams.affordances.stack_balance:balance_with",
     },
     info={
         "sample-grasp": SAMPLED,

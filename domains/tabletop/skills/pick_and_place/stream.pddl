@@ -28,4 +28,18 @@
     :domain (and (Movable ?o) (Placement ?o ?p) (Grasp ?o ?g))
     :outputs (?a ?l ?h)
     :certified (and (Conf ?a) (Conf ?l) (HandlingOf ?o ?h) (Handling ?o ?p ?g ?a ?l ?h)))
+
+  (:stream balance-without
+    :inputs (?o ?p)
+    :domain (Placement ?o ?p)
+    :fluents (AtPose)
+    :outputs (?b)
+    :certified (BalancedWithout ?o ?p ?b))
+
+  (:stream balance-with
+    :inputs (?o ?p)
+    :domain (Placement ?o ?p)
+    :fluents (AtPose)
+    :outputs (?b)
+    :certified (BalancedWith ?o ?p ?b))
 )

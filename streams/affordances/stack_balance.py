@@ -1,0 +1,182 @@
+"""Does a pile stay at rest when something is taken off it or put on it? The whole of it, not each body by itself.
+
+A body that carries others tips where all that weighs on it has its centre beside what carries it: a plank on a block,
+when one of two counterweights leaves. Each contact pushes straight up, and the pushes must balance every body's weight
+and its moments: a linear program, the support polygon of one body for many. Friction and walls may hold up more. That
+is left out, so only a pile that stood by such pushes before is said to tip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.stable_poses import base, inside_by, outline
+from tamp.streams.context import Context
+from tamp.streams.hand.finger_closing import felt
+from tamp.streams.surfaces import half_spaces
+from tamp.streams.values import Balance, Placement
+from tamp.streams.workspace import TABLE, Workspace, standing
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+NEAR = 0.004  # surface this near to another body may rest on it [m]
+UPWARD = 0.7  # what carries without friction has about this vertical share of its normal
+GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
+
+
+def balance_without(context: Context, obj: str, placement: Placement) -> Iterator[Balance]:
+    """Yield once where what an object stands among stays at rest when it is taken; all is as in `context.fluents`."""
+    around = {**standing(context.fluents), obj: placement}
+    if not _upset(context, obj, around, around, {name: around[name] for name in around if name != obj}):
+        yield Balance(obj, placement)
+
+
+def balance_with(context: Context, obj: str, placement: Placement) -> Iterator[Balance]:
+    """Yield once where what an object is put on stays at rest under it; all else is as in `context.fluents`."""
+    others = {name: place for name, place in standing(context.fluents).items() if name != obj}
+    around = {**others, obj: placement}
+    if not _upset(context, obj, around, others, around):
+        yield Balance(obj, placement)
+
+
+def _upset(
+    context: Context,
+    obj: str,
+    joined: Mapping[str, Placement],
+    before: Mapping[str, Placement],
+    after: Mapping[str, Placement],
+) -> bool:
+    """Whether a change upsets the pile that an object joins; says so, and because of what stands in it."""
+    if len(joined) < len(context.scene.task.objects):
+        return False  # a question about a part of the scene: what is left out may hold the rest down
+    pile = pile_of(obj, joined)
+    stood, stands = (
+        at_rest(context.scene, {n: there[n] for n in sorted(pile & there.keys())}) for there in (before, after)
+    )
+    if stands or not stood:
+        return False
+    because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
+    context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
+    return True
+
+
+def pile_of(obj: str, around: Mapping[str, Placement]) -> set[str]:
+    """An object, what carries it and what that carries, and so on; the table holds nothing together."""
+    found, waiting = {obj}, [obj]
+    while waiting:
+        name = waiting.pop()
+        beside = {other for other, place in around.items() if name in place.on} | {*around[name].on}
+        beside = (beside & around.keys()) - found
+        found |= beside
+        waiting += sorted(beside)
+    return found
+
+
+def at_rest(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
+    """Whether pushes straight up at all contacts balance the weights of bodies at these placements.
+
+    Bodies that rest on something of which no contact is found are taken to be at rest.
+    """
+    pairs = [(name, lower) for name, place in places.items() for lower in place.on if lower in places or lower == TABLE]
+    points = [_contacts(workspace, name, places[name], lower, places.get(lower)) for name, lower in pairs]
+    if not places or any(not len(found) for found in points):
+        return True
+    touching = dict(zip(pairs, points, strict=True))
+    if sorted(name for name, _ in pairs) == sorted(places):
+        return _each_on_one(workspace, places, touching)
+    return _least(*_program(workspace, places, touching)) <= GIVEN
+
+
+def _each_on_one(
+    workspace: Workspace, places: Mapping[str, Placement], touching: Mapping[tuple[str, str], Array]
+) -> bool:
+    """The same where each body rests on one other: the centre of all that it carries is over what carries it."""
+    load = {name: [workspace.task.object(name).mass] for name in places}
+    middle = {name: load[name][0] * _center(workspace, name, places[name]) for name in places}
+    waiting = dict(touching)
+    while waiting:
+        free = sorted(pair for pair in waiting if all(lower != pair[0] for _, lower in waiting))
+        if not free:
+            return True  # they carry each other in a circle
+        for name, lower in free:
+            corners = outline(waiting.pop((name, lower)))
+            mass = sum(load[name])
+            if len(corners) < 3 or inside_by(corners, middle[name] / mass) < -GIVEN:
+                return False
+            if lower in places:
+                load[lower] += load[name]
+                middle[lower] = middle[lower] + middle[name]
+    return True
+
+
+def _program(
+    workspace: Workspace, places: Mapping[str, Placement], touching: Mapping[tuple[str, str], Array]
+) -> tuple[Array, Array, Array]:
+    """Costs, columns and wanted sums: pushes at all contacts, and shifts of the centres of mass, which cost."""
+    row = {name: 3 * index for index, name in enumerate(places)}
+    mass = np.array([workspace.task.object(name).mass for name in places])
+    columns = np.zeros((3 * len(row), sum(map(len, touching.values())) + 4 * len(row)))
+    wanted, cost, first = np.zeros(3 * len(row)), np.zeros(columns.shape[1]), 0
+    for (name, lower), found in touching.items():
+        for body, sign in ((name, 1.0), (lower, -1.0)):
+            if body in row:
+                lever = found - _center(workspace, body, places[body])
+                block = np.vstack([np.ones(len(found)), lever.T])
+                columns[row[body] : row[body] + 3, first : first + len(found)] = sign * block
+        first += len(found)
+    for index, start in enumerate(row.values()):
+        wanted[start] = mass[index] / mass.mean()
+        shifts = slice(first + 4 * index, first + 4 * index + 4)
+        columns[start + 1 : start + 3, shifts] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
+        cost[shifts] = mass.mean() / mass[index]
+    return cost, columns, wanted
+
+
+def _least(cost: Array, columns: Array, wanted: Array) -> float:
+    """Least cost @ x where columns @ x == wanted and x >= 0; infinite where there is no such x."""
+    from scipy.optimize import linprog
+
+    found = linprog(cost, A_eq=columns, b_eq=wanted, method="highs")
+    return float(found.fun) if found.status == 0 else np.inf
+
+
+def _center(workspace: Workspace, name: str, placement: Placement) -> Array:
+    T = placement.pose.matrix
+    center: Array = (T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3])[:2]
+    return center
+
+
+def _contacts(workspace: Workspace, name: str, placement: Placement, lower: str, below: Placement | None) -> Array:
+    """Where a body rests on another one, or on the table where `below` is None, from above, shape (n, 2)."""
+
+    def found() -> Array:
+        if below is None:
+            T = placement.pose.matrix
+            return base(workspace.points(name) @ T[:3, :3].T + T[:3, 3])
+        onto = _near(workspace, name, placement, lower, below, 1.0)
+        under = _near(workspace, lower, below, name, placement, -1.0)
+        return np.vstack([onto, under])
+
+    return workspace.cache.value(("rests at", name, placement, lower, below), found)
+
+
+def _near(workspace: Workspace, one: str, at: Placement, other: str, there: Placement, upward: float) -> Array:
+    """Points of a body near faces of another that look up, or down for an `upward` of -1, from above, shape (n, 2)."""
+    T, T_other = at.pose.matrix, there.pose.matrix
+    points = np.vstack([workspace.points(one), felt(workspace, one)]) @ T[:3, :3].T + T[:3, 3]
+    local = (points - T_other[:3, 3]) @ T_other[:3, :3]
+    kept = np.zeros(len(points), dtype=bool)
+    for part in workspace.world.geometries[other].parts:
+        A, b = half_spaces(part)
+        outside = local @ A.T - b
+        face = outside.argmax(axis=1)
+        facing = upward * (A @ T_other[2, :3])[face] > UPWARD
+        kept |= facing & (np.abs(outside[np.arange(len(points)), face]) < NEAR)
+    near: Array = points[kept, :2]
+    return near

@@ -1,0 +1,98 @@
+"""Corruptions that a careless judge calls tolerable: a little aside, a little too wide, turned, or heavy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import Attachment, Grip, Move, Plan, Pose, Release, Task
+from tests.checking.mutations.editing import Pair, choose, put, put_action, shifted, sideways, step_at, steps_of
+
+TURN = 0.018  # [rad]
+
+
+def start_a_little_aside(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What stands flat on the table, and nobody touches, is said to start a centimetre from where it is written."""
+    moved = {action.arguments[0] for action in plan.actions if action.arguments}
+    named = {name for action in plan.actions for name in action.arguments}
+    name = choose([o.name for o in task.objects if o.name not in moved | named], rng)
+    if name is None:
+        return None
+    return task, replace(plan, start={**plan.start, name: shifted(plan.start[name], sideways(rng, 0.009, 0.014))})
+
+
+def home_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The arm starts elsewhere than at home; the first motion starts from there as well."""
+    where = next(iter(steps_of(plan, Move)), None)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    t, by = move.trajectory, np.zeros(len(plan.home))
+    by[int(rng.integers(len(by)))] = rng.choice([-1, 1]) * rng.uniform(0.005, 0.05)
+    share = t.times / t.duration
+    fade, rate = 1 - 10 * share**3 + 15 * share**4 - 6 * share**5, -30 * share**2 * (1 - share) ** 2 / t.duration
+    led = replace(t, positions=t.positions + fade[:, None] * by, velocities=t.velocities + rate[:, None] * by)
+    return task, replace(put(plan, where, replace(move, trajectory=led)), home=tuple(led.positions[0]))
+
+
+def pads_stay_off(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The fingers stop before they touch the object, which comes along all the same."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    grip = step_at(plan, where)
+    width = grip.width + rng.uniform(0.0065, 0.0078)
+    plan = put(plan, where, replace(grip, width=width))
+    for other in steps_of(plan, Move):
+        if other > where and (move := step_at(plan, other)).held is not None:
+            plan = put(plan, other, replace(move, opening=width))
+        elif other > where:
+            break
+    return task, plan
+
+
+def hardly_open(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The fingers are said to let go without moving away, and retreat so."""
+    where = choose(steps_of(plan, Release), rng)
+    if where is None:
+        return None
+    grip = step_at(plan, max(w for w in steps_of(plan, Grip) if w < where))
+    opening = grip.width + 10 ** rng.uniform(-9, -4)
+    plan = put(plan, where, replace(step_at(plan, where), opening=opening))
+    i, j = where
+    action = plan.actions[i]
+    left = (replace(step, opening=opening) if isinstance(step, Move) else step for step in action.steps[j + 1 :])
+    return task, put_action(plan, i, replace(action, steps=(*action.steps[: j + 1], *left)))
+
+
+def twist(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """An object turns a degree in the fingers as they close, and another as they open."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    by = TURN
+    grip = step_at(plan, where)
+    held = _turned(grip.attachment.T_tool_object, by)
+    attachment = Attachment(grip.attachment.object, held)
+    plan = put(plan, where, replace(grip, attachment=attachment))
+    after = min(w for w in steps_of(plan, Release) if w > where)
+    for other in [w for w in steps_of(plan, Move) if where < w < after]:
+        if (move := step_at(plan, other)).held is not None:
+            plan = put(plan, other, replace(move, held=attachment))
+    release = step_at(plan, after)
+    return task, put(plan, after, replace(release, pose=_turned(release.pose, 2 * by)))
+
+
+def _turned(pose: Pose, by: float) -> Pose:
+    return pose @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, by))
+
+
+def too_heavy(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What is lifted weighs more than the fingers' friction carries."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    name = step_at(plan, where).attachment.object
+    mass = rng.uniform(20.0, 100.0)
+    return replace(task, objects=tuple(replace(o, mass=mass) if o.name == name else o for o in task.objects)), plan

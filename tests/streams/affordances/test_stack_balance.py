@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tamp.streams.affordances.stack_balance import at_rest, balance_with, balance_without, pile_of
+from tamp.streams.values import Placement
+from tamp.task import Box, Object, Pose
+from tests.streams.tables import ToldContext, workspace_of
+
+BLOCK = Object("block", Box((0.05, 0.05, 0.06)), Pose((0.0, 0.0, 0.03)))
+PLANK = Object("plank", Box((0.3, 0.05, 0.02)), Pose((0.0, 0.0, 0.07)), mass=0.1)
+
+
+def scales(*weights: tuple[float, float]):
+    """A plank on a block, and on it weights, each by where along it and how heavy, called a, b, c; and placements."""
+    named = [
+        Object(name, Box((0.03, 0.03, 0.06)), Pose((x, 0.0, 0.11)), mass=mass)
+        for name, (x, mass) in zip("abc", weights, strict=False)
+    ]
+    workspace = workspace_of(BLOCK, PLANK, *named)
+    on = {"block": "table", "plank": "block"}
+    places = {o.name: Placement(o.pose, (on.get(o.name, "plank"),)) for o in (BLOCK, PLANK, *named)}
+    return replace(workspace, start=places), places
+
+
+def facts(places):
+    return tuple(("AtPose", name, place) for name, place in places.items())
+
+
+@given(
+    at=st.tuples(st.floats(-0.13, -0.03), st.floats(0.03, 0.13)),
+    masses=st.tuples(st.floats(0.05, 1), st.floats(0.05, 1)),
+)
+@settings(max_examples=25, deadline=None)
+def test_scales_balance_as_their_moments_say(at, masses):
+    workspace, places = scales(*zip(at, masses, strict=True))
+    outside = abs(sum(m * x for x, m in zip(at, masses, strict=True)) / (sum(masses) + 0.1)) - 0.025
+    if abs(outside) > 0.001:
+        assert at_rest(workspace, places) == (outside < 0)
+
+
+@pytest.mark.parametrize(("mass", "stays"), [(1.0, False), (0.01, True)])
+def test_a_counterweight_stays_where_the_rest_would_tip(mass, stays):
+    workspace, places = scales((-0.12, mass), (0.12, mass))
+    context = ToldContext(workspace, fluents=facts(places))
+    assert bool(list(balance_without(context, "a", places["a"]))) == stays
+
+
+@pytest.mark.parametrize(("x", "stays"), [(0.12, False), (0.01, True)])
+def test_what_is_set_on_a_plank_does_not_tip_it(x, stays):
+    workspace, places = scales((x, 1.0))
+    others = {name: place for name, place in places.items() if name != "a"}
+    context = ToldContext(workspace, fluents=facts(others))
+    assert bool(list(balance_with(context, "a", places["a"]))) == stays
+
+
+def test_a_plank_on_two_blocks_bears_a_weight_between_them():
+    workspace, places = scales((0.0, 2.0))
+    other = Object("other", BLOCK.shape, Pose((0.12, 0.0, 0.03)))
+    first = replace(BLOCK, pose=Pose((-0.12, 0.0, 0.03)))
+    workspace = workspace_of(first, other, PLANK, workspace.task.object("a"))
+    places |= {"block": Placement(first.pose, ("table",)), "other": Placement(other.pose, ("table",))}
+    places |= {"plank": Placement(PLANK.pose, ("block", "other"))}
+    assert at_rest(workspace, places)
+    single = {**places, "plank": Placement(PLANK.pose, ("other",))}
+    assert not at_rest(workspace, {name: place for name, place in single.items() if name != "block"})
+    assert pile_of("a", places) == {"a", "plank", "block", "other"}
+
+
+def test_a_part_of_the_scene_is_not_judged():
+    workspace, places = scales((-0.12, 1.0), (0.12, 1.0))
+    seen = {name: place for name, place in places.items() if name != "b"}
+    assert list(balance_with(ToldContext(workspace, fluents=facts(seen)), "a", places["a"]))
