@@ -62,6 +62,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put in what a comment of a page asks for."""
     robot = (Path(__file__).parents[1] / "robots" / "panda" / "robot.yaml").read_text(encoding="utf-8")
     markdown = markdown.replace("<!-- robot -->", robot.rstrip())
+    markdown = re.sub(r"\((\S*tutorials/\w+)\.ipynb\)", r"(\1.md)", markdown)
     return _with_mathematics(markdown)
 
 
