@@ -64,6 +64,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     for comment, name in (("robot", "panda"), ("second robot", "ur5e_2f85")):
         robot = (robots / name / "robot.yaml").read_text(encoding="utf-8")
         markdown = markdown.replace(f"<!-- {comment} -->", robot.rstrip())
+    markdown = re.sub(r"\((\S*tutorials/\w+)\.ipynb\)", r"(\1.md)", markdown)
     return _with_mathematics(markdown)
 
 

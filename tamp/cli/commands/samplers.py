@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tamp import plugins
 from tamp.cli.options import add_json, add_trust, command, load, natural, replacement
 from tamp.cli.output import to_stdout, write_json
 from tamp.cli.status import SOLVED, UNSOLVED
@@ -61,6 +62,9 @@ def samplers(options: argparse.Namespace) -> int:
         if not to_stdout(options):
             told = f", told where things are by ({', '.join(stream.fluents)})" if stream.fluents else ""
             print(f"{stream.name}{types}{told}\n    {layer[stream.name]}  (by {by})", file=options.out)
+    if not to_stdout(options):
+        for name, address in plugins.addresses("samplers").items():
+            print(f"installed as {name!r}: {address}", file=options.out)
     write_json(options, listed)
     return SOLVED
 

@@ -57,6 +57,9 @@ def _complaint(error: ErrorDetails, field: FieldPath, model: type[BaseModel]) ->
     if kind in ("too_short", "too_long"):
         bound = f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
         return f"needs {bound} entries; it has {context['actual_length']}"
+    if kind in ("string_too_short", "string_too_long"):
+        bound = f"at least {context['min_length']}" if "min_length" in context else f"at most {context['max_length']}"
+        return f"{_shown(error['input'])} has {len(error['input'])} characters; {bound} are valid"
     if kind == "missing":
         names = field_names(field[:-1], model)
         return "is missing" + (f"; the fields here are {', '.join(names)}" if names else "")

@@ -70,6 +70,7 @@ REFUSED = {
     'objects:\n - {name: a, shape: {mesh: "a\\0.obj"}, pose: {xyz: [0, 0, 0]}}': "is no path",
     "objects:\n - {name: a, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0], quat: [0, 0, 0, 0]}}": "length zero",
     '!!python/object/apply:os.system ["x"]': "is not allowed",
+    f"name: {'a' * 70}\nobjects: [{BLOCK}]\n": "has 70 characters; at most 64 are valid",
     "name: a\nname: b\n": ":2: name stands twice",
     "a: [1,\n": "not YAML",
     "a: 1\n---\nb: 2\n": "a second YAML document",
