@@ -26,6 +26,7 @@ from typing import Any
 
 from benchmarks.harness import Row, main
 from tamp.contest.sandbox.reaper import children
+from tamp.results import from_json
 
 PORT = 8765
 LEASE_S = 6.0
@@ -111,10 +112,10 @@ class Service:
         again = [self._hand_in(token, code) for token, code in jobs]
         while (state := self._state())["left"]:
             targets = [name for name, count in shots.items() if count]
-            if targets:
+            if targets and state["running"]:  # else there is nothing to disturb
                 target = rng.choice(targets)
                 shots[target] -= self._shoot(target, rng)
-            time.sleep(rng.uniform(1.0, 4.0))
+            time.sleep(rng.uniform(0.2, 1.5))
         self.board = self._ranking()
         self._stop()
         return {
@@ -123,6 +124,7 @@ class Service:
             "runs": state["runs"],
             "begun": state["begun"],
             "recorded once": state["once"],
+            "ended well": state["finished"],
             "server killed": server_kills - shots["server"],
             "workers killed": worker_kills - shots["worker"],
         }
@@ -182,7 +184,9 @@ class Service:
 
         store = open_store(self._data)
         with store.look() as connection:
-            rows = connection.execute(select(TRIALS.c.state, TRIALS.c.claims, TRIALS.c.evaluations)).all()
+            rows = connection.execute(
+                select(TRIALS.c.state, TRIALS.c.claims, TRIALS.c.evaluations, TRIALS.c.result)
+            ).all()
             pairs = connection.execute(
                 select(func.count()).select_from(
                     select(TRIALS.c.submission, TRIALS.c.task, TRIALS.c.simulator, TRIALS.c.run).distinct().subquery()
@@ -193,6 +197,8 @@ class Service:
         return {
             "runs": len(rows),
             "left": sum(row.state != "done" for row in rows),
+            "running": sum(row.state == "running" for row in rows),
+            "finished": sum(row.result is not None and from_json(row.result).message == "" for row in rows),
             "begun": sum(row.claims for row in rows),
             "once": sum(row.evaluations == 1 for row in rows),
         }

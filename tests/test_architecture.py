@@ -42,8 +42,8 @@ ALLOWED = {
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
     "contest": {
-        "perception", "execution", "scoring", "formats", "report", "results", "versions", "world", "task", "errors",
-        "pipeline",
+        "clock", "perception", "execution", "scoring", "formats", "report", "pipeline", "results", "versions", "world",
+        "task", "errors",
     },
     "conformance": {
         "checking", "clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors",

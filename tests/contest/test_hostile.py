@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tamp.contest.sandbox import cgroups
 from tamp.contest.sandbox.bubblewrap import Bubblewrap
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.sandbox.namespaces import Namespaces
@@ -66,3 +67,17 @@ def test_reaches_no_server_on_this_machine(sandbox: Sandbox, tmp_path: Path) -> 
         ending, _ = run_in(sandbox, solution, tmp_path / "run")
         assert ending.reason == "raised"
         assert not reached.is_set()
+
+
+def test_one_runs_group_is_not_removed_by_another() -> None:
+    first = cgroups.make(QUICK)
+    if first is None:
+        pytest.skip("this user may not make control groups")
+    second = cgroups.make(QUICK)
+    assert second is not None
+    try:
+        assert first.memory.exists() and second.pids.exists()
+    finally:
+        first.remove()
+        second.remove()
+    assert not first.memory.exists()

@@ -112,7 +112,9 @@ def _add_service(actions: Commands) -> None:
     parser.add_argument("--workers", type=natural, default=1, metavar="N", help="processes that evaluate; default 1")
     _add_work(parser)
     parser = command(actions, "work", work, "one more worker, on this machine or another; needs the extra 'contest'")
-    parser.add_argument("--with-parent", action="store_true", help="end when the process that started it has ended")
+    parser.add_argument(
+        "--parent", type=positive_int, metavar="PID", help="end when this process, its parent, has ended"
+    )
     parser.add_argument("--until-empty", action="store_true", help="end when every run is done")
     _add_work(parser)
 
@@ -217,7 +219,7 @@ def work(options: argparse.Namespace) -> int:
         sandbox,
         options.lease,
         until_empty=options.until_empty,
-        with_parent=options.with_parent,
+        parent=options.parent,
     )
     return SOLVED
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 import uuid
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +14,9 @@ from tamp.contest.sandbox.isolation import Limits
 
 ROOT = Path("/sys/fs/cgroup")
 PREFIX = "tamp-contest-"
+
+STALE_S = 60.0
+"""An empty group that is older than this was left behind by a server that was killed [s]."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +67,9 @@ def make(limits: Limits) -> ControlGroup | None:
         return None
     for parent in parents:
         for stale in parent.glob(f"{PREFIX}*"):
-            with suppress(OSError):  # one in use cannot be removed
-                stale.rmdir()
+            with suppress(OSError):  # one in use cannot be removed; a new one may have nobody in it yet
+                if time.time() - stale.stat().st_mtime > STALE_S:
+                    stale.rmdir()
     name = f"{PREFIX}{uuid.uuid4().hex[:12]}"
     group = ControlGroup(parents[0] / name, parents[1] / name)
     try:

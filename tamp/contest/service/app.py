@@ -26,7 +26,8 @@ from tamp.errors import TampError
 
 COOKIE = "tamp_contest_token"
 HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
@@ -143,8 +144,15 @@ class Routes:
             errors=self._board.errors(found.kind, place) if found.state == "done" else {},
             yardsticks={task.task: task for task in self._contest.yardsticks[found.kind]},
             logs=self._board.logs(number) if owner else [],
-            films=[trial for trial in films.shown(self._store, number) if films.film_path(self._data, trial).exists()],
+            films=self._films(number),
         )
+
+    def _films(self, number: str) -> list[tuple[str, int]]:
+        """What each film of a submission shows, and its run."""
+        shown = films.shown(self._store, number)
+        names = ("best run", "worst run") if len(shown) > 1 else ("the run",)
+        pairs = zip(names, shown, strict=False)
+        return [(name, trial) for name, trial in pairs if films.film_path(self._data, trial).exists()]
 
     def leaderboard(self, kind: Kind = "contest") -> dict[str, Any]:
         """Teams by their best submission, the best first; errors in metres, times in simulated seconds."""

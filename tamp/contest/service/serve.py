@@ -45,7 +45,7 @@ def work(
     lease_s: float,
     *,
     until_empty: bool = False,
-    with_parent: bool = False,
+    parent: int | None = None,
 ) -> None:
     """Be a worker, until terminated; a run that is being done then is finished first.
 
@@ -55,13 +55,13 @@ def work(
         sandbox: where solutions run.
         lease_s: how long it may be silent before its run is given to another worker [s].
         until_empty: end when every run is done.
-        with_parent: end when the process that started it has ended.
+        parent: end when the process of this number, which started it, has ended.
     """
-    stop, parent = threading.Event(), os.getppid()
+    stop = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
 
     def ended() -> bool:
-        return stop.is_set() or (with_parent and os.getppid() != parent)
+        return stop.is_set() or (parent is not None and os.getppid() != parent)
 
     store, contest = open_store(data, database), load_contest(rules_file(data))
     Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
@@ -113,4 +113,16 @@ def _keep(command: Sequence[str], ending: threading.Event) -> None:
 def worker_command(data: Path, database: str | None, options: Sequence[str]) -> list[str]:
     """The command that starts a worker."""
     url = [] if database is None else ["--database", database]
-    return [sys.executable, "-m", "tamp", "contest", "work", "--with-parent", "--data", str(data), *url, *options]
+    return [
+        sys.executable,
+        "-m",
+        "tamp",
+        "contest",
+        "work",
+        "--data",
+        str(data),
+        *url,
+        "--parent",
+        str(os.getpid()),
+        *options,
+    ]
