@@ -87,6 +87,12 @@ class Perceived:
     perceiving_s: float
     sim_s: float
 
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Objects that no look has found."""
+        found = {name for look in self.looks for name in look.belief.poses}
+        return tuple(name for name in self.surfaces if name not in found)
+
     def outcomes(
         self, plans: Sequence[Plan], executions: Sequence[Execution], reached: Score
     ) -> tuple[dict[str, Any], ...]:
