@@ -79,9 +79,11 @@ def _row(result: Result) -> Row:
 
 
 def _sight(result: Result) -> Row:
-    """What perceiving cost, and what became of the objects that are not where they should be."""
+    """What perceiving cost, the error over the meshes' own symmetries, and what became of what is lost."""
     told = [f"{o['name']}: {o['fate']}" for o in result.perception if o["fate"] not in ("reached", "no goal")]
-    return {"see_s": result.perceiving_s, "lost": ", ".join(told)}
+    ends = [min(o["end_m"], u["ueb_m"]) for o in result.perception for u in result.objects if o["name"] == u["name"]]
+    mean = 100 * sum(ends) / len(ends) if ends else "-"
+    return {"see_s": result.perceiving_s, "symmetric_cm": mean, "lost": ", ".join(told)}
 
 
 def _means(name: str, results: Sequence[Result]) -> Row:

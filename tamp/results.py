@@ -53,8 +53,8 @@ class Result:
         simulator: in which the plans were carried out; empty in results of before it was recorded.
         perceived: whether poses were estimated from cameras, and not given.
         perceiving_s: time that estimating poses took, on the same clock; no part of planning [s].
-        perception: one mapping an object, where poses were perceived: name, fate, estimate_m, raw_m, confidence, look;
-            see `tamp.pipeline.perceived.outcome.Outcome`.
+        perception: one mapping an object, where poses were perceived: name, fate, estimate_m, raw_m, confidence, look,
+            end_m; see `tamp.pipeline.perceived.outcome.Outcome`.
         settings: every option that decided the result, defaults and the task's own included.
         configuration: the options that a batch was given, by which it can be run again.
         task_sha256: of the task's file and meshes, as the batch found them.

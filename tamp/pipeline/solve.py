@@ -256,6 +256,7 @@ def _message(job: Job, reached: Score, status: Status) -> str:
     if job.executions and job.executions[-1].status == "timeout":
         parts.append(f"execution passed its limit of {job.task.limits.execution_sim_s:g} simulated seconds")
     parts += [f"{name} left: {why}" for name, why in job.left.items()]
+    parts += [f"{name} was not seen" for name in (job.perceived.unseen if job.perceived else ())]
     if job.failure is not None and not job.left:
         parts += [f"no plan ({status})", *job.obstacles]
         if isinstance(job.failure.report, clock.TimeUp):

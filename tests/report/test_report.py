@@ -154,9 +154,25 @@ def test_results_as_a_table_and_as_a_line() -> None:
 def perceived(tmp_path: Path, run, one_object) -> Path:
     """A results folder of a run in which poses were perceived."""
     name = one_object.objects[0].name
-    told = {"name": name, "fate": "reached", "estimate_m": 0.0021, "raw_m": 0.05, "confidence": 0.9, "look": 0}
-    lost = {"name": "mug", "fate": "not seen", "estimate_m": None, "raw_m": None, "confidence": 0.0, "look": None}
-    result = replace(run.result, perceived=True, perception=(told, lost))
+    told = {
+        "name": name,
+        "fate": "reached",
+        "estimate_m": 0.0021,
+        "raw_m": 0.05,
+        "confidence": 0.9,
+        "look": 0,
+        "end_m": 0.01,
+    }
+    lost = {
+        "name": "mug",
+        "fate": "not seen",
+        "estimate_m": None,
+        "raw_m": None,
+        "confidence": 0.0,
+        "look": None,
+        "end_m": 0.4,
+    }
+    result = replace(run.result, perceived=True, perception=({**told, "end_m": 0.01}, {**lost, "end_m": 0.4}))
     there, away = Pose((0.1, 0.2, 0.04)), Pose((0.1, 0.23, 0.04))
     picture = np.full((4, 6, 3), 200, dtype=np.uint8)
     look = Look(

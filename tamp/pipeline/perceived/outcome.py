@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from tamp.perception.belief.belief import Belief
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.model import ObjectModel, object_model
 from tamp.perception.evaluation import assigned, pose_error
 from tamp.perception.rendering.surface import Surface
 from tamp.scoring import Score
+from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.task import Grip, Move, Plan, Pose
 
 WRONG = 0.02
@@ -29,12 +30,14 @@ class Outcome:
 
     Attributes:
         name: the object.
-        fate: "reached"; or why not: "not seen", "wrongly estimated", "left by the plan", "not grasped", "wrongly
-            placed"; "no goal" where it has none.
+        fate: "reached"; "reached but for its symmetry", where only a turn that the shape does not show is wrong; or why
+            not: "not seen", "wrongly estimated", "left by the plan", "not grasped", "wrongly placed"; "no goal" where
+            it has none.
         estimate_m: how far the first estimate was off (EDE over the mesh's symmetries) [m]; None: not found.
         raw_m: the same without symmetries.
         confidence: of that estimate, 0..1.
         look: the number of the look that found it, from 0; None: none did.
+        end_m: how far it ends from its goal pose (EDE over the mesh's symmetries) [m]; None where it has none.
     """
 
     name: str
@@ -43,6 +46,7 @@ class Outcome:
     raw_m: float | None
     confidence: float
     look: int | None
+    end_m: float | None
 
 
 def identities(beliefs: Sequence[Belief], start: Mapping[str, Pose], looks: Mapping[str, Surface]) -> dict[str, str]:
@@ -71,6 +75,7 @@ def outcomes(
     reached: Score,
     looks: Mapping[str, Surface],
     grasped: Mapping[str, int],
+    ends: Mapping[str, tuple[Pose, Pose]],
 ) -> tuple[Outcome, ...]:
     """What became of every object.
 
@@ -81,44 +86,54 @@ def outcomes(
         reached: the score of the end.
         looks: object -> what it looks like.
         grasped: object -> how often it was grasped and held.
+        ends: object with a goal pose -> where it is in the end, and that pose.
     """
     moved = {name for plan in plans for name in _moved(plan)}
-    return tuple(
-        _outcome(name, beliefs, truths, reached, looks[name], name in moved, grasped.get(name)) for name in looks
-    )
+    found = []
+    for name, look in looks.items():
+        sight = _sight(name, beliefs, truths, object_model(look))
+        end = pose_error(object_model(look), *ends[name])[0] if name in ends else None
+        met = reached.goals_met.get(name)
+        fate = _symmetric(met, end) or _fate(met, sight, name in moved, grasped.get(name))
+        error, raw = sight.errors[0] if sight.errors else (None, None)
+        found.append(Outcome(name, fate, error, raw, sight.confidence, sight.look, end))
+    return tuple(found)
 
 
-def _outcome(
-    name: str,
-    beliefs: Sequence[Belief],
-    truths: Sequence[Mapping[str, Pose]],
-    reached: Score,
-    look: Surface,
-    moved: bool,
-    grasped: int | None,
-) -> Outcome:
-    model = object_model(look)
+@dataclass(frozen=True)
+class _Sight:
+    """What looks said of an object: the errors of all that found it, and of the first its confidence and number."""
+
+    errors: tuple[tuple[float, float], ...]
+    confidence: float
+    look: int | None
+
+
+def _sight(name: str, beliefs: Sequence[Belief], truths: Sequence[Mapping[str, Pose]], model: ObjectModel) -> _Sight:
     found = [i for i, belief in enumerate(beliefs) if belief.estimates[name].pose is not None]
     errors: list[tuple[float, float]] = []
     for i in found:
         pose = beliefs[i].estimates[name].pose
         assert pose is not None
         errors.append(pose_error(model, pose, truths[i][name]))
-    first = errors[0] if errors else (None, None)
-    wrong = any(error[0] > WRONG for error in errors)
-    fate = _fate(reached.goals_met.get(name), bool(found), wrong, moved, grasped)
-    confidence = beliefs[found[0]].estimates[name].confidence if found else 0.0
-    return Outcome(name, fate, first[0], first[1], confidence, found[0] if found else None)
+    if not found:
+        return _Sight((), 0.0, None)
+    return _Sight(tuple(errors), beliefs[found[0]].estimates[name].confidence, found[0])
 
 
-def _fate(met: bool | None, found: bool, wrong: bool, moved: bool, grasped: int | None) -> str:
+def _symmetric(met: bool | None, end: float | None) -> str:
+    """What became of an object that has its goal pose but for a turn that its shape does not show; else nothing."""
+    return "reached but for its symmetry" if met is False and end is not None and end <= SOLVED_WITHIN_M else ""
+
+
+def _fate(met: bool | None, sight: _Sight, moved: bool, grasped: int | None) -> str:
     if met is None:
         return "no goal"
     if met:
         return "reached"
-    if not found:
+    if sight.look is None:
         return "not seen"
-    if wrong:
+    if any(error[0] > WRONG for error in sight.errors):
         return "wrongly estimated"
     if not moved:
         return "left by the plan"

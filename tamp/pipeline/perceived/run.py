@@ -30,7 +30,7 @@ from tamp.pipeline.perceived.knowledge import Knowledge, blindfolded
 from tamp.pipeline.perceived.loop import Loop, Planner
 from tamp.pipeline.perceived.outcome import as_dicts, identities, outcomes
 from tamp.scoring import Score
-from tamp.task import Plan, Pose, Task, task_robot
+from tamp.task import At, Plan, Pose, Task, task_robot
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,6 +75,7 @@ class Perceived:
         final_poses: object -> where it truly is at the end (world frame), by the names that were perceived.
         looks: what was seen, in order.
         surfaces: object -> what it looks like.
+        goals: object with a goal pose -> that pose.
         perceiving_s: time that estimating poses took [s], on the clock of the settings.
         sim_s: simulated time of everything, looking included [s].
     """
@@ -82,8 +83,15 @@ class Perceived:
     final_poses: Mapping[str, Pose]
     looks: tuple[Look, ...]
     surfaces: Mapping[str, Surface]
+    goals: Mapping[str, Pose]
     perceiving_s: float
     sim_s: float
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Objects that no look has found."""
+        found = {name for look in self.looks for name in look.belief.poses}
+        return tuple(name for name in self.surfaces if name not in found)
 
     def outcomes(
         self, plans: Sequence[Plan], executions: Sequence[Execution], reached: Score
@@ -95,7 +103,8 @@ class Perceived:
                 if entry.grasps_attempted:
                     grasped[action.arguments[0]] += entry.grasps_succeeded
         beliefs, truths = [look.belief for look in self.looks], [look.truth for look in self.looks]
-        return as_dicts(outcomes(beliefs, truths, plans, reached, self.surfaces, grasped))
+        ends = {name: (self.final_poses[name], goal) for name, goal in self.goals.items()}
+        return as_dicts(outcomes(beliefs, truths, plans, reached, self.surfaces, grasped, ends))
 
 
 def loop_for(
@@ -183,6 +192,7 @@ def perceive_and_rearrange(
         {name: final[true] for name, true in names.items()},
         record.named(names),
         looks,
+        {obj.name: obj.goal.pose for obj in task.objects if isinstance(obj.goal, At)},
         loop.observer.spent_s,
         sim_s,
     )
