@@ -129,7 +129,7 @@ def planned(task: Task, timeout: float, samplers: Mapping[str, Any] | None = Non
     timer = threading.Timer(timeout, lambda: at_timeout.append(time.process_time()))
     timer.start()
     try:
-        tamp.plan(task, seed=0, timeout=timeout, samplers=samplers)
+        tamp.plan(task, seed=0, timeout=timeout, samplers=samplers or {})
     except PlanningFailure:
         pass
     finally:

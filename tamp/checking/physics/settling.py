@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-LANDED = 2e-4
+LANDED = 5e-4
 """What is nearer than this to another body has come down on it [m]."""
 LOOKS = 200
 """Of a fall; each falls by what is certainly free."""
@@ -88,17 +88,30 @@ def _tilt(before: Array, after: Array) -> float:
 
 def _falls(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> tuple[float, Array]:
     """How deep an object is written in others [m], and where it comes down if it falls straight."""
-    others, T, inside = state.without(name).standing(scene), written.copy(), -np.inf
+    others, T, inside = _below(scene, state, name, written), written.copy(), -np.inf
     for look in range(LOOKS):
-        room = min(
-            clearance(scene.solids[other], scene.solids[name], inverse(others[other]) @ T, allow.contact)
-            for other in sorted(others)
-        )
+        gaps = (clearance(scene.solids[o], scene.solids[name], inverse(at) @ T, allow.contact) for o, at in others)
+        room = min(gaps, default=np.inf)
+        if np.isinf(room):
+            room = allow.falling
         inside = -room if look == 0 else inside
         if room < LANDED or written[2, 3] - T[2, 3] > allow.falling:
             break
         T[2, 3] -= room
     return inside, T
+
+
+def _below(scene: Scene, state: State, name: str, T: Array) -> list[tuple[str, Array]]:
+    """Bodies, with where they stand, that an object at T may meet when it falls straight down."""
+    body, center = scene.solids[name], T[:3, :3] @ scene.solids[name].center + T[:3, 3]
+    found = []
+    for other, at in sorted(state.without(name).standing(scene).items()):
+        solid = scene.solids[other]
+        apart = at[:3, :3] @ solid.center + at[:3, 3] - center
+        reach = body.radius + solid.radius
+        if float(np.hypot(apart[0], apart[1])) <= reach and apart[2] <= reach:
+            found.append((other, at))
+    return found
 
 
 def _steady(scene: Scene, state: State, name: str, T: Array, drop: float, inside: float, allow: Tolerances) -> bool:
