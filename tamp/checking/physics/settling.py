@@ -12,10 +12,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tamp.checking.geometry.solids import clearance
-from tamp.checking.geometry.transforms import inverse
+from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.support import height_above, stays_after
 
 if TYPE_CHECKING:
@@ -75,9 +74,12 @@ def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
 
     What rolls is no higher in the end than on its way, and what falls over is lower.
     """
-    turn = Rotation.from_matrix(after[:3, :3] @ before[:3, :3].T).as_rotvec()
+    R = after[:3, :3] @ before[:3, :3].T
+    axis = np.linalg.eigh(R + R.T)[1][:, -1]
+    skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    angle = float(np.arccos(np.clip((np.trace(R) - 1) / 2, -1.0, 1.0))) * (-1.0 if skew @ axis < 0.0 else 1.0)
     halfway = np.eye(4)
-    halfway[:3, :3] = Rotation.from_rotvec(turn / 2).as_matrix() @ before[:3, :3]
+    halfway[:3, :3] = rotation(axis, angle / 2) @ before[:3, :3]
     return height_above(scene, name, after) - height_above(scene, name, halfway)
 
 
