@@ -4,14 +4,22 @@ Settling, reading of meshes and checking count too. `over_s` is how long after i
 those of over a second and must be 0. `work_s` is the processor's time spent after the timeout, which says the same of a
 machine that is busy with other things. Runs that ended long before their timeout prove nothing and are not counted.
 A last row has samplers of grasps that sleep or spin for ever.
+
+With --limits 5 20 60 it asks instead for OCRTOC's tasks, each with such a sampler, under each of these limits;
+--tasks N takes so many of the fifty, and --loaded keeps all cores busy meanwhile.
 """
 
 from __future__ import annotations
 
+import argparse
+import os
+import subprocess
+import sys
 import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -29,17 +37,42 @@ OCRTOC = Path("../shared/ocrtoc/2021")
 GRACE_S = 1.0
 
 
-def run(quick: bool) -> Sequence[Row]:
+def run(quick: bool, limits: Sequence[float] | None, tasks: int, loaded: bool) -> Sequence[Row]:
+    if limits:
+        return hanging_rows(limits, 2 if quick else tasks, loaded)
     wanted = 2 if quick else 20
     tamp.plan(FAMILIES["sort"](1, 0), seed=0)  # loads the libraries, which is no part of planning
     with tempfile.TemporaryDirectory() as folder:
-        tasks = cycle(hard_tasks(Path(folder)))
-        rows = [_row(timeout, tasks, wanted) for timeout in (1.0, 2.0, 3.0, 4.0, 5.0)]
+        hard = cycle(hard_tasks(Path(folder)))
+        rows = [_row(timeout, hard, wanted) for timeout in (1.0, 2.0, 3.0, 4.0, 5.0)]
     task = FAMILIES["sort"](1, 0)
     hanging = [
         planned(task, timeout, {"sample-grasp": sampler}) for sampler in (sleeps, spins) for timeout in (2.0, 5.0)
     ]
     return [*rows, _summary("hanging", [over for over, _ in hanging], [work for _, work in hanging])]
+
+
+def hanging_rows(limits: Sequence[float], tasks: int, loaded: bool) -> list[Row]:
+    """For each limit, so many of OCRTOC's tasks with a sampler of grasps that hangs: sleeping and spinning in turn."""
+    if not OCRTOC.is_dir():
+        sys.exit(f"OCRTOC's tasks are not in {OCRTOC}")
+    tamp.plan(FAMILIES["sort"](1, 0), seed=0)  # loads the libraries, which is no part of planning
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        files = import_ocrtoc(OCRTOC, Path(folder)).paths
+        chosen = [load_task(file) for file in files[:: max(1, len(files) // tasks)][:tasks]]
+        for _ in range(os.cpu_count() or 1) if loaded else ():
+            busy = stack.enter_context(subprocess.Popen([sys.executable, "-c", "while True: pass"]))
+            stack.callback(busy.kill)
+        return [_hanging_row(limit, chosen) for limit in limits]
+
+
+def _hanging_row(limit: float, tasks: Sequence[Task]) -> Row:
+    samplers = cycle((sleeps, spins))
+    found = [planned(task, limit, {"sample-grasp": next(samplers)}) for task in tasks]
+    for task, (over, _) in zip(tasks, found, strict=True):
+        if over > GRACE_S:
+            print(f"{task.name}: {limit:g} s took {limit + over:.2f} s", flush=True)
+    return _summary(f"{limit:g} hanging", [over for over, _ in found], [work for _, work in found])
 
 
 def sleeps(context: Any, obj: str) -> Iterator[Any]:
@@ -96,7 +129,7 @@ def planned(task: Task, timeout: float, samplers: Mapping[str, Any] | None = Non
     timer = threading.Timer(timeout, lambda: at_timeout.append(time.process_time()))
     timer.start()
     try:
-        tamp.plan(task, seed=0, timeout=timeout, samplers=samplers)
+        tamp.plan(task, seed=0, timeout=timeout, samplers=samplers or {})
     except PlanningFailure:
         pass
     finally:
@@ -105,5 +138,13 @@ def planned(task: Task, timeout: float, samplers: Mapping[str, Any] | None = Non
     return over, now - at_timeout[0] if at_timeout else 0.0
 
 
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--limits", type=float, nargs="+", metavar="S", help="OCRTOC's tasks with samplers that hang")
+    parser.add_argument("--tasks", type=int, default=50, metavar="N", help="how many of them; default 50")
+    parser.add_argument("--loaded", action="store_true", help="keep all cores busy meanwhile")
+    return parser
+
+
 if __name__ == "__main__":
-    main("timeout", run)
+    main("timeout", run, extra=_options(), asked="late 0")

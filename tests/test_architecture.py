@@ -91,7 +91,8 @@ HOMES = {
         "perception.cameras.noise", "perception.estimation.estimator", "perception.estimation.fusion",
         "perception.estimation.hypotheses", "perception.estimation.model", "perception.estimation.registration",
         "perception.evaluation", "perception.grasps",
-        "perception.estimation.symmetry", "scoring.assignment", "task.mesh.parts", "world.kinematics.seeds",
+        "perception.estimation.symmetry", "scoring.assignment", "streams.affordances.stack_balance", "task.mesh.parts",
+        "world.kinematics.seeds",
     },
     "sqlalchemy": {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",

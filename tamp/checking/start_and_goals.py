@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from tamp.task.pose import Pose
 
 
+SAME = 1e-6
+"""Poses that are no farther apart are the same [m]."""
+
+
 def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
     """The plan starts from the scene as it is known, or else from the task's scene after settling.
 
@@ -124,7 +128,9 @@ def _check_settled(replay: Replay, name: str, meant: Pose) -> None:
     scene, ends = replay.scene, replay.state
     asked = {o.name: o.goal.pose.matrix for o in scene.task.objects if isinstance(o.goal, At)}
     claimed = replace(ends, poses={**ends.poses, name: meant.matrix})
-    for state, title in ((claimed, f"the plan's goal of {name} is"), (ends, f"{name} ends")):
+    both = [(claimed, f"the plan's goal of {name} is"), (ends, f"{name} ends")]
+    same = scene.displacement(name, meant.matrix, ends.poses[name]) < SAME
+    for state, title in both[same:]:
         astray = unexplained(scene, state, name, asked, replay.allow)
         if astray > 0.0:
             replay.report("goal", f"{title} {1000 * astray:.0f} mm from where the task's settles", (name,), astray)

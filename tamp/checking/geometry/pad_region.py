@@ -42,9 +42,8 @@ def between_pads(
         points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3] - (0.0, 0.0, depth)) @ R.T
         if (points.min(axis=0) >= half).any() or (points.max(axis=0) <= np.negative(half)).any():
             continue
-        for face in piece.part.faces:
-            polygon = _clipped(points[face], half)
-            found += [float(corner[0]) for corner in polygon]
+        for triangle in _meeting(points[piece.part.faces], half):
+            found += [float(corner[0]) for corner in _clipped(triangle, half)]
     return (min(found), max(found)) if found else None
 
 
@@ -71,11 +70,10 @@ def squeezed_out(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: 
         points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]) @ R.T
         if (points.min(axis=0) >= half).any() or (points.max(axis=0) <= np.negative(half)).any():
             continue
-        for face in piece.part.faces:
-            a, b, c = points[face]
-            normal = np.cross(b - a, c - a)
+        for triangle in _meeting(points[piece.part.faces], half):
+            normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
             cosine = float(normal[0]) / max(float(np.linalg.norm(normal)), 1e-14)
-            for corner in _clipped(points[face], half):
+            for corner in _clipped(triangle, half):
                 rim = bool((np.abs(np.abs(corner[1:]) - half[1:]) < 1e-9).any())
                 touched.append((float(corner[0]), cosine, rim))
     steepest = 0.0
@@ -92,6 +90,14 @@ def _pad_frame(gripper: Gripper) -> Array:
     along = np.array(gripper.axis) / np.linalg.norm(gripper.axis)
     approach = np.array([0.0, 0.0, 1.0])
     return np.stack([along, np.cross(approach, along), approach])
+
+
+def _meeting(triangles: Array, half: tuple[float, float, float]) -> Array:
+    """Those of triangles (n, 3, 3) whose bounding boxes meet the box |x_i| <= half_i."""
+    meet: Array = triangles[
+        ((triangles.min(axis=1) <= half) & (triangles.max(axis=1) >= np.negative(half))).all(axis=1)
+    ]
+    return meet
 
 
 def _clipped(polygon: Array, half: tuple[float, float, float]) -> list[Array]:

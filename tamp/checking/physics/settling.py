@@ -12,10 +12,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tamp.checking.geometry.solids import clearance
-from tamp.checking.geometry.transforms import inverse
+from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.support import height_above, stays_after
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-LANDED = 2e-4
+LANDED = 5e-4
 """What is nearer than this to another body has come down on it [m]."""
 LOOKS = 200
 """Of a fall; each falls by what is certainly free."""
@@ -75,9 +74,12 @@ def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
 
     What rolls is no higher in the end than on its way, and what falls over is lower.
     """
-    turn = Rotation.from_matrix(after[:3, :3] @ before[:3, :3].T).as_rotvec()
+    R = after[:3, :3] @ before[:3, :3].T
+    axis = np.linalg.eigh(R + R.T)[1][:, -1]
+    skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    angle = float(np.arccos(np.clip((np.trace(R) - 1) / 2, -1.0, 1.0))) * (-1.0 if skew @ axis < 0.0 else 1.0)
     halfway = np.eye(4)
-    halfway[:3, :3] = Rotation.from_rotvec(turn / 2).as_matrix() @ before[:3, :3]
+    halfway[:3, :3] = rotation(axis, angle / 2) @ before[:3, :3]
     return height_above(scene, name, after) - height_above(scene, name, halfway)
 
 
@@ -88,17 +90,30 @@ def _tilt(before: Array, after: Array) -> float:
 
 def _falls(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> tuple[float, Array]:
     """How deep an object is written in others [m], and where it comes down if it falls straight."""
-    others, T, inside = state.without(name).standing(scene), written.copy(), -np.inf
+    others, T, inside = _below(scene, state, name, written), written.copy(), -np.inf
     for look in range(LOOKS):
-        room = min(
-            clearance(scene.solids[other], scene.solids[name], inverse(others[other]) @ T, allow.contact)
-            for other in sorted(others)
-        )
+        gaps = (clearance(scene.solids[o], scene.solids[name], inverse(at) @ T, allow.contact) for o, at in others)
+        room = min(gaps, default=np.inf)
+        if np.isinf(room):
+            room = allow.falling
         inside = -room if look == 0 else inside
         if room < LANDED or written[2, 3] - T[2, 3] > allow.falling:
             break
         T[2, 3] -= room
     return inside, T
+
+
+def _below(scene: Scene, state: State, name: str, T: Array) -> list[tuple[str, Array]]:
+    """Bodies, with where they stand, that an object at T may meet when it falls straight down."""
+    body, center = scene.solids[name], T[:3, :3] @ scene.solids[name].center + T[:3, 3]
+    found = []
+    for other, at in sorted(state.without(name).standing(scene).items()):
+        solid = scene.solids[other]
+        apart = at[:3, :3] @ solid.center + at[:3, 3] - center
+        reach = body.radius + solid.radius
+        if float(np.hypot(apart[0], apart[1])) <= reach and apart[2] <= reach:
+            found.append((other, at))
+    return found
 
 
 def _steady(scene: Scene, state: State, name: str, T: Array, drop: float, inside: float, allow: Tolerances) -> bool:

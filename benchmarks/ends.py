@@ -1,0 +1,148 @@
+"""The executor's view of accepted plans: every object ends in the simulator where the plan says that it does.
+
+Makes random tasks as `tamp generate` does, plans each, has the checker judge the plan from the task alone, carries
+every accepted plan out without a monitor, and compares where objects end with where the plan leaves them (the score's
+displacement). What ends farther off than `BOUND_M` is `astray`, and counted by what explains it: the first action after
+which it was off. `let_go`, `fell` and `pushed` are of the action that handled the object, `with_support` follows what
+it stands on, `touched` was moved by an action on something else, which no accepted plan should do. Plans that the
+planner returns and the checker rejects from the task alone are `rejected`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import tamp
+from benchmarks.harness import Row, main, percentile
+from tamp.checking import check
+from tamp.checking.robot.links import read_links
+from tamp.cli import main as command
+from tamp.errors import PlanningFailure
+from tamp.execution import executor
+from tamp.execution.log import Execution
+from tamp.scoring.ede import ede, mean_edge
+from tamp.task import Action, Fall, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task.files.load import load_task
+
+BOUND_M = 0.01
+NUMBER = 1000
+REASONS = ("let_go", "fell", "pushed", "with_support", "touched")
+
+
+@dataclass(frozen=True)
+class End:
+    """Where one object ended: how far off [m], and of what is astray the first action after which it was, and why."""
+
+    name: str
+    off: float
+    action: str = ""
+    why: str = ""
+
+
+def run(quick: bool, number: int | None, seed: int, seconds: float) -> Sequence[Row]:
+    with tempfile.TemporaryDirectory() as name:
+        count = number or (3 if quick else NUMBER)
+        if command(["generate", "-n", str(count), "--seed", str(seed), "-o", name]) != 0:
+            sys.exit("tamp generate failed")
+        tasks = [load_task(file) for file in sorted(Path(name).glob("*.yaml"))]
+        outcomes: Counter[str] = Counter()
+        ends: list[End] = []
+        for task in tasks:
+            outcome, found = judged(task, seconds)
+            outcomes[outcome] += 1
+            ends += found
+            for end in found:
+                if end.why:
+                    print(f"{task.name}: {end.name} {1000 * end.off:.0f} mm off: {end.why}, {end.action}", flush=True)
+    why = Counter(end.why for end in ends)
+    offs = [end.off for end in ends] or [0.0]
+    return [
+        {
+            "tasks": len(tasks),
+            **{outcome: outcomes[outcome] for outcome in ("executed", "unplanned", "rejected")},
+            "objects": len(ends),
+            "off_m": percentile(offs, 50),
+            "off_99_m": percentile(offs, 99),
+            "astray": len(ends) - why[""],
+            **{reason: why[reason] for reason in REASONS},
+        }
+    ]
+
+
+def judged(task: Task, seconds: float) -> tuple[str, list[End]]:
+    """What became of a task: "unplanned", "rejected", or "executed" and where each object ended."""
+    try:
+        plan = tamp.plan(task, seed=0, timeout=seconds)
+    except PlanningFailure:
+        return "unplanned", []
+    if not (verdict := check(task, plan)).accepted:
+        print(f"{task.name}: {verdict}", flush=True)
+        return "rejected", []
+    return "executed", list(compared(task, plan, executor.execute(task, plan, monitor=None)))
+
+
+def compared(task: Task, plan: Plan, execution: Execution) -> Iterator[End]:
+    """Each object's end, against the plan's; what is astray with what explains it."""
+    meant = list(expected(plan))
+    were = [entry.poses for entry in execution.log]
+    for thing in task.objects:
+        edge = mean_edge(thing.shape)
+        off = ede(edge, execution.final_poses[thing.name], meant[-1][thing.name])
+        if off <= BOUND_M:
+            yield End(thing.name, off)
+            continue
+        pairs = zip(were, meant[1:], strict=False)
+        gone = [ede(edge, there[thing.name], said[thing.name]) > BOUND_M for there, said in pairs]
+        held = [_holds(plan.actions[: k + 1], thing.name) for k in range(len(gone))]
+        first = next((k for k, far in enumerate(gone) if far and not held[k]), len(gone) - 1)
+        why = _why(plan.actions[first], thing.name, plan.actions[:first])
+        yield End(thing.name, off, str(plan.actions[first]), why)
+
+
+def _why(action: Action, name: str, before: Sequence[Action]) -> str:
+    if action.arguments[:1] == (name,):
+        if any(isinstance(step, Fall) for step in action.steps):
+            return "fell"
+        return "pushed" if any(isinstance(step, Move) and step.pushed for step in action.steps) else "let_go"
+    stands = next((a.arguments[1:] for a in reversed(before) if a.arguments[:1] == (name,)), ())
+    return "with_support" if {*stands} & {*action.arguments} else "touched"
+
+
+def _holds(actions: Sequence[Action], name: str) -> bool:
+    """Whether an object is in the hand after some actions: then it is where the hand is."""
+    handled = [action.name for action in actions if action.name != "move" and action.arguments[:1] == (name,)]
+    return handled[-1:] in (["pick"], ["unstack"])
+
+
+def expected(plan: Plan) -> Iterator[Mapping[str, Pose]]:
+    """Where the plan has every object at the start and after each of its actions; what is held where it was taken."""
+    poses, tree = dict(plan.start), read_links(load_robot(plan.robot)).tree
+    yield dict(poses)
+    for action in plan.actions:
+        for step in action.steps:
+            if isinstance(step, Release | Fall):
+                poses[step.object] = step.pose
+            elif isinstance(step, Move) and step.pushed is not None:
+                tool = tree.tool(np.array(step.trajectory.positions[-1:]))[0]
+                poses[step.pushed.object] = Pose.from_matrix(tool) @ step.pushed.T_tool_object
+        yield dict(poses)
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--number", type=int, metavar="N", help=f"how many tasks; default {NUMBER}")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the tasks")
+    parser.add_argument("--seconds", type=float, default=20.0, metavar="S", help="limit for each plan [s]")
+    return parser
+
+
+if __name__ == "__main__":
+    main("ends", run, extra=_options(), asked="0 rejected, 0 touched")
