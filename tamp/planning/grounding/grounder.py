@@ -17,7 +17,6 @@ from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.options import Options
 
-
 MANY_HOPES = 1000
 """How many stream instances may be hoped for before new values bring short chains of hopes only."""
 
@@ -132,7 +131,7 @@ class Grounder:
             self.limit = 1
 
     def deepen(self, most: float = math.inf) -> bool:
-        """Allow the next number of streams in a row to be hoped for, up to `most`; whether that brought anything new."""
+        """Allow more streams in a row to be hoped for, but no more than `most`; whether that brought anything new."""
         self.knowledge.refresh()
         origins = self.knowledge.objects.origin
         waiting = [i for i in self._pending if all((o := origins(h)) is None or o.alive for h in i.inputs)]

@@ -150,10 +150,8 @@ class TaskBuilder:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
         hopes: dict[Fact, Instance] = {}
         valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
-        if novel:  # where there may well be no plan, each price would double what must be searched
-            valid = self._surest(valid)
-        else:
-            valid = [self._priced(axiom, hopes) for axiom in valid]
+        # Where there may well be no plan, as in a novel search, each price would double what must be searched.
+        valid = self._surest(valid) if novel else [self._priced(axiom, hopes) for axiom in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
         number = Numbering(state, reached, bodies, knowledge)
         wanted = number.literals(*goal)
@@ -180,7 +178,7 @@ class TaskBuilder:
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
         """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing."""
         found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom)}
-        hopes.update(found)  # type: ignore[arg-type]
+        hopes.update(found)
         return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
 
     def _hoped_tests(self, axiom: GroundAxiom) -> Iterator[tuple[Fact, Instance]]:

@@ -47,7 +47,7 @@ class SymbolicSearch:
         self._timeouts = 0
 
     def task(self, blames: dict[int, Blame], novel: bool, sure: bool = False) -> GroundTask:
-        """The ground task of this moment; with `novel`, without what was blamed for a failure, with `sure`, of hopes."""
+        """The ground task of this moment; `novel`: without what was blamed for a failure; `sure`: without hopes."""
         goal = self._connectors.without(self._schema.goal)
         changing = self._schema.fluents | self._schema.derived
         positive = [ground(p, {}) for p in goal.positive]
