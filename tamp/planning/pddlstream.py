@@ -135,6 +135,11 @@ def from_constant(constant: Outputs) -> Adapted:
     return from_fn(lambda *inputs, **fluents: constant)
 
 
+def from_gen(generator: Iterable[Outputs | None]) -> Adapted:
+    """Outputs that exist already, one at a time: for a stream without inputs, which is asked for them once."""
+    return from_gen_fn(lambda *inputs, **fluents: generator)
+
+
 def empty_gen() -> Adapted:
     """No outputs at all."""
     return from_list_gen_fn(lambda *inputs, **fluents: iter(()))
@@ -143,6 +148,25 @@ def empty_gen() -> Adapted:
 def from_test(test: Callable[..., Any]) -> Adapted:
     """A function that says yes or no, for a stream without outputs."""
     return Adapted(lambda *inputs, **fluents: bool(test(*inputs, **fluents)))
+
+
+def fn_from_constant(constant: Any) -> Callable[..., Any]:
+    """A function that returns the same for all inputs."""
+    return lambda *inputs, **fluents: constant
+
+
+def negate_test(test: Callable[..., Any]) -> Callable[..., bool]:
+    """The test that says no where another says yes."""
+    return lambda *inputs, **fluents: not test(*inputs, **fluents)
+
+
+universe_test = fn_from_constant(True)
+empty_test = fn_from_constant(False)
+
+
+def outputs_from_boolean(holds: bool) -> Outputs | None:
+    """What a generator yields in place of a test's answer."""
+    return () if holds else None
 
 
 def _bare(function: Callable[..., Any]) -> Adapted:
@@ -177,6 +201,8 @@ def _plain(outputs: Outputs) -> Any:
 
 
 Formula = tuple[Any, ...]
+
+TOTAL_COST = "total-cost"
 
 
 def And(*parts: Formula) -> Formula:

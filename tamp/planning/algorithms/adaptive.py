@@ -13,6 +13,9 @@ AHEAD = 6
 """How many streams in a row may be hoped for before any sampling; afterwards chains without end must wait for it."""
 
 
+HOPEFUL, SOBER = 4, 2
+"""Plans under hopes that may fail before real values alone have a turn, and then between two such turns."""
+
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
 
@@ -37,6 +40,22 @@ def adaptive(session: Session) -> None:
         failures += 1
         if failures % 4 == 0:
             _bind_oldest(session, skeleton, budget)
+        if failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0:
+            _be_sober(session, budget, rounds=1 + (failures - HOPEFUL) // SOBER)
+
+
+def _be_sober(session: Session, budget: Budget, rounds: int) -> None:
+    """Draw from every stream in turn, and search among real values alone after each round, as `incremental` does.
+
+    Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them.
+    """
+    for _ in range(rounds):
+        session.grounder.be_shallow()
+        if not session.rounds.expand():
+            return
+        result = session.search(sure=True)
+        if result.plan is not None and session.bind(session.skeleton_of(result.plan), budget):
+            return
 
 
 def focused(session: Session) -> None:
@@ -119,7 +138,7 @@ def _next_skeleton(session: Session) -> Skeleton | None:
 
 def _deepen(session: Session) -> bool:
     """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
-    return session.grounder.limit <= AHEAD + session.rounds.count // 2 and session.grounder.deepen()
+    return session.grounder.deepen(most=AHEAD + 1 + session.rounds.count // 2)
 
 
 def _replace_hopes(session: Session) -> None:
@@ -132,6 +151,7 @@ def _replace_hopes(session: Session) -> None:
 def _expand(session: Session, seen: bool = False) -> None:
     """Draw from every stream once more; `seen`: the search has just found a plan, so that the goal is within reach."""
     session.check_prospects(seen)
+    session.grounder.be_shallow()
     count = session.rounds.count
     if count >= FIRST_LOOK and count.bit_count() == 1:
         session.surprises.look()

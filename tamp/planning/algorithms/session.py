@@ -267,8 +267,12 @@ class Session:
         found = [step for step in steps if step is not None]
         return self.skeleton(found) if len(found) == len(steps) else None
 
-    def search(self, novel: bool = False) -> SearchResult:
-        """Search for a plan under the hopes of this moment; with `novel`, without what was blamed for a failure.
+    def search(self, novel: bool = False, sure: bool = False) -> SearchResult:
+        """Search for a plan under the hopes of this moment.
+
+        Args:
+            novel: without what was blamed for a failure.
+            sure: without any hopes, among real values alone.
 
         Raises:
             Ended: at a limit.
@@ -277,12 +281,12 @@ class Session:
         self.limits.iterations += 1
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
-            task = self.symbolic.task(self.lessons.blames, novel)
+            task = self.symbolic.task(self.lessons.blames, novel, sure)
         if not task.solvable:
             return SearchResult(None, proven=True)
         bound = self.found.bound()
         with self.stopwatch.timed("search"):
-            result = self.symbolic.run(task, self.limits.left, bound, novel)
+            result = self.symbolic.run(task, self.limits.left, bound, novel or sure)
         self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()
         return result
@@ -334,6 +338,7 @@ class Session:
         trial.attempts += 1
         trial.last = attempt
         self.found.take(attempt)
+        self.grounder.be_shallow()
         with self.stopwatch.timed("grounding"):
             self.lessons.learn(attempt)
         self.limits.check()

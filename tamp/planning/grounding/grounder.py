@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
@@ -15,6 +16,9 @@ from tamp.planning.model.schema import FALSE_MARK, TRUE_MARK, Schema
 from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.options import Options
+
+MANY_HOPES = 1000
+"""How many stream instances may be hoped for before new values bring short chains of hopes only."""
 
 
 @dataclass(frozen=True)
@@ -118,12 +122,20 @@ class Grounder:
                     self.join.add(("object", handle))
         self.join.add(fact)
 
-    def deepen(self) -> bool:
-        """Allow one more stream in a row to be hoped for; whether that brought anything new."""
+    def be_shallow(self) -> None:
+        """Where there are many hopes, let each new value be followed by one stream only, until the next `deepen`.
+
+        It would otherwise bring hopes whose number grows with the power of the depth.
+        """
+        if len(self.knowledge.templates) > MANY_HOPES:
+            self.limit = 1
+
+    def deepen(self, most: float = math.inf) -> bool:
+        """Allow more streams in a row to be hoped for, but no more than `most`; whether that brought anything new."""
         self.knowledge.refresh()
         origins = self.knowledge.objects.origin
         waiting = [i for i in self._pending if all((o := origins(h)) is None or o.alive for h in i.inputs)]
-        if not waiting:
+        if not waiting or min(instance.level for instance in waiting) > most:
             return False
         self.limit = min(instance.level for instance in waiting)
         self._pending = []

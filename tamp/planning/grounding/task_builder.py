@@ -130,10 +130,17 @@ class TaskBuilder:
         goal: tuple[tuple[Fact, ...], tuple[Fact, ...]],
         blames: dict[int, Blame],
         novel: bool = False,
+        sure: bool = False,
     ) -> GroundTask:
-        """The task of this moment; unreachable operators are left out, and with `novel` those blamed for a failure."""
+        """The task of this moment; unreachable operators are left out.
+
+        With `novel` those blamed for a failure are, too; with `sure` everything that hopes for anything.
+        """
         knowledge = self._knowledge
-        given = [*knowledge.state, *knowledge.hoped_state()]
+        if sure:
+            operators = [op for op in operators if self._is_sure(op.static, op.binding.values())]
+            axioms = [axiom for axiom in axioms if self._is_sure(axiom.static, axiom.head[1:])]
+        given = [*knowledge.state, *(() if sure else knowledge.hoped_state())]
         state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
         usable = [op for op in operators if self._exist(op.binding.values()) and self._holds(op.static, op.absent)]
         usable = [self._in_effect(op) for op in usable if not self._forbidden(op.schema.name, op.args)]
@@ -143,10 +150,8 @@ class TaskBuilder:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
         hopes: dict[Fact, Instance] = {}
         valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
-        if novel:  # where there may well be no plan, each price would double what must be searched
-            valid = self._surest(valid)
-        else:
-            valid = [self._priced(axiom, hopes) for axiom in valid]
+        # Where there may well be no plan, as in a novel search, each price would double what must be searched.
+        valid = self._surest(valid) if novel else [self._priced(axiom, hopes) for axiom in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
         number = Numbering(state, reached, bodies, knowledge)
         wanted = number.literals(*goal)
@@ -173,7 +178,7 @@ class TaskBuilder:
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
         """An axiom that wants the price paid of each test that it hopes for: axioms themselves cost nothing."""
         found = {(HOPED, *fact): test for fact, test in self._hoped_tests(axiom)}
-        hopes.update(found)  # type: ignore[arg-type]
+        hopes.update(found)
         return replace(axiom, positive=(*axiom.positive, *found)) if found else axiom
 
     def _hoped_tests(self, axiom: GroundAxiom) -> Iterator[tuple[Fact, Instance]]:
@@ -183,6 +188,17 @@ class TaskBuilder:
                 promised = [p for p in self._knowledge.producers.get(fact, ()) if p.alive]
                 if promised and all(p.external.is_test for p in promised):
                     yield fact, promised[0]
+
+    def _is_sure(self, static: tuple[Fact, ...], handles: Iterable[int]) -> bool:
+        """Whether static facts are known to hold, of real objects alone."""
+        knowledge = self._knowledge
+        if not all(map(knowledge.objects.is_real, handles)):
+            return False
+        return all(fact in knowledge.real or not self._is_hoped(fact) for fact in static)
+
+    def _is_hoped(self, fact: Fact) -> bool:
+        """Whether streams promise a fact; or, of an object, whether it is one that they promise."""
+        return fact in self._knowledge.producers or not all(map(self._knowledge.objects.is_real, fact[1:]))
 
     def _surest(self, axioms: list[GroundAxiom]) -> list[GroundAxiom]:
         """Axioms without those that hope for a test where there are others with the same head."""

@@ -46,8 +46,8 @@ class SymbolicSearch:
         self._search = search
         self._timeouts = 0
 
-    def task(self, blames: dict[int, Blame], novel: bool) -> GroundTask:
-        """The ground task of this moment; with `novel`, without what was blamed for a failure."""
+    def task(self, blames: dict[int, Blame], novel: bool, sure: bool = False) -> GroundTask:
+        """The ground task of this moment; `novel`: without what was blamed for a failure; `sure`: without hopes."""
         goal = self._connectors.without(self._schema.goal)
         changing = self._schema.fluents | self._schema.derived
         positive = [ground(p, {}) for p in goal.positive]
@@ -59,7 +59,7 @@ class SymbolicSearch:
             tuple(f for f in positive if f[0] in changing),
             tuple(f for f in negative if f[0] in changing),
         )
-        return self._builder.build(self._grounder.operators, self._grounder.axioms, literals, blames, novel)
+        return self._builder.build(self._grounder.operators, self._grounder.axioms, literals, blames, novel, sure)
 
     def run(self, task: GroundTask, left: float, bound: int | None, novel: bool) -> SearchResult:
         """Search a task.

@@ -1,0 +1,67 @@
+"""What the search looks at: bounded quantifiers, and real values where hopes keep failing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tamp.planning import Problem, solve
+from tamp.planning.model.objects import Objects
+from tamp.planning.model.schema import Schema
+
+DOMAIN = """
+(define (domain shelf)
+  (:predicates (Block ?b) (Pose ?p) (Kin ?b ?p) (Free ?p ?p2) (At ?b ?p) (Held ?b))
+  (:action place :parameters (?b ?p)
+    :precondition (and (Held ?b) (Kin ?b ?p) (forall (?b2 ?p2) (imply (and (Pose ?p2) (At ?b2 ?p2)) (Free ?p ?p2))))
+    :effect (and (At ?b ?p) (not (Held ?b)))))
+"""
+STREAMS = """
+(define (stream shelf)
+  (:stream sample-pose :inputs (?b) :domain (Block ?b) :outputs (?p) :certified (and (Pose ?p) (Kin ?b ?p)))
+  (:stream test-free :inputs (?p ?p2) :domain (and (Pose ?p) (Pose ?p2)) :certified (Free ?p ?p2)))
+"""
+ROADMAP = """
+(define (domain roadmap)
+  (:predicates (Conf ?q) (Connected ?q1 ?q2) (AtConf ?q))
+  (:action move :parameters (?q1 ?q2)
+    :precondition (and (Connected ?q1 ?q2) (AtConf ?q1)) :effect (and (AtConf ?q2) (not (AtConf ?q1)))))
+"""
+ROADMAP_STREAMS = """
+(define (stream roadmap)
+  (:stream sample-conf :outputs (?q) :certified (Conf ?q))
+  (:stream connect :inputs (?q1 ?q2) :domain (and (Conf ?q1) (Conf ?q2)) :certified (Connected ?q1 ?q2)))
+"""
+
+
+def test_forall_is_bounded_by_what_the_action_knows() -> None:
+    problem = Problem(
+        domain=DOMAIN,
+        streams=STREAMS,
+        samplers={"sample-pose": lambda context, block: iter(()), "test-free": lambda context, p, p2: True},
+        init=[("Block", "a"), ("Held", "a")],
+        goal=("Held", "a"),
+    )
+    schema = Schema(problem, Objects())
+    [axiom] = [a for a in schema.axioms if str(a.head[0]).startswith("@some")]
+    assert [[pattern[0] for pattern in bound] for bound in schema.bounds(axiom)] == [["kin"]]
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "incremental"])
+def test_a_roadmap_of_short_edges_is_found_in_few_searches(algorithm: str) -> None:
+    def sample_conf(context):
+        while True:
+            yield tuple(context.rng.uniform(size=2))
+
+    problem = Problem(
+        domain=ROADMAP,
+        streams=ROADMAP_STREAMS,
+        samplers={
+            "sample-conf": sample_conf,
+            "connect": lambda context, a, b: np.hypot(a[0] - b[0], a[1] - b[1]) < 0.35,
+        },
+        init=[("Conf", (0.0, 0.0)), ("Conf", (1.0, 1.0)), ("AtConf", (0.0, 0.0))],
+        goal=("AtConf", (1.0, 1.0)),
+    )
+    solution = solve(problem, algorithm=algorithm, max_iterations=60, timeout=120.0)
+    assert solution.status == "solved"
