@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 STOP_EARLY = 0.003  # how far the fingers may stop from where they are meant to touch [m]
 WIDTH_RESOLUTION = 0.0004  # [m]
+JAMMED = 0.0012  # between a pad and the object where something else has stopped the fingers [m]
 LEAST_OPENING = 0.001  # fingers that let go move apart by this at least [m]
 PAD_EDGE = 0.001  # the outermost part of a pad is not trusted to hold anything [m]
 PAD_POINTS = 4000  # on the surface of an object that is felt for between the pads
@@ -47,7 +48,7 @@ def _closed(
     workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float, clearance: float
 ) -> Grasp | None:
     stop = _stop(workspace, obj, T_object_tool, width, clearance)
-    if stop is None:
+    if stop is None or _jams(workspace, obj, T_object_tool, stop):
         return None
     if stop - width <= STOP_EARLY:
         return Grasp(Pose.from_matrix(T_object_tool), stop, clearance - (stop - width) / 2)
@@ -58,8 +59,19 @@ def _closed(
     shifted = T_object_tool.copy()
     shifted[:3, 3] += T_object_tool[:3, :3] @ np.array(workspace.world.robot.spec.gripper.axis) * (low + high) / 2
     stop = _stop(workspace, obj, shifted, high - low, clearance)
-    held = stop is not None and abs(stop - (high - low)) <= STOP_EARLY
+    held = stop is not None and abs(stop - (high - low)) <= STOP_EARLY and not _jams(workspace, obj, shifted, stop)
     return Grasp(Pose.from_matrix(shifted), stop, clearance) if held and stop is not None else None
+
+
+def _jams(workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], stop: float) -> bool:
+    """Whether links of a gripper whose fingers swing stop at an object before its pads touch it on both sides.
+
+    Inner knuckles come closer to each other than the pads where a thick thing is held deep.
+    """
+    if workspace.world.robot.spec.gripper.pads is None:
+        return False
+    between = between_pads(workspace, obj, T_object_tool, stop)
+    return not len(between) or max(stop / 2 - between.max(), stop / 2 + between.min()) > JAMMED
 
 
 def _stop(

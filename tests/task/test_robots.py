@@ -82,3 +82,10 @@ def test_the_base_stands_where_the_task_says(tmp_path: Path) -> None:
     assert task_robot(task).T_world_base == task.base == Pose.from_rpy((-0.5, 0.1, 0.0), (0.0, 0.0, 0.5))
     save_task(task, file)
     assert load_task(file).base == task.base
+
+
+def test_a_batch_s_workers_are_told_which_robot_does_it() -> None:
+    from tamp.batch.work import solve_file
+
+    result = solve_file("one_object", "scenarios/one_object.yaml", 0, robot="pander")
+    assert result["status"] == "invalid" and "unknown robot 'pander'" in result["message"]

@@ -46,7 +46,8 @@ def add_robot(spec: Any, robot: RobotSpec) -> None:
     drive = gripper_drive(robot)
     for link in robot_links(robot):
         parent = spec.worldbody if link.parent is None else bodies[link.parent]
-        body = parent.add_body(name=link.name, pos=link.pose.xyz, quat=wxyz(link.pose), gravcomp=1.0)
+        name = "robot's world" if link.name == "world" else link.name  # MuJoCo has a body of that name itself
+        body = parent.add_body(name=name, pos=link.pose.xyz, quat=wxyz(link.pose), gravcomp=1.0)
         bodies[link.name] = body
         for hull in link.hulls:
             add_hull(spec, body, hull, Friction(group=ROBOT))

@@ -29,6 +29,10 @@ POSITION_GAIN = 0.3
 """Share of a joint's position error that its motor removes in one step."""
 
 
+COUPLING_FORCE = 200.0
+"""Largest force with which joints of the gripper are kept together [N or N m]."""
+
+
 @dataclass(frozen=True)
 class RobotBody:
     """A robot in a PyBullet world.
@@ -100,8 +104,11 @@ class RobotBody:
 
     def open_to(self, opening: float) -> None:
         """Send the fingers to `opening` [m]; they push gently."""
-        forces, speeds = self.drive.forces(GENTLE_FORCE, opening), self.drive.velocities(FINGER_SPEED, opening)
-        for joint, at, force, speed in zip(self.fingers, self.drive.joints(opening), forces, speeds, strict=True):
+        speeds = self.drive.velocities(FINGER_SPEED, opening)
+        driven = zip(
+            self.fingers, self.drive.joints(opening), self._forces(GENTLE_FORCE, opening), speeds, strict=False
+        )
+        for joint, at, force, speed in driven:
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
@@ -115,14 +122,43 @@ class RobotBody:
     def squeeze(self, force: float) -> None:
         """Close the fingers until told otherwise, each with `force` [N]."""
         opening = self.opening()
-        forces, speeds = self.drive.forces(force, opening), self.drive.velocities(-FINGER_SPEED / 2, opening)
-        for joint, most, speed in zip(self.fingers, forces, speeds, strict=True):
+        speeds = self.drive.velocities(-FINGER_SPEED / 2, opening)
+        for joint, most, speed in zip(self.fingers, self._forces(force, opening), speeds, strict=False):
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.VELOCITY_CONTROL,
                 targetVelocity=speed,
                 force=abs(most),
+                physicsClientId=self.client,
+            )
+
+    def _forces(self, force: float, opening: float) -> Vector:
+        """Of the joints that have motors of their own, with which each finger presses by `force` [N]: all, or one."""
+        forces = self.drive.forces(force, opening)
+        return forces if self.spec.gripper.pads is None else forces[:1] * (self.drive.multipliers**2).sum() / 2
+
+    def follow(self) -> None:
+        """Let the links of a gripper that swing follow the driver, for the next step.
+
+        PyBullet's gears, which couple fingers that slide, give way where thin links press from the side. So the driver
+        presses for its own finger, and motors that do not yield keep all others where it is.
+        """
+        if self.spec.gripper.pads is None:
+            return
+        driver, *others = self.fingers
+        position, velocity, *_ = pybullet.getJointState(self.id, driver, physicsClientId=self.client)
+        drive = self.drive
+        for joint, multiplier, offset in zip(others, drive.multipliers[1:], drive.offsets[1:], strict=True):
+            pybullet.setJointMotorControl2(
+                self.id,
+                joint,
+                pybullet.POSITION_CONTROL,
+                targetPosition=multiplier * position + offset,
+                targetVelocity=multiplier * velocity,
+                positionGain=POSITION_GAIN,
+                velocityGain=1.0,
+                force=COUPLING_FORCE,
                 physicsClientId=self.client,
             )
 
@@ -150,9 +186,6 @@ class RobotBody:
 
 SPINNING_FRICTION = 0.1
 """Resistance of a pad against turning about the contact's normal, as PyBullet counts it."""
-
-COUPLING_FORCE = 200.0
-"""Largest force of a gear that keeps two joints of the gripper together [N or N m]."""
 
 
 def load_robot_body(
@@ -217,13 +250,14 @@ def _set_up(body: RobotBody, q: Sequence[float]) -> None:
             spinningFriction=SPINNING_FRICTION,
             physicsClientId=body.client,
         )
-    _couple(body)
+    if body.spec.gripper.pads is None:
+        _couple(body)
     body.command(q)
     body.open_to(body.spec.gripper.stroke)
 
 
 def _couple(body: RobotBody) -> None:
-    """Keep the joints together: without it the stronger finger pushes the object aside."""
+    """Keep fingers that slide together: without it the stronger one pushes the object aside."""
     driver, *others = body.fingers
     for follower, multiplier in zip(others, body.spec.gripper.multipliers[1:], strict=True):
         gear = pybullet.createConstraint(

@@ -126,6 +126,7 @@ class PyBulletSimulator:
         for _ in range(count):
             if self.robot is not None:
                 self._forget_stale_contacts(self.robot)
+                self.robot.follow()
             pybullet.stepSimulation(physicsClientId=self._client)
             self._steps += 1
             if self.on_step is not None:

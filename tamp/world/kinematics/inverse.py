@@ -64,8 +64,10 @@ def inverse(
     for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near, count):
         q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience, enough=count + 2)
         solutions = unwound(robot, q[residual == 0.0], robot.home if near is None else near)
-        if near is not None:
-            solutions = solutions[np.argsort(np.linalg.norm(solutions - near, axis=1), kind="stable")]
+        # Arms whose joints turn all the way round have branches far apart: near home they have one in common.
+        middle = robot.home if near is None and turning(robot).any() else near
+        if middle is not None:
+            solutions = solutions[np.argsort(np.linalg.norm(solutions - middle, axis=1), kind="stable")]
         for q in solutions:
             if any(np.abs(q - other).max() < DISTINCT for other in found):
                 continue
@@ -79,18 +81,23 @@ def inverse(
             return
 
 
+def turning(robot: RobotModel) -> NDArray[np.bool_]:
+    """Which joints turn by more than a whole turn, shape (dof,)."""
+    wide: NDArray[np.bool_] = (robot.upper - robot.lower > 2 * math.pi) & ~chain(robot).slides
+    return wide
+
+
 def unwound(robot: RobotModel, q: Array, near: Array) -> Array:
     """Configurations (n, dof) with joints turned by whole turns towards `near`, (dof,), where limits leave room for it.
 
     A wrist with a range of two turns has two or more positions for each orientation; far ones cost motion for nothing.
     """
-    full = 2 * math.pi
-    turning = (robot.upper - robot.lower > full) & ~chain(robot).slides
-    if not turning.any():
+    full, wide = 2 * math.pi, turning(robot)
+    if not wide.any():
         return q
     nearest = q - full * np.round((q - near) / full)
     nearest = np.where(nearest < robot.lower, nearest + full, np.where(nearest > robot.upper, nearest - full, nearest))
-    inside = turning & (nearest >= robot.lower) & (nearest <= robot.upper)
+    inside = wide & (nearest >= robot.lower) & (nearest <= robot.upper)
     return np.where(inside, nearest, q)
 
 
