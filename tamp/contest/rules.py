@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from tamp.contest.sandbox.isolation import Limits
 from tamp.errors import TampError
+from tamp.execution.simulators import DEFAULT
 from tamp.task.files.yaml_document import Document, FieldPath, parse_document, read_document
 
 Bests = Literal["task", "solution", "mean"]
@@ -57,7 +58,7 @@ class Rules:
         execution_s: simulated time of a task [s].
         seed: of the sensors' noise; run N of a task has seed + N.
         cameras: file of the cameras; those of OCRTOC 2021 where it is None.
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
         libraries: Python distributions that solutions may import, beside the standard library and NumPy.
         contest_log_kb: how much of what it printed on a hidden task an owner sees [KiB]; it could print the task.
         reveal: show pictures and films of the contest set, as when the contest is over.
@@ -69,7 +70,7 @@ class Rules:
     about: str = ""
     contest: tuple[str, ...] = ()
     trial: tuple[str, ...] = ()
-    simulators: tuple[str, ...] = ("pybullet",)
+    simulators: tuple[str, ...] = (DEFAULT,)
     runs: int = 3
     best_of_simulators: Bests = "solution"
     best_of_runs: Bests = "task"

@@ -46,6 +46,7 @@ RASTERIZER = "tamp.execution.pybullet.rasterizer:PyBulletRasterizer"
 """What draws textured meshes with their depths."""
 
 WHEELS = "pip install pybullet, which has wheels for Python 3.10 and 3.11"
+NO_PICTURES = f"pictures are drawn by PyBullet, which is not installed: {WHEELS}"
 
 SIMULATORS: Mapping[str, Entry] = MappingProxyType(
     {
@@ -118,7 +119,7 @@ def make_renderer(items: Sequence[Item], robot: RobotSpec | None) -> Renderer:
         TampError: where nothing is installed that draws.
     """
     if not can_draw():
-        raise TampError(f"pictures are drawn by PyBullet, which is not installed: {WHEELS}")
+        raise TampError(NO_PICTURES)
     return cast("Renderer", _class(RENDERER)(items, robot))
 
 

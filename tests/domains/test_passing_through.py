@@ -37,8 +37,12 @@ USED = {
     "test-cfree-placements": "swap",
     "test-cfree-handling": "swap",
     "test-cfree-slide": "nudge_in_crate",
+    "balance-with": "bridge",
+    "balance-without": "take_down_tower",
 }
 """Stream -> a scenario in whose planning it is asked."""
+SEEDS = {"regrasp_into_box": 1}
+"""With the others, the scenario is solved without a regrasp."""
 SCENES = tuple(sorted({*USED.values(), "in_box"}))
 TESTS = {stream.name for stream in DOMAIN.stream_file.streams if not stream.outputs}
 DEFAULTS = resolve_samplers(DOMAIN.samplers)
@@ -72,7 +76,12 @@ def settled(scenario):
 
 @cache
 def plain(scenario):
-    return plan_sha256(tamp.plan(tamp.load_task(SCENARIOS / f"{scenario}.yaml")))
+    return through(scenario, {})
+
+
+def through(scenario, samplers):
+    task = tamp.load_task(SCENARIOS / f"{scenario}.yaml")
+    return plan_sha256(tamp.plan(task, seed=SEEDS.get(scenario, 0), samplers=samplers))
 
 
 @pytest.mark.parametrize("scenario", SCENES)
@@ -87,13 +96,10 @@ def test_facts_do_not_depend_on_who_serves_a_stream(scenario):
 @pytest.mark.parametrize("name", DOMAIN.samplers)
 def test_a_sampler_that_only_passes_on_what_the_default_one_gives_leads_to_the_same_plan(name):
     asked = set[str]()
-    task = tamp.load_task(SCENARIOS / f"{USED[name]}.yaml")
-    assert plan_sha256(tamp.plan(task, samplers={name: passing_through(name, asked)})) == plain(USED[name])
+    assert through(USED[name], {name: passing_through(name, asked)}) == plain(USED[name])
     assert asked == {name}
 
 
 @pytest.mark.parametrize("scenario", SCENES)
 def test_so_do_all_of_them_together(scenario):
-    task = tamp.load_task(SCENARIOS / f"{scenario}.yaml")
-    through = {name: passing_through(name, set()) for name in DOMAIN.samplers}
-    assert plan_sha256(tamp.plan(task, samplers=through)) == plain(scenario)
+    assert through(scenario, {name: passing_through(name, set()) for name in DOMAIN.samplers}) == plain(scenario)

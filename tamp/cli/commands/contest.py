@@ -16,6 +16,7 @@ from tamp.cli.options import add_json, command, natural, positive_int, seconds
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.status import SOLVED
 from tamp.errors import TampError
+from tamp.execution.simulators import DEFAULT
 
 if TYPE_CHECKING:
     from tamp.cli.options import Commands
@@ -138,7 +139,7 @@ name: {name}
 about: Bring every object to its goal.
 trial: [tasks/trial/*.yaml]
 contest: [tasks/contest/*.yaml]
-simulators: [pybullet]
+simulators: [{simulator}]
 runs: 3
 """
 
@@ -154,7 +155,7 @@ def new(options: argparse.Namespace) -> int:
     if (folder / "contest.yaml").exists():
         raise TampError(f"{folder / 'contest.yaml'}: exists already; nothing was changed")
     name = json.dumps(folder.resolve().name)
-    write_text(folder / "contest.yaml", NEW.format(name=name))
+    write_text(folder / "contest.yaml", NEW.format(name=name, simulator=DEFAULT))
     for task in TRIAL:
         _copy(Path(str(files("tamp"))) / "scenarios" / f"{task}.yaml", folder / "tasks" / "trial")
     (folder / "tasks" / "contest").mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ def add(commands: Commands) -> None:
 
 def doctor(options: argparse.Namespace) -> int:
     """Print what is installed and what works; exit status 1 where something that is required does not."""
-    from tamp.execution.simulators import installed
+    from tamp.execution.simulators import SIMULATORS, installed
 
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Fast Downward", _fast_downward), ("robots", _robots), ("simulators", _simulators),
@@ -35,7 +35,7 @@ def doctor(options: argparse.Namespace) -> int:
     ]  # fmt: skip
     tested = [_tested(title, check) for title, check in checks]
     extras = dict(_missing_of_extras())
-    optional = {"pybullet"} if installed() else set()  # one simulator is enough
+    optional = {entry.library for entry in SIMULATORS.values()} if installed() else set()  # one is enough
     broken = [name for name, found in versions().items() if found == "absent" and name not in optional]
     broken += [test["name"] for test in tested if not test["works"]]
     if not to_stdout(options):

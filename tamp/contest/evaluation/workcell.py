@@ -79,7 +79,7 @@ class Workcell:
         looks: object -> what it looks like.
         seed: of the sensors' noise and of inverse kinematics.
         limit_s: simulated time there is [s].
-        renderer: "raycast" or "pybullet".
+        renderer: "raycast" or "software".
         film_s: simulated time between recorded frames [s]; None records none.
     """
 

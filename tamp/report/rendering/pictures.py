@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 
-from tamp.execution.simulators import can_draw
+from tamp.execution.simulators import NO_PICTURES, can_draw
 from tamp.report.rendering.camera import Camera
 from tamp.report.rendering.images import data_uri, read_image
 from tamp.report.rendering.scene import Stage, goal_poses, marks
@@ -28,7 +28,7 @@ class Gallery:
 
     def __init__(self, most: int, runs: Sequence[Recorded]) -> None:
         if most and runs and not can_draw():
-            log.warning("the report has no pictures: they are drawn by PyBullet, which is not installed")
+            log.warning("the report has none: %s", NO_PICTURES)
             most = 0
         ordered = sorted(range(len(runs)), key=lambda i: (runs[i].result.solved, i))
         self._chosen = {id(runs[i]) for i in ordered[:most]}

@@ -39,7 +39,7 @@ class RawMesh:
 
 
 def read_mesh(path: Path, scale: float | tuple[float, float, float] = 1.0) -> RawMesh:
-    """Read an OBJ, STL, PLY or DAE file.
+    """Read an OBJ, STL or PLY file.
 
     Args:
         path: the file.
