@@ -89,8 +89,8 @@ class Tolerances:
     dropped: float = 0.002
     steady: float = 0.2
     bounce: float = 0.1
-    rolling: float = 0.006
-    rocking: float = 0.03
+    rolling: float = 0.002
+    rocking: float = 0.01
     falling: float = 0.25
     velocity: float = 0.001
     acceleration: float = 0.02
