@@ -6,14 +6,18 @@ machine as on an idle one. Every deadline in the planner, the samplers and the p
 
 from __future__ import annotations
 
+import contextlib
+import inspect
 import math
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from types import FrameType
 from typing import Literal
 
 Clock = Literal["wall", "processor"]
@@ -90,14 +94,21 @@ def _alarm(deadline: float) -> Iterator[None]:
     if not main or math.isinf(deadline) or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:
         yield
         return
-    inside = True
+    inside, asker = True, _asker()
 
-    def ring(*_: object) -> None:
+    def ring(_: int, frame: FrameType | None) -> None:
         left = deadline + GRACE_S - now()
-        if inside:
-            signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN_S)
-            if left <= 0:
-                raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
+        if not inside or all(calling is not asker for calling in _stack(frame)):
+            disarm()  # whoever asked is gone without a word
+            return
+        signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN_S)
+        if left <= 0 and not _leaving(frame):
+            raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
+
+    def disarm() -> None:
+        if signal.getsignal(signal.SIGALRM) is ring:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
 
     signal.signal(signal.SIGALRM, ring)
     try:
@@ -105,5 +116,26 @@ def _alarm(deadline: float) -> Iterator[None]:
         yield
     finally:
         inside = False  # first of all: an alarm that rings from here on must find nobody
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        disarm()
+        asker = None  # a frame holds on to all that is in it
+
+
+def _stack(frame: FrameType | None) -> Iterator[FrameType]:
+    """A frame and all that called it, innermost first."""
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
+
+
+def _asker() -> FrameType | None:
+    """The function whose `with` statement is being entered, through context managers that are generators."""
+    passed = {contextlib.__file__, __file__}
+    for frame in _stack(sys._getframe(1)):
+        if frame.f_code.co_filename not in passed and not frame.f_code.co_flags & inspect.CO_GENERATOR:
+            return frame
+    return None
+
+
+def _leaving(frame: FrameType | None) -> bool:
+    """Whether a context manager is about to be left: interrupted there, it would never be told."""
+    return frame is not None and frame.f_code is contextlib._GeneratorContextManager.__exit__.__code__

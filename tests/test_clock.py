@@ -1,0 +1,68 @@
+"""Limits are kept by an alarm, which nothing leaves behind, whenever it rings."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from tamp import clock
+from tamp.clock import TimeUp, ended_at
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clock, "GRACE_S", 0.0)
+    monkeypatch.setattr(clock, "AGAIN_S", 0.0002)
+
+
+def armed() -> bool:
+    return signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL or signal.getitimer(signal.ITIMER_REAL)[0] > 0.0
+
+
+def spin(seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        pass
+
+
+@contextmanager
+def counted(deadline: float) -> Iterator[None]:
+    with ended_at(deadline):
+        yield
+
+
+def test_what_goes_on_past_its_deadline_is_ended() -> None:
+    with pytest.raises(TimeUp), ended_at(clock.now() + 0.01):
+        spin(10.0)
+    assert not armed()
+
+
+@pytest.mark.parametrize("limit", [ended_at, counted])
+def test_an_alarm_that_rings_as_its_block_ends_is_the_last(limit) -> None:
+    for late in range(400):
+        kept = []
+        try:
+            with limit(clock.now() + 0.0004):
+                spin(0.0002 + 1e-6 * late)
+        except TimeUp as up:
+            kept.append(up)  # as reports of tests do: its traceback keeps what was left open from being closed
+        assert not armed(), late
+
+
+def test_a_block_that_is_abandoned_takes_its_alarm_along() -> None:
+    def enter() -> object:
+        left_open = ended_at(clock.now() + 0.002)
+        left_open.__enter__()
+        return left_open
+
+    abandoned = enter()
+    spin(0.02)
+    assert not armed()
+    with pytest.raises(TimeUp), ended_at(clock.now() + 0.005):
+        del abandoned  # closing it leaves the alarm of others alone
+        spin(10.0)
+    assert not armed()
