@@ -8,7 +8,7 @@ import zipfile
 from pathlib import Path
 
 CONTENT = ("streams", "domains", "robots", "scenarios")
-SUFFIXES = {".py", ".typed", ".pddl", ".yaml", ".urdf", ".srdf", ".obj", ".stl", ".html", ".css"}
+SUFFIXES = {".py", ".typed", ".pddl", ".yaml", ".urdf", ".srdf", ".obj", ".stl", ".html", ".css", ".js"}
 
 
 def expected() -> set[str]:
