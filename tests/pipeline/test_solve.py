@@ -9,8 +9,9 @@ import pytest
 
 import tamp
 from tamp.checking import Problem, Verdict
+from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor
-from tamp.pipeline.options.settings import Settings
+from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.options.tuning import DEFAULT_TUNING
 from tamp.pipeline.plan import Planning, plan
 from tamp.pipeline.prepare import prepare
@@ -212,3 +213,16 @@ def test_time_that_is_up_before_anything_has_settled_is_a_timeout(one_object):
     run = carry_out(one_object, seed=0, timeout=0.0)
     assert run.result.status == "timeout"
     assert run.final_poses == {thing.name: thing.pose for thing in one_object.objects}
+
+
+@pytest.mark.parametrize(
+    ("spent", "proven", "searches"),
+    [(0.0, False, DEFAULT_TUNING.max_vain_plans), (58.0, False, 0), (0.0, True, 0)],
+)
+def test_a_search_in_vain_is_followed_by_others_while_time_is_left(monkeypatch, one_object, spent, proven, searches):
+    asked = []
+    monkeypatch.setattr(Job, "plan", lambda job, *scene: bool(asked.append(scene)))
+    job = Job(one_object, 0, 60.0, DEFAULT_SETTINGS, planning_s=spent)
+    job.failure = PlanningFailure("infeasible", "proven") if proven else None
+    assert not job.insist(None, {}, ())
+    assert len(asked) == searches
