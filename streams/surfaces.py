@@ -1,4 +1,4 @@
-"""Points on the surface of a union of convex parts, and its parts as half-spaces."""
+"""Points on the surface of a union of convex parts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from tamp.world.geometry.half_spaces import half_spaces
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -60,19 +62,3 @@ def typical_points(parts: tuple[Part, ...]) -> NDArray[np.float64]:
     points = surface_points(parts, TYPICAL, np.random.default_rng(0)).points
     points.setflags(write=False)
     return points
-
-
-@lru_cache(maxsize=4096)
-def half_spaces(part: Part) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The part as {x : A x <= b}, each of its planes once; A has unit rows; shapes (m, 3) and (m,), read-only."""
-    corners = part.vertices[part.faces]
-    A = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(A, axis=1)
-    kept = lengths > 1e-14
-    A, first = A[kept] / lengths[kept, None], corners[kept, 0]
-    A *= np.where(np.einsum("ij,ij->i", A, part.vertices.mean(0) - first) > 0, -1.0, 1.0)[:, None]
-    planes = np.column_stack([A, np.einsum("ij,ij->i", A, first)])
-    _, once = np.unique(np.round(planes, 7), axis=0, return_index=True)
-    planes = planes[np.sort(once)]
-    planes.setflags(write=False)
-    return planes[:, :3], planes[:, 3]

@@ -16,9 +16,9 @@ import numpy as np
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
-from tamp.streams.surfaces import half_spaces
 from tamp.streams.values import Balance, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
+from tamp.world.geometry.half_spaces import half_spaces
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,9 +6,9 @@ import numpy as np
 
 from tamp.streams.affordances.stable_poses import BALANCE, inside_by, outline
 from tamp.streams.hand.finger_closing import felt
-from tamp.streams.surfaces import half_spaces
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
+from tamp.world.geometry.half_spaces import half_spaces
 
 NEAR = 0.004  # surface this near to the other object may rest on it [m]
 UPWARD = 0.2  # what carries has at least this vertical share of its normal

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.neighbours import beneath, standing_around, standing_on
-from tamp.streams.hand.candidates import Pinches, in_tool_frames
+from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import HAND_MARGIN, openings_of
 from tamp.streams.hand.hand_boxes import boxes_in_world, hand_boxes, points_hit
 from tamp.streams.values import Placement
@@ -66,6 +66,5 @@ def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Plac
         near = np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
         if name not in spared and near.any():
             points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
-            local = in_tool_frames(points, T[near])
-            cost[near] += points_hit(hand_boxes(workspace.world.robot), openings[near], local, HAND_MARGIN)
+            cost[near] += points_hit(hand_boxes(workspace.world.robot), openings[near], T[near], points, HAND_MARGIN)
     return cost

@@ -8,15 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.streams.surfaces import SurfacePoints, half_spaces
+from tamp.compiled import compiled
+from tamp.streams.surfaces import SurfacePoints
+from tamp.world.geometry.half_spaces import half_spaces, joined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from tamp.task.mesh.parts import Part
+    from tamp.world.geometry.half_spaces import Planes
+
+    Array = NDArray[Any]
 
 PERTURBED_SHARE = 0.5  # of the rays leave the normal by a random tilt, to find pairs on curved and slanted faces
 TILT = 0.25
+THINNEST = 1e-3  # between two contacts [m]
 SEAM = 5e-4  # gaps between parts thinner than this are modelling seams, not hollows [m]
 
 
@@ -80,15 +86,10 @@ def _pairs(
     parts: Sequence[Part], rays: _Rays, max_width: float, friction_angle: float
 ) -> tuple[Contacts, tuple[NDArray[np.int64], NDArray[np.float64]]]:
     """The pairs that rays find, and all their exits within reach: which ray (m,) left with which normal (m, 3)."""
-    enter, leave, normals = _crossings(parts, rays.origins, rays.directions)
-    found = [
-        (ray, part)
-        for ray in range(len(rays.origins))
-        for part in _exits(enter[:, ray], leave[:, ray])
-        if 1e-3 < leave[part, ray] <= max_width
-    ]
-    index, part = np.array(found, dtype=np.int64).reshape(-1, 2).T
-    widths, exits = leave[part, index], normals[part, index]
+    planes = joined(map(half_spaces, parts))
+    index, face, widths = _exits(planes, np.ascontiguousarray(rays.origins), np.ascontiguousarray(rays.directions))
+    within = (widths > THINNEST) & (widths <= max_width)
+    index, widths, exits = index[within], widths[within], planes[0][face[within]]
     axes, entries = rays.directions[index], rays.normals[index]
     slants = np.maximum(_angle(axes, -entries), _angle(axes, exits))
     kept = slants < friction_angle
@@ -118,37 +119,47 @@ def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64
     return angles
 
 
-def _crossings(
-    parts: Sequence[Part], origins: NDArray[np.float64], directions: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Where each ray enters and leaves each part, (parts, rays) [m]; the normal where it leaves, (parts, rays, 3)."""
-    enter, leave, normals = [], [], []
-    for part in parts:
-        A, b = half_spaces(part)
-        speed = directions @ A.T
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = (b - origins @ A.T) / speed
-        outside = (np.abs(speed) < 1e-12) & (origins @ A.T > b + 1e-9)
-        t_in = np.where(speed < -1e-12, t, -np.inf).max(axis=1)
-        exits = np.where(speed > 1e-12, t, np.inf)
-        face = exits.argmin(axis=1)
-        t_out = exits[np.arange(len(t)), face]
-        missed = (t_in >= t_out) | outside.any(axis=1) | (t_out <= 0)
-        enter.append(np.where(missed, np.inf, t_in))
-        leave.append(np.where(missed, -np.inf, t_out))
-        normals.append(A[face])
-    return np.array(enter), np.array(leave), np.array(normals)
+@compiled
+def _exits(planes: Planes, origins: Array, directions: Array) -> tuple[Array, Array, Array]:
+    """Where rays leave a union of convex parts, first exits first: which ray, through which plane, how far on [m]."""
+    A, b, ends = planes
+    rays, planes_left, ways = [0], [0], [0.0]  # typed by what is taken away again
+    enter, leave, through = np.empty(len(ends)), np.empty(len(ends)), np.empty(len(ends), np.int64)
+    for ray in range(len(origins)):
+        met, first = 0, 0
+        for end in ends:
+            t_in, t_out, face = _crossed(A[first:end], b[first:end], origins[ray], directions[ray])
+            if t_in < t_out and t_out > 0.0:
+                k = met  # sorted by where the ray enters
+                while k > 0 and enter[k - 1] > t_in:
+                    enter[k], leave[k], through[k] = enter[k - 1], leave[k - 1], through[k - 1]
+                    k -= 1
+                enter[k], leave[k], through[k] = t_in, t_out, first + face
+                met += 1
+            first = end
+        for k in range(met):
+            if k > 0 and rays[-1] == ray and enter[k] <= ways[-1] + SEAM:
+                if leave[k] > ways[-1]:
+                    planes_left[-1], ways[-1] = through[k], leave[k]
+            else:
+                rays.append(ray)
+                planes_left.append(through[k])
+                ways.append(leave[k])
+    return np.array(rays[1:], np.int64), np.array(planes_left[1:], np.int64), np.array(ways[1:])
 
 
-def _exits(enter: NDArray[np.float64], leave: NDArray[np.float64]) -> list[int]:
-    """Parts whose far side is a far side of the union, along one ray."""
-    exits: list[int] = []
-    for part in np.argsort(enter, kind="stable"):
-        if enter[part] == np.inf:
-            break
-        if exits and enter[part] <= leave[exits[-1]] + SEAM:
-            if leave[part] > leave[exits[-1]]:
-                exits[-1] = int(part)
-        else:
-            exits.append(int(part))
-    return exits
+@compiled
+def _crossed(A: Array, b: Array, origin: Array, way: Array) -> tuple[float, float, int]:
+    """Where a ray enters and leaves the body A x <= b [m], and through which plane; it leaves first where it misses."""
+    enter, leave, face = -np.inf, np.inf, 0
+    for m in range(len(A)):
+        speed = A[m, 0] * way[0] + A[m, 1] * way[1] + A[m, 2] * way[2]
+        gap = b[m] - A[m, 0] * origin[0] - A[m, 1] * origin[1] - A[m, 2] * origin[2]
+        if speed < -1e-12:
+            enter = max(enter, gap / speed)
+        elif speed > 1e-12:
+            if gap / speed < leave:
+                leave, face = gap / speed, m
+        elif gap < -1e-9:
+            return np.inf, -np.inf, 0
+    return enter, leave, face

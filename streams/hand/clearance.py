@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.hand.candidates import Pinches, in_tool_frames
+from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, lowest_point, points_hit
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
@@ -61,18 +61,16 @@ def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDA
 
 def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:
     """Whether hand and open fingers are clear of the object itself, shape (n,)."""
-    local = in_tool_frames(workspace.surface[obj], pinches.T_object_tool)
-    return ~points_hit(hand_boxes(workspace.world.robot), openings_of(workspace, pinches), local)
+    boxes, openings = hand_boxes(workspace.world.robot), openings_of(workspace, pinches)
+    return ~points_hit(boxes, openings, pinches.T_object_tool, workspace.surface[obj])
 
 
 def clear_of_falling(workspace: Workspace, obj: str, pinches: Pinches, let_go: Pose) -> NDArray[np.bool_]:
     """Whether the object falls out of the open hand when it is let go at a pose, clear of the fingers, shape (n,)."""
     down = let_go.matrix[2, :3]
-    clear = np.ones(len(pinches), bool)
-    for depth in PASSED:
-        local = in_tool_frames(workspace.surface[obj] - depth * down, pinches.T_object_tool)
-        clear &= ~points_hit(hand_boxes(workspace.world.robot), openings_of(workspace, pinches), local)
-    return clear
+    boxes, openings = hand_boxes(workspace.world.robot), openings_of(workspace, pinches)
+    passed = np.concatenate([workspace.surface[obj] - depth * down for depth in PASSED])
+    return ~points_hit(boxes, openings, pinches.T_object_tool, passed)
 
 
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:

@@ -12,17 +12,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.surfaces import half_spaces
+from tamp.compiled import compiled
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper, Pose
 from tamp.task.robot import PAD_FRICTION
+from tamp.world.geometry.half_spaces import half_spaces, joined
 from tamp.world.robot.linkage import Linkage
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
+
+    from tamp.world.geometry.half_spaces import Planes
 
     Array = NDArray[np.float64]
 
@@ -52,10 +55,7 @@ class Squeezed:
         self.force = gripper.holding_force(self.weight, item.friction)
         self.friction = PAD_FRICTION * item.friction * self.force
         near = [part for part in geometry.parts if _is_near(part.vertices @ self._R.T + t, gripper, grasp.width)]
-        parts = [(A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near)]
-        self._A = np.concatenate([A for A, _ in parts]) if parts else np.empty((0, 3))
-        self._b = np.concatenate([b for _, b in parts]) if parts else np.empty(0)
-        self._starts = np.cumsum([0, *(len(b) for _, b in parts)])[:-1]
+        self._planes = joined((A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near))
         sides = zip(gripper.pad[1:], RAYS, strict=True)
         across, along = (np.linspace(-side / 2, side / 2, count) for side, count in sides)
         self._origins = np.array([(x, 0.0, z) for x in across for z in along])
@@ -67,31 +67,59 @@ class Squeezed:
 
     def apart_turned(self, turns: Array) -> Array:
         """How far apart the pads stand with all of it turned, for each of the rotations (n, 3, 3); shape (n,) [m]."""
-        A = self._A @ turns.transpose(0, 2, 1)
-        return self._apart(A, self._b[:, None] - A @ self._origins.T)
+        return _apart(self._planes, self._origins, self.width, turns, np.zeros((len(turns), 3)))
 
     def apart_shifted(self, shifts: Array) -> Array:
         """The same with all of it moved, for each of the vectors (n, 3) [m]."""
-        moved = self._b[:, None] - self._A @ self._origins.T + (shifts @ self._A.T)[:, :, None]
-        return self._apart(np.broadcast_to(self._A, (len(shifts), *self._A.shape)), moved)
+        return _apart(self._planes, self._origins, self.width, np.tile(np.eye(3), (len(shifts), 1, 1)), shifts)
 
-    def _apart(self, A: Array, gap: Array) -> Array:
-        """From the normals (n, m, 3) of all faces and how far inside each the rays begin, (n, m, rays) [m]."""
-        if not A.shape[1]:
-            return np.zeros(len(A))
-        speed = A[:, :, 1:2]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = gap / speed
-        enter = np.maximum.reduceat(np.where(speed < -1e-9, t, -np.inf), self._starts, axis=1)
-        leave = np.minimum.reduceat(np.where(speed > 1e-9, t, np.inf), self._starts, axis=1)
-        met = (enter < leave) & (np.abs(enter + leave) < self.width + 0.002)
-        along = np.abs(speed) <= 1e-9  # faces that the rays run along
-        if along.any():
-            met &= ~np.logical_or.reduceat(along & (gap < 0), self._starts, axis=1)
-        low = np.where(met, enter, np.inf).min(axis=(1, 2))
-        high = np.where(met, leave, -np.inf).max(axis=(1, 2))
-        apart: Array = np.maximum(high - low, 0.0)
-        return apart
+
+@compiled
+def _apart(planes: Planes, origins: Array, width: float, turns: Array, shifts: Array) -> Array:
+    """How far apart rays along the closing axis, from origins (r, 3), say that the pads stand, shape (n,) [m].
+
+    Args:
+        planes: of the convex parts that lie between the pads.
+        origins: where the rays begin: midway between the pads.
+        width: what meets a ray farther from its beginning than half of this lies beyond the pads [m].
+        turns: the parts are turned by each of these, shape (n, 3, 3),
+        shifts: and then moved by these, shape (n, 3) [m].
+    """
+    A, b, ends = planes
+    apart, turned, offset = np.empty(len(turns)), np.empty((len(A), 3)), np.empty(len(A))
+    for k in range(len(turns)):
+        for m in range(len(A)):
+            offset[m] = b[m]
+            for i in range(3):
+                turned[m, i] = turns[k, i, 0] * A[m, 0] + turns[k, i, 1] * A[m, 1] + turns[k, i, 2] * A[m, 2]
+                offset[m] += turned[m, i] * shifts[k, i]
+        low, high = np.inf, -np.inf
+        for ray in range(len(origins)):
+            first = 0
+            for end in ends:
+                enter, leave = _crossed(turned[first:end], offset[first:end], origins[ray])
+                if enter < leave and abs(enter + leave) < width + 0.002:
+                    low, high = min(low, enter), max(high, leave)
+                first = end
+        apart[k] = max(high - low, 0.0)
+    return apart
+
+
+@compiled
+def _crossed(A: Array, b: Array, origin: Array) -> tuple[float, float]:
+    """Where a ray along y from an origin (3,) enters and leaves the body A x <= b; it leaves first where it misses."""
+    enter, leave = -np.inf, np.inf
+    for m in range(len(A)):
+        gap = b[m] - A[m, 0] * origin[0] - A[m, 1] * origin[1] - A[m, 2] * origin[2]
+        if A[m, 1] > 1e-9:
+            leave = min(leave, gap / A[m, 1])
+        elif A[m, 1] < -1e-9:
+            enter = max(enter, gap / A[m, 1])
+        elif gap < 0.0:
+            return np.inf, -np.inf
+        if enter >= leave:
+            return np.inf, -np.inf
+    return enter, leave
 
 
 def _in_pads(linkage: Linkage, grasp: Grasp) -> tuple[Array, Array]:

@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
+from itertools import islice
 from types import MappingProxyType
+
+import numpy as np
 
 from tamp.checking import Verdict, check
 from tamp.domains.catalog import load_domain
@@ -18,15 +22,18 @@ from tamp.execution.simulators import DEFAULT
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
+from tamp.planning import Context
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.cache import SampleCache
+from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
-from tamp.streams.workspace import TABLE
-from tamp.task import At, Plan, Pose, SymbolicFact, Task, task_robot
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import At, Box, Object, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
 from tamp.world.geometry.object_geometry import geometry_of_object
-from tamp.world.robot.model import robot_model
+from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.world import World
 
 SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there [m]
@@ -230,10 +237,22 @@ def load_samplers(task: Task, settings: Settings) -> None:
     """Import whatever serves the streams and let it read its models; called before any limit runs.
 
     Raises:
-        DomainError, SamplerError, TaskError: where domain, functions or models cannot be had.
+        DomainError, RobotError, SamplerError, TaskError: where domain, robot, functions or models cannot be had.
     """
     domain = domain_of(task, settings.domain)
     load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
+    warm_up(robot_model(task_robot(task)))
+
+
+@cache
+def warm_up(robot: RobotModel) -> None:
+    """Have the loops that samplers call compiled, or read from disk: the robot takes a cube off an empty table."""
+    cube = Object("cube", Box((0.04, 0.04, 0.04)), Pose((0.0, 0.0, 0.02)))
+    task, place = Task("warm-up", (cube,)), Placement(cube.pose, (TABLE,))
+    workspace = Workspace(task, World(robot, {"cube": geometry_of_object(cube)}, task.table), {"cube": place}, {})
+    context = Context(workspace, lambda: np.random.default_rng(0), math.inf)
+    for grasp in islice(sample_grasp(context, "cube"), 1):
+        next(inverse_kinematics(context, "cube", place, grasp), None)
 
 
 def domain_of(task: Task, name: str | None) -> Domain:

@@ -159,10 +159,9 @@ def _interpolated(T_start: Array, T_goal: Array, step: float) -> Array:
     count = max(1, math.ceil(length / step - 1e-9), math.ceil(angle / 0.1))
     axis = turn / angle if angle > 1e-12 else np.array([0.0, 0.0, 1.0])
     skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    share = np.arange(1, count + 1)[:, None, None] / count
     poses = np.tile(np.eye(4), (count, 1, 1))
-    for k in range(count):
-        share = (k + 1) / count
-        partial = np.eye(3) + math.sin(share * angle) * skew + (1 - math.cos(share * angle)) * skew @ skew
-        poses[k, :3, :3] = partial @ T_start[:3, :3]
-        poses[k, :3, 3] = (1 - share) * T_start[:3, 3] + share * T_goal[:3, 3]
+    partial = np.eye(3) + np.sin(share * angle) * skew + (1 - np.cos(share * angle)) * (skew @ skew)
+    poses[:, :3, :3] = partial @ T_start[:3, :3]
+    poses[:, :3, 3] = (1 - share[:, 0]) * T_start[:3, 3] + share[:, 0] * T_goal[:3, 3]
     return poses

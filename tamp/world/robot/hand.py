@@ -66,8 +66,8 @@ class FreeHand:
             R_tool_body, local = way.at(openings)
             R = T_world_tool[:, :3, :3] @ R_tool_body
             t = np.einsum("nij,nj->ni", T_world_tool[:, :3, :3], local) + T_world_tool[:, :3, 3]
-            for index in np.flatnonzero(~hit):
-                hit[index] = self._crowd.meets(probe, R[index], t[index])
+            left = np.flatnonzero(~hit)
+            hit[left] = self._crowd.meets(probe, R[left], t[left])
         return hit
 
     def hit(self, T_world_tool: Matrix, opening: float) -> bool:
@@ -75,7 +75,7 @@ class FreeHand:
         R, t = T_world_tool[:3, :3], T_world_tool[:3, 3]
         for probe, way in self._bodies:
             R_tool_body, local = way.at_one(opening)
-            if self._crowd.meets(probe, R @ R_tool_body, R @ local + t):
+            if self._crowd.meets(probe, (R @ R_tool_body)[None], (R @ local + t)[None])[0]:
                 return True
         return False
 

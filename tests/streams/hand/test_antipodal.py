@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams.hand.antipodal import antipodal_contacts
-from tamp.streams.surfaces import half_spaces, surface_points, typical_points
+from tamp.streams.surfaces import surface_points, typical_points
 from tamp.task import Box, Cylinder
 from tamp.task.mesh.parts import Part, parts
+from tamp.world.geometry.half_spaces import half_spaces
 
 sides = st.floats(0.01, 0.2)
 

@@ -14,14 +14,13 @@ def hand() -> HandBoxes:
 
 
 def test_the_fingers_leave_room_for_what_is_between_them(hand):
-    between = np.array([[[0.0, y, 0.0] for y in (-0.02, 0.0, 0.02)]])
-    assert not points_hit(hand, np.array([0.05]), between)[0]
-    assert points_hit(hand, np.array([0.03]), between)[0]
+    between = np.array([[0.0, y, 0.0] for y in (-0.02, 0.0, 0.02)])
+    assert points_hit(hand, np.array([0.05, 0.03]), np.stack([np.eye(4)] * 2), between).tolist() == [False, True]
 
 
 def test_the_palm_is_behind_the_fingers(hand):
-    assert points_hit(hand, np.array([0.05]), np.array([[[0.0, 0.0, -0.06]]]))[0]
-    assert not points_hit(hand, np.array([0.05]), np.array([[[0.0, 0.0, 0.03]]]))[0]
+    assert points_hit(hand, np.array([0.05]), np.eye(4)[None], np.array([[0.0, 0.0, -0.06]]))[0]
+    assert not points_hit(hand, np.array([0.05]), np.eye(4)[None], np.array([[0.0, 0.0, 0.03]]))[0]
 
 
 def test_upright_over_the_table_the_fingertips_are_lowest(hand):
