@@ -2,7 +2,7 @@
 
 A function is compiled when it is first called in the first process that does, and kept on disk beside the module, or in
 the user's cache where that cannot be written. What such a function calls belongs into its own module: a change
-elsewhere would not be seen.
+elsewhere would not be seen. Hand it fresh arrays in C order: for others, and read-only ones, it is compiled once more.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 
 DISTRIBUTION = "tabletop-tamp"
 DISTRIBUTIONS = (
-    DISTRIBUTION, "numpy", "ompl", "pin", "coal", "pybullet", "python-fcl", "scipy", "toppra", "trimesh",
+    DISTRIBUTION, "numpy", "numba", "ompl", "pin", "coal", "pybullet", "python-fcl", "scipy", "toppra", "trimesh",
     "up-fast-downward",
 )  # fmt: skip
 

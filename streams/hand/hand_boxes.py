@@ -123,7 +123,7 @@ def points_hit(
         One answer for each grasp, shape (k,).
     """
     lower, upper = boxes.opened(openings)
-    return _points_hit(lower - margin, upper + margin, np.ascontiguousarray(T_tool), np.ascontiguousarray(points))
+    return _points_hit(lower - margin, upper + margin, np.array(T_tool, order="C"), np.array(points, order="C"))
 
 
 @compiled

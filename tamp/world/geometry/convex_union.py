@@ -167,7 +167,7 @@ class Crowd:
             R: its orientations, shape (n, 3, 3).
             t: its positions, shape (n, 3) [m].
         """
-        verdicts = _sieve(self._planes, probe.corners, np.ascontiguousarray(R), t, self._margin)
+        verdicts = _sieve(self._planes, probe.corners, np.array(R, order="C"), np.array(t, order="C"), self._margin)
         for index in np.flatnonzero(verdicts == UNKNOWN):
             verdicts[index] = HIT if self._collides(probe.body, R[index], t[index]) else CLEAR
         hit: NDArray[np.bool_] = verdicts == HIT

@@ -51,7 +51,7 @@ def levenberg_marquardt(
     sits in a corner of the limits or in a local minimum, and is dropped.
     """
     arm, q = chain(robot), np.clip(starts, robot.lower, robot.upper)
-    goals = np.ascontiguousarray(goals, dtype=np.float64).reshape(-1, 4, 4)
+    goals = np.array(goals, dtype=np.float64, order="C").reshape(-1, 4, 4)
     links = (arm.turn, arm.offset, arm.axis, arm.slides, arm.tool)
     residual: Array = _drive(links, robot.lower, robot.upper, q, goals, patience, len(q) if enough is None else enough)
     return q, residual
@@ -59,7 +59,7 @@ def levenberg_marquardt(
 
 def rotation_vector(R: Array) -> Array:
     """Axis times angle [rad] of rotations, shape (b, 3, 3) -> (b, 3); near half a turn the axis is approximate."""
-    return np.array([_rotation_vector(each) for each in np.ascontiguousarray(R)]).reshape(-1, 3)
+    return np.array([_rotation_vector(each) for each in np.array(R, dtype=np.float64, order="C")]).reshape(-1, 3)
 
 
 @compiled
