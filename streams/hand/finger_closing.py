@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.hand.rim_contact import slips_off
 from tamp.streams.surfaces import surface_points
 from tamp.streams.values import CLEARANCE, Grasp
 from tamp.streams.workspace import TABLE, Workspace
@@ -31,7 +32,7 @@ def closed(
 
     The pads are wider than a point: a rim or a lid beside the contacts may stop the fingers before they get there.
     Then the hand is shifted so that both fingers meet what is between the pads at the same time. Fingers that stop a
-    little earlier or later open no wider for it.
+    little earlier or later open no wider for it. Pads that would slip off a slope hold nothing.
 
     Args:
         workspace: where the object is.
@@ -40,8 +41,12 @@ def closed(
         width: distance between the contacts [m].
         clearance: beside the object on each side before closing [m].
     """
-    key = ("closed", obj, T_object_tool.tobytes(), width, clearance)
-    return workspace.cache.value(key, lambda: _closed(workspace, obj, T_object_tool, width, clearance))
+
+    def found() -> Grasp | None:
+        grasp = _closed(workspace, obj, T_object_tool, width, clearance)
+        return None if grasp is None or slips_off(workspace, obj, grasp) else grasp
+
+    return workspace.cache.value(("closed", obj, T_object_tool.tobytes(), width, clearance), found)
 
 
 def _closed(
