@@ -134,7 +134,7 @@ def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterat
 
 
 def _falls_back(vertices: Array, center: Array, T: Array, outward: Array) -> bool:
-    """Whether a body rolled towards `outward` (2,) to T, shape (4, 4), falls back whatever of a round edge carries it."""
+    """Whether a body rolled towards `outward` (2,) to T, shape (4, 4), falls back whatever of its edge carries it."""
     world = vertices @ T[:3, :3].T + T[:3, 3]
     carrying = world[world[:, 2] < world[:, 2].min() + CARRYING, :2]
     return float((T[:3, :3] @ center + T[:3, 3])[:2] @ outward) < float((carrying @ outward).min()) - BEYOND

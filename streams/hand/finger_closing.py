@@ -104,14 +104,17 @@ def _stop(
 
 
 def between_pads(
-    workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float
+    workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float, edge: float = PAD_EDGE
 ) -> NDArray[np.float64]:
-    """Where along the closing axis surface lies between pads that are `width` apart, shape (n,) [m]."""
+    """Where along the closing axis surface lies between pads that are `width` apart, shape (n,) [m].
+
+    What is within `edge` [m] of a pad's outline does not count; a negative one counts what is beside it as well.
+    """
     gripper = workspace.world.robot.spec.gripper
     closing = np.array(gripper.axis)
     local = (felt(workspace, obj) - T_object_tool[:3, 3]) @ T_object_tool[:3, :3]
     along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
-    half = np.array(gripper.pad[1:]) / 2 - PAD_EDGE
+    half = np.array(gripper.pad[1:]) / 2 - edge
     beyond = local[:, 2] - workspace.world.robot.linkage.depth(width)
     found: NDArray[np.float64] = along[(np.abs(across) < half[0]) & (np.abs(beyond) < half[1])]
     return found[np.abs(found) < width / 2 + WIDTH_RESOLUTION]

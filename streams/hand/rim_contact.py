@@ -6,7 +6,6 @@ beyond it, meets only the rim, which presses along the normal of the object's su
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np

@@ -51,7 +51,7 @@ def test_a_ridge_that_rises_over_the_rim_is_as_steep_as_it_rises():
 
 
 def test_it_is_asked_where_the_pads_are():
-    up = wedge(33.0) + (0.0, 0.0, 0.03)
+    up = wedge(33.0) + np.array([0.0, 0.0, 0.03])
     assert slope(up) is None  # the pads close below it
     assert slope(up, depth=0.03) == pytest.approx(33.0, abs=0.1)
 
