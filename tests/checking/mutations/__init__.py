@@ -59,6 +59,7 @@ from tests.checking.mutations.motions import (
 )
 from tests.checking.mutations.order import (
     drop_action,
+    namesake,
     repeat_action,
     stop_early,
     swap_actions,
@@ -132,6 +133,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     stop_early: ("goal",),
     closed_fingers: ("collision",),
     unknown_action: ("precondition",),
+    namesake: ("precondition",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {
