@@ -70,7 +70,7 @@ def _entries(installed: tuple[tuple[str, int], ...]) -> tuple[importlib.metadata
 def _changed(path: str | Path) -> int:
     """When a file or folder was last changed [ns]; 0 where it is not there."""
     try:
-        return os.stat(path or ".").st_mtime_ns
+        return Path(path).stat().st_mtime_ns
     except OSError:
         return 0
 
