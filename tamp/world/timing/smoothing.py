@@ -57,7 +57,7 @@ def span_accelerations(trajectory: Trajectory) -> tuple[Array, Array]:
 
 def _apart(times: Array) -> Array:
     """Times in ascending order, without those that follow another too closely."""
-    return times[np.concatenate([[True], np.diff(times) > APART])]
+    return np.asarray(times[np.concatenate([[True], np.diff(times) > APART])])
 
 
 def _at(trajectory: Trajectory, times: Array) -> Array:
