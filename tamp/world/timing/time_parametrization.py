@@ -72,7 +72,8 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     ends = np.abs(span_accelerations(trajectory)).max(axis=0) / (1.0 + ENDS)
     excess = max(
         float((np.abs(trajectory.velocities) / velocity).max()),
-        float(np.sqrt((np.maximum(np.abs(accelerations(trajectory)), ends) / acceleration).max())),
+        float(np.sqrt((np.abs(accelerations(trajectory)) / acceleration).max())),
+        float(np.sqrt((ends / limits.acceleration).max())),
     )
     return trajectory if excess <= 1.0 + SLACK / 2 else _stretched(trajectory, excess)
 
