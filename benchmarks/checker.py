@@ -1,17 +1,27 @@
-"""The checker's proof: what a slow oracle calls wrong is not accepted.
+"""The checker's proof: what a slow oracle calls wrong is not accepted, and no plan of the planner's is rejected.
 
 Plans small tasks, corrupts each plan in every way that tests/checking/mutations knows, and asks both the checker
 and tests/checking/oracle. The first row is about the plans as they are, the last the sum of all mutants; in between
-each row is one kind of corruption. `wrong_accepted` must be 0. Mutants of one plan follow each other, so that the
-oracle need not look again at what they share.
+each row is one kind of corruption. `wrong_accepted` must be 0, and so must `rejected` of the plans as they are. Mutants
+of one plan follow each other, so that the oracle need not look again at what they share.
+
+    python -m benchmarks.checker --count 20000 --output mutants.jsonl
+
+judges 20,000 mutants, four or five a second and process. Each plan's counts are a line of the output as soon as they
+are known; the same command goes on where it was interrupted. Another --seed makes other mutants.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from itertools import islice, product
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import chain, count, islice
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,49 +32,101 @@ from tamp.checking import check
 from tamp.errors import PlanningFailure, TampError
 from tamp.task import Plan, Task
 from tests.checking.handmade import scales
-from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, STACKS, TOPPLES, Mutation
+from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, STACKS, TOPPLES
 from tests.checking.oracle import Oracle
 
-PLANS = 40
-ROUNDS = 10
-"""Mutants a kind and plan: with 57 kinds and 45 plans, less what a plan gives nothing to corrupt for, over 10,000."""
+COUNT, QUICK = 20_000, 250
+"""Mutants."""
+PLANS, FEW = 40, 4
+"""Plans besides the special ones."""
 LONG = 4
 """Plans of all kinds: stacks, objects carried twice. The others carry one object: each mutant is checked whole."""
 SPECIAL = ("slide_box", "topple_pail", "lay_book", "drop_into_corner")
 """Scenarios whose plans push something along the table or over, or let it fall; besides the others."""
-CORRUPTIONS = {**MUTATIONS, **PUSHES, **FALLS, **TOPPLES, **STACKS}
+CORRUPTIONS = {m.__name__: (m, kinds) for m, kinds in {**MUTATIONS, **PUSHES, **FALLS, **TOPPLES, **STACKS}.items()}
+VALID = "valid"
+
+Counts = dict[str, dict[str, Any]]
 
 
-def run(quick: bool) -> Sequence[Row]:
-    rows = {mutation: _empty(mutation.__name__) for mutation in CORRUPTIONS}
-    valid = {**_empty("valid"), "oracle_wrong": 0}
-    count = 4 if quick else PLANS
-    for index, (task, plan) in enumerate(plans(count)):
-        oracle = Oracle()
-        _judge(valid, oracle, (task, plan))
-        for mutation, number in product(CORRUPTIONS, range(1 if quick else ROUNDS)):
-            mutant = mutation(task, plan, np.random.default_rng((index, number)))
-            if mutant is not None:
-                _judge(rows[mutation], oracle, mutant, mutation)
-        judged, accepted = (sum(row[key] for row in rows.values()) for key in ("judged", "wrong_accepted"))
-        print(
-            f"plan {index + 1} of {count + len(SPECIAL) + 1}: {judged} mutants, {accepted} wrong accepted",
-            file=sys.stderr,
-            flush=True,
-        )
-    counts = ("judged", "oracle_wrong", "rejected", "wrong_accepted", "right_reason")
-    total = {"plans": "all mutants", **{key: sum(row[key] for row in rows.values()) for key in counts}}
-    return [_closed(row) for row in (valid, *rows.values())] + [total]
+def run(quick: bool, count: int | None, seed: int, workers: int, output: Path | None) -> Sequence[Row]:
+    """Rows of what was judged, as the module says; plans that the output already has are not judged again."""
+    wanted = count or (QUICK if quick else COUNT)
+    tasks = _tasks(FEW if quick else PLANS)
+    share = -(-wanted // len(tasks))
+    made_by = {"seed": seed, "mutants": share, "plans": len(tasks)}
+    known = _known(output, made_by)
+    waiting = [(seed, index, share, len(tasks)) for index in range(len(tasks)) if index not in known]
+    judged = dict(known)
+    for index, counts in _judged(waiting, workers):
+        judged[index] = counts
+        if output is not None:
+            with output.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({**made_by, "plan": index, "counts": counts}) + "\n")
+        done = [row for each in judged.values() for kind, row in each.items() if kind != VALID]
+        mutants, accepted = (sum(row[key] for row in done) for key in ("judged", "wrong_accepted"))
+        told = f"plan {len(judged)} of {len(tasks)}: {mutants} mutants, {accepted} wrong accepted"
+        print(told, file=sys.stderr, flush=True)
+    return _rows([judged[index] for index in sorted(judged)])
 
 
-def plans(count: int) -> Iterator[tuple[Task, Plan]]:
-    """So many plans of small tasks; a task that the planner finds no plan for is left out and said."""
+def _tasks(count: int) -> list[tuple[Task, Plan | None]]:
+    """So many small tasks and the special ones; with its plan where that is made by hand."""
     tasks = small_tasks(10 * count)
-    short = [task for task in tasks[LONG:] if sum(thing.goal is not None for thing in task.objects) == 1]
+    short = (task for task in tasks[LONG:] if sum(thing.goal is not None for thing in task.objects) == 1)
     special = [tamp.load_task(f"scenarios/{name}.yaml") for name in SPECIAL]
-    yield scales()
-    found = ((task, _plan(task)) for task in special + tasks[:LONG] + short)
-    yield from islice(((task, plan) for task, plan in found if plan is not None), count + len(special))
+    planned = islice(chain(special, tasks[:LONG], short), count + len(special))
+    return [scales(), *((task, None) for task in planned)]
+
+
+def _known(output: Path | None, made_by: dict[str, int]) -> dict[int, Counts]:
+    """What an earlier run has judged, by the number of the plan."""
+    if output is None or not output.is_file():
+        return {}
+    lines = [json.loads(line) for line in output.read_text(encoding="utf-8").splitlines()]
+    if any(line[key] != value for line in lines for key, value in made_by.items()):
+        sys.exit(f"{output} was made with another --seed or --count: name another file")
+    return {line["plan"]: line["counts"] for line in lines}
+
+
+def _judged(waiting: Sequence[tuple[int, int, int, int]], workers: int) -> Iterator[tuple[int, Counts]]:
+    """The counts of each plan, as they come."""
+    if workers == 1:
+        yield from map(_judge_plan, waiting)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        yield from pool.map(_judge_plan, waiting)
+
+
+def _judge_plan(asked: tuple[int, int, int, int]) -> tuple[int, Counts]:
+    """Plan the task of a number and judge about so many mutants of the plan, all kinds in turn."""
+    seed, index, share, plans = asked
+    task, made = _tasks(plans - 1 - len(SPECIAL))[index]
+    plan = made or _plan(task)
+    counts: Counts = {}
+    if plan is None:
+        return index, counts
+    oracle = Oracle()
+    _judge(counts, VALID, oracle, (task, plan))
+    kinds = list(np.random.default_rng((seed, index)).permutation(list(CORRUPTIONS)))
+    for mutant, kind in islice(_mutants(task, plan, (seed, index), kinds), share):
+        _judge(counts, kind, oracle, mutant)
+    return index, counts
+
+
+def _mutants(
+    task: Task, plan: Plan, seed: tuple[int, int], kinds: Iterable[str]
+) -> Iterator[tuple[tuple[Task, Plan], str]]:
+    """Mutants without end, one of each kind in each round; none where the plan gives nothing to corrupt."""
+    for number in count():
+        found = False
+        for kind in kinds:
+            mutant = CORRUPTIONS[kind][0](task, plan, np.random.default_rng((*seed, number)))
+            if mutant is not None:
+                found = True
+                yield mutant, str(kind)
+        if not found:
+            return
 
 
 def _plan(task: Task) -> Plan | None:
@@ -75,30 +137,41 @@ def _plan(task: Task) -> Plan | None:
         return None
 
 
-def _empty(name: str) -> Row:
-    return {
-        "plans": name, "judged": 0, "oracle_wrong": 0, "rejected": 0, "wrong_accepted": 0, "right_reason": 0,
-        "check_s": [],
-    }  # fmt: skip
-
-
-def _judge(row: Row, oracle: Oracle, pair: tuple[Task, Plan], mutation: Mutation | None = None) -> None:
+def _judge(counts: Counts, kind: str, oracle: Oracle, pair: tuple[Task, Plan]) -> None:
     """Have the checker and the oracle say what they think of a plan, and count it."""
     start = time.process_time()
     kinds, rejected = verdict(*pair)
-    row["check_s"].append(time.process_time() - start)
+    took = time.process_time() - start
     wrong = oracle.wrong(*pair)
+    row = counts.setdefault(kind, _empty())
+    row["check_s"].append(round(took, 4))
     row["judged"] += 1
     row["rejected"] += rejected
-    row["right_reason"] += mutation is not None and bool(kinds & set(CORRUPTIONS[mutation]))
+    row["right_reason"] += kind != VALID and bool(kinds & set(CORRUPTIONS[kind][1]))
     row["oracle_wrong"] += wrong is not None
     row["wrong_accepted"] += wrong is not None and not rejected
     if wrong is not None and not rejected:
-        print(f"accepted: {row['plans']} of {pair[0].name}: {wrong}")
+        print(f"accepted: {kind} of {pair[0].name}: {wrong}", flush=True)
+    if kind == VALID and rejected:
+        print(f"rejected: the plan of {pair[0].name}: {', '.join(sorted(kinds))}", flush=True)
 
 
-def _closed(row: Row) -> Row:
-    return {**row, "check_s": percentile(row["check_s"], 50) if row["check_s"] else 0.0}
+COUNTED = ("judged", "oracle_wrong", "rejected", "wrong_accepted", "right_reason")
+
+
+def _empty() -> dict[str, Any]:
+    return {**dict.fromkeys(COUNTED, 0), "check_s": []}
+
+
+def _rows(judged: Sequence[Counts]) -> Sequence[Row]:
+    rows = []
+    for kind in (VALID, *CORRUPTIONS):
+        found = [counts[kind] for counts in judged if kind in counts]
+        seconds = [s for row in found for s in row["check_s"]]
+        sums = {key: sum(row[key] for row in found) for key in COUNTED}
+        rows.append({"plans": kind, **sums, "check_s": percentile(seconds, 50) if seconds else 0.0})
+    mutants = {key: sum(row[key] for row in rows[1:]) for key in COUNTED}
+    return [*rows, {"plans": "all mutants", **mutants}]
 
 
 def verdict(task: Task, plan: Plan) -> tuple[set[str], bool]:
@@ -110,5 +183,14 @@ def verdict(task: Task, plan: Plan) -> tuple[set[str], bool]:
     return {problem.kind for problem in said.problems}, not said.accepted
 
 
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--count", type=int, metavar="N", help=f"mutants in all (default {COUNT})")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the corruptions (default 0)")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes (default 1)")
+    parser.add_argument("--output", type=Path, metavar="FILE", help="a line a plan; what it has is not judged again")
+    return parser
+
+
 if __name__ == "__main__":
-    main("checker", run)
+    main("checker", run, extra=_options())

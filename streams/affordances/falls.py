@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.neighbours import carriers, lies_in
+from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.values import Placement
@@ -23,6 +24,12 @@ if TYPE_CHECKING:
 
 HEIGHTS = (0.01, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, 0.14, 0.16)  # that an object may fall from [m]
 PASSED = 0.01  # between two poses of a fall [m]
+LEFT = 0.002  # share of a fall that lifts what has come down, where it tips or rolls
+ROCKING = 0.01  # and the most of that as a share of the height of its centre of mass
+SURE = 1.25  # so many times as far inside what carries it the centre of mass is as it needs to be ...
+BESIDE = 0.003  # what is farther beside what carries it is held by walls [m]
+GIVEN = 0.002  # ... and a little farther: where it is carried is known as well as its surface is felt [m]
+RESTS = 0.002  # surface so near to what carries rests on it [m]
 
 Fall = tuple[Pose, ...]
 
@@ -30,7 +37,8 @@ Fall = tuple[Pose, ...]
 def drops(workspace: Workspace, obj: str, placement: Placement) -> tuple[Fall, ...]:
     """Ways down to a placement, each the poses that the object passes, the placement's last; the shortest first.
 
-    All are clear of what carries the object; none where it does not lie in anything.
+    All are clear of what carries the object; none where it does not lie in anything, and none so high that it would
+    roll or tip on where it lands.
     """
     below = carriers(workspace, obj, placement)
     key = ("drops", obj, placement, *below.items())
@@ -45,8 +53,23 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[
     free = 0
     while free < len(path) and not _within(workspace, obj, path[free], under):
         free += 1
-    counts = (round(height / PASSED) + 1 for height in HEIGHTS)
+    around = {name: place for name, place in below.items() if name in placement.on}
+    inside = inside_support(workspace, obj, placement, around, RESTS)
+    # What is held by walls rather than over what carries it does not tip over an edge.
+    firm = (height for height in HEIGHTS if inside < -BESIDE or _rocks(workspace, obj, placement, height) < inside)
+    counts = (round(height / PASSED) + 1 for height in firm)
     return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)
+
+
+def _rocks(workspace: Workspace, obj: str, placement: Placement, height: float) -> float:
+    """How far aside the centre of mass of what falls from a height may go by what is left of the fall [m].
+
+    It rises by that as it tips over an edge, which it does not where the edge is farther from it.
+    """
+    geometry, R = workspace.world.geometries[obj], placement.pose.matrix[:3, :3]
+    center = float(R[2] @ geometry.center_of_mass - (geometry.hull.vertices @ R[2]).min())
+    rises = min(LEFT * height, ROCKING * center)
+    return SURE * math.sqrt((center + rises) ** 2 - center**2) + GIVEN
 
 
 def _raised(pose: Pose, height: float) -> Pose:

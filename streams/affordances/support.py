@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tamp.streams.affordances.stable_poses import BALANCE, inside_by, outline
 from tamp.streams.hand.finger_closing import felt
 from tamp.streams.values import Placement
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.world.geometry.half_spaces import half_spaces
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 NEAR = 0.004  # surface this near to the other object may rest on it [m]
 UPWARD = 0.2  # what carries has at least this vertical share of its normal
@@ -16,8 +22,36 @@ UPWARD = 0.2  # what carries has at least this vertical share of its normal
 
 def carried_by(workspace: Workspace, obj: str, placement: Placement, support: str, below: Placement) -> bool:
     """Whether an object's centre of mass is over where another one, which stands at `below`, carries it."""
-    T, T_below = placement.pose.matrix, below.pose.matrix
+    return inside_support(workspace, obj, placement, {support: below}) > BALANCE
+
+
+def inside_support(
+    workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement], near: float = NEAR
+) -> float:
+    """How far an object's centre of mass is inside what carries it, seen from above [m]; -infinity on less than a face.
+
+    Args:
+        workspace: where the object is.
+        obj: the object.
+        placement: where it stands.
+        below: what may carry it, and where that stands; the table does where the placement says so.
+        near: surface so near to what carries rests on it [m]; the result may be too large by as much.
+    """
+    T = placement.pose.matrix
     points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
+    carried = (points[:, 2] < near) if TABLE in placement.on else np.zeros(len(points), dtype=bool)
+    for support, place in below.items():
+        carried |= _carried(workspace, points, support, place, near)
+    corners = outline(points[carried, :2])
+    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
+    return inside_by(corners, center[:2]) if len(corners) > 2 else -np.inf
+
+
+def _carried(
+    workspace: Workspace, points: NDArray[np.float64], support: str, below: Placement, near: float
+) -> NDArray[np.bool_]:
+    """Which points, shape (n, 3), are within `near` [m] of faces of a support that look up."""
+    T_below = below.pose.matrix
     local = (points - T_below[:3, 3]) @ T_below[:3, :3]
     nearest, rising = np.full(len(points), np.inf), np.zeros(len(points))
     for part in workspace.world.geometries[support].parts:
@@ -27,6 +61,5 @@ def carried_by(workspace: Workspace, obj: str, placement: Placement, support: st
         distance = outside[np.arange(len(points)), face]
         nearer = distance < nearest
         nearest[nearer], rising[nearer] = distance[nearer], (A @ T_below[2, :3])[face[nearer]]
-    corners = outline(points[(nearest < NEAR) & (rising > UPWARD), :2])
-    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
-    return len(corners) > 2 and inside_by(corners, center[:2]) > BALANCE
+    found: NDArray[np.bool_] = (nearest < near) & (rising > UPWARD)
+    return found

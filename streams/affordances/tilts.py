@@ -51,6 +51,8 @@ def rolls(vertices: Array, T: Array, outward: Array) -> Iterator[tuple[Array, Ar
 LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
 STEP = np.radians(5.0)  # between two tilts
 LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
+CARRYING = 0.004  # what of a round edge is so near to the plane may carry as well [m]
+BEYOND = 0.002  # the centre of mass stays at least this far on the falling side of that [m]
 TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction now and then
 APART = np.radians(20.0)  # directions nearer to each other than this are one
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
@@ -118,7 +120,8 @@ def _tilts(vertices: Array, center: Array, T_goal: Array) -> Iterator[Tilt]:
         for T in _rolling(vertices, center, T_goal, outward):
             rolled.append(T)
             angle = ROLL * (len(rolled) - 1)
-            if angle > LEAST - 1e-9 and abs(angle / STEP - round(angle / STEP)) < 1e-6:
+            on_step = angle > LEAST - 1e-9 and abs(angle / STEP - round(angle / STEP)) < 1e-6
+            if on_step and _falls_back(vertices, center, T, outward):
                 yield Tilt(angle, tuple(Pose.from_matrix(T) for T in reversed(rolled)))
 
 
@@ -128,6 +131,13 @@ def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterat
         if (rolled[:3, :3] @ center + rolled[:3, 3])[:2] @ outward > touching.min() - LEVER:
             return
         yield rolled
+
+
+def _falls_back(vertices: Array, center: Array, T: Array, outward: Array) -> bool:
+    """Whether a body rolled towards `outward` (2,) to T, shape (4, 4), falls back whatever of its edge carries it."""
+    world = vertices @ T[:3, :3].T + T[:3, 3]
+    carrying = world[world[:, 2] < world[:, 2].min() + CARRYING, :2]
+    return float((T[:3, :3] @ center + T[:3, 3])[:2] @ outward) < float((carrying @ outward).min()) - BEYOND
 
 
 def base_normals(points: Array) -> list[Array]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.hand.rim_contact import slips_off
 from tamp.streams.surfaces import surface_points
 from tamp.streams.values import CLEARANCE, Grasp
 from tamp.streams.workspace import TABLE, Workspace
@@ -31,7 +32,7 @@ def closed(
 
     The pads are wider than a point: a rim or a lid beside the contacts may stop the fingers before they get there.
     Then the hand is shifted so that both fingers meet what is between the pads at the same time. Fingers that stop a
-    little earlier or later open no wider for it.
+    little earlier or later open no wider for it. Pads that would slip off a slope hold nothing.
 
     Args:
         workspace: where the object is.
@@ -40,8 +41,12 @@ def closed(
         width: distance between the contacts [m].
         clearance: beside the object on each side before closing [m].
     """
-    key = ("closed", obj, T_object_tool.tobytes(), width, clearance)
-    return workspace.cache.value(key, lambda: _closed(workspace, obj, T_object_tool, width, clearance))
+
+    def found() -> Grasp | None:
+        grasp = _closed(workspace, obj, T_object_tool, width, clearance)
+        return None if grasp is None or slips_off(workspace, obj, grasp) else grasp
+
+    return workspace.cache.value(("closed", obj, T_object_tool.tobytes(), width, clearance), found)
 
 
 def _closed(
@@ -99,14 +104,17 @@ def _stop(
 
 
 def between_pads(
-    workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float
+    workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float, edge: float = PAD_EDGE
 ) -> NDArray[np.float64]:
-    """Where along the closing axis surface lies between pads that are `width` apart, shape (n,) [m]."""
+    """Where along the closing axis surface lies between pads that are `width` apart, shape (n,) [m].
+
+    What is within `edge` [m] of a pad's outline does not count; a negative one counts what is beside it as well.
+    """
     gripper = workspace.world.robot.spec.gripper
     closing = np.array(gripper.axis)
     local = (felt(workspace, obj) - T_object_tool[:3, 3]) @ T_object_tool[:3, :3]
     along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
-    half = np.array(gripper.pad[1:]) / 2 - PAD_EDGE
+    half = np.array(gripper.pad[1:]) / 2 - edge
     beyond = local[:, 2] - workspace.world.robot.linkage.depth(width)
     found: NDArray[np.float64] = along[(np.abs(across) < half[0]) & (np.abs(beyond) < half[1])]
     return found[np.abs(found) < width / 2 + WIDTH_RESOLUTION]

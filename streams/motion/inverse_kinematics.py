@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
 WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
+BESIDE = 0.002  # what has fallen is not even so little beside what is between the pads then [m]
 SOLUTIONS = 4  # arm configurations tried for one grasp
 
 
@@ -158,7 +159,7 @@ def _approach(
         if back > farthest:  # it begins with the way that could not be gone
             continue
         T_away = moved(T, -back * T[:3, 2])
-        if drops and len(between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, stroke)):
+        if fall and len(between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, stroke, -BESIDE)):
             reason = f"{obj} would not fall out of the hand"
             continue
         retreat = straight_line(workspace.world.robot, q, T_away)

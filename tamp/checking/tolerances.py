@@ -51,6 +51,7 @@ class Tolerances:
         velocity: share by which joint velocities may exceed their limits.
         acceleration: the same of accelerations; positions in a plan file are rounded.
         jerk: the same of jerks.
+        period: between two commands to the arm [s]; accelerations jump no further in one than the limit of jerk allows.
         joint: error of joint positions, at limits and where two motions meet.
         rest: joint velocity that counts as standing still.
     """
@@ -95,6 +96,7 @@ class Tolerances:
     velocity: float = 0.001
     acceleration: float = 0.02
     jerk: float = 0.02
+    period: float = 0.001
     joint: float = 1e-4
     rest: float = 1e-3
 

@@ -36,7 +36,7 @@ class Pick:
     """The hand closes on an object and lifts it off what the action names.
 
     Attributes:
-        from_table: whether the table must be among that.
+        from_table: whether that is the table, or else an object, of which the action need not tell the name.
     """
 
     from_table: bool
@@ -53,9 +53,7 @@ class Pick:
     def _check_place(self, replay: Replay, name: str, *named: str) -> None:
         if name not in replay.state.poses:
             return
-        under = carriers(replay.scene, replay.state, name, replay.allow).bodies
-        if self.from_table and under and TABLE not in under:
-            replay.report("precondition", f"{name} stands on {', '.join(under)}, not on the table", (name, *under))
+        _check_kind(replay, name, self.from_table)
         stands_on(replay, name, named)
 
 
@@ -64,9 +62,11 @@ class Place:
     """The hand lets go of what it holds, which stands on what the action names.
 
     Attributes:
+        on_table: whether that is the table, or else an object, of which the action need not tell the name.
         falls: whether the object falls over, or down, when it is let go.
     """
 
+    on_table: bool
     falls: bool = False
 
     def check(self, replay: Replay, action: Action) -> None:
@@ -82,8 +82,19 @@ class Place:
         for step in action.steps:
             carry_out(replay, step, falls=falling)
         if name in replay.state.poses and replay.state.held is None:
+            _check_kind(replay, name, self.on_table)
             stands_on(replay, name, action.arguments[1:])
             _check_clear(replay, name)
+
+
+def _check_kind(replay: Replay, name: str, on_table: bool) -> None:
+    """An object stands on the table, or on an object or leaning on one, as the action's name has it."""
+    touching = carriers(replay.scene, replay.state, name, replay.allow)
+    under, objects = touching.bodies, [other for other in sorted(touching.patches) if other != TABLE]
+    if on_table and under and TABLE not in under:
+        replay.report("precondition", f"{name} stands on {', '.join(under)}, not on the table", (name, *under))
+    if not on_table and under and not objects:
+        replay.report("precondition", f"{name} stands on the table, not on an object", (name,))
 
 
 def _check_prompt(replay: Replay, action: Action) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
+LOOKS = 90  # at what is lowest while a body rolls over
 
 
 def check_fall(
@@ -97,9 +98,28 @@ def _not_turning(
         yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)
-    slid = min(_slid(on, after @ inverse(before), center) for on in points.values())
-    if slid > allow.skid:
-        yield f"{name} is said to slide {1000 * slid:.0f} mm farther than it can while it falls"
+    slid = [_slid(on, after @ inverse(before), center) for on in points.values()]
+    corners = scene.solids[name].hull.part.vertices @ before[:3, :3].T + before[:3, 3]
+    if edge[:, 2].min() < corners[:, 2].min() + allow.standing:
+        said = (scene.center_of_mass(name, after) - center)[:2]
+        slid.append(float(_between(-said, _rolled(corners - center, axis, angle))))
+    if min(slid) > allow.skid:
+        yield f"{name} is said to slide {1000 * min(slid):.0f} mm farther than it can while it falls"
+
+
+def _rolled(arms: Array, axis: Array, angle: float) -> Array:
+    """How far aside the centre of mass of a body comes that rolls on a level plane and nowhere slides, shape (2,) [m].
+
+    The corner that is lowest rests, so that the centre's velocity is that of a turn about it.
+
+    Args:
+        arms: from the centre of mass to the corners of the body's hull at first, shape (n, 3) [m].
+        axis: that it turns about, a unit vector, shape (3,).
+        angle: that it turns by [rad].
+    """
+    turns = (np.arange(LOOKS) + 0.5) * angle / LOOKS
+    lowest = [(turned := arms @ rotation(axis, float(turn)).T)[turned[:, 2].argmin()] for turn in turns]
+    return np.asarray(-np.cross(axis, lowest).mean(axis=0)[:2] * angle)
 
 
 def _slid(points: Array, T: Array, center: Array) -> float:
@@ -109,9 +129,13 @@ def _slid(points: Array, T: Array, center: Array) -> float:
     down, and the edge slides as far to the other side. All else is between.
     """
     edge, middle = ((each @ T[:3, :3].T + T[:3, 3] - each)[..., :2] for each in (points, center))
-    turned = middle - edge
-    share = -(edge * turned).sum(axis=1) / np.maximum((turned**2).sum(axis=1), 1e-12)
-    return float(np.linalg.norm(edge + np.clip(share, 0.0, 1.0)[:, None] * turned, axis=1).max())
+    return float(_between(edge, middle - edge).max())
+
+
+def _between(edge: Array, turned: Array) -> Array:
+    """How far shifts of an edge, shape (..., 2), are from those between none and all of what the turn undoes [m]."""
+    share = -(edge * turned).sum(axis=-1) / np.maximum((turned**2).sum(axis=-1), 1e-12)
+    return np.asarray(np.linalg.norm(edge + np.clip(share, 0.0, 1.0)[..., None] * turned, axis=-1))
 
 
 def _turn(before: Array, after: Array) -> tuple[Array, float]:

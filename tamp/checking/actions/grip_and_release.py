@@ -140,12 +140,13 @@ def _check_closing(
     scene: Scene, name: str, T_tool_object: Array, width: float, opening: float, allow: Tolerances, report: Report
 ) -> None:
     tree = scene.links.tree
-    found = between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, tree.pad_depth(width))
+    depth = tree.pad_depth(width)
+    found = between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, depth)
     if found is None:
         report("grasp", f"the fingers close on nothing: {name} is not between the pads", bodies=(name,))
         return
     mu = PAD_FRICTION * scene.friction(name)
-    slope = squeezed_out(scene.solids[name], T_tool_object, scene.links.tree.spec.gripper, opening, mu)
+    slope = squeezed_out(scene.solids[name], T_tool_object, tree.spec.gripper, opening, mu, depth)
     if slope is not None:
         sentence = f"{name} slips out of the fingers, which press on a slope of {np.degrees(slope):.0f} degrees"
         report("grasp", sentence, bodies=(name,))

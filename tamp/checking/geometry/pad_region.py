@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,11 +48,14 @@ def between_pads(
     return (min(found), max(found)) if found else None
 
 
-def squeezed_out(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, friction: float) -> float | None:
+def squeezed_out(
+    solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, friction: float, depth: float = 0.0
+) -> float | None:
     """The slope of an object where pads slip off it, or None where they do not.
 
-    What bulges between the pads touches their faces, which press straight on it. Where it grows wider beyond a pad's
-    rim the rim presses on a slope, and slips off where that is steeper than the cone of friction.
+    What bulges between the pads, or lies across them as a ridge does, touches their faces, which press straight on it.
+    Where it grows wider beyond a pad's rim the rim presses on a slope, and slips off where that is steeper than the
+    cone of friction.
 
     Args:
         solid: the object.
@@ -59,30 +63,54 @@ def squeezed_out(solid: Solid, T_tool_object: Array, gripper: Gripper, opening: 
         gripper: whose pads close on it.
         opening: distance between the pads [m].
         friction: coefficient between pads and object.
+        depth: where the pads' middle is along the tool's z [m].
 
     Returns:
         The angle between the closing axis and the least steep of the faces that a pad's rim presses on [rad].
     """
     R = _pad_frame(gripper)
     half = (opening / 2, gripper.pad[1] / 2 - EDGE, gripper.pad[2] / 2 - EDGE)
-    touched: list[tuple[float, float, bool]] = []  # coordinate along the closing axis, cosine of the slope, at a rim
+    touched: list[tuple[Array, Array]] = []  # a corner of what is between the pads, and the normal of its face
     for piece in solid.pieces:
-        points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]) @ R.T
+        points = (piece.part.vertices @ T_tool_object[:3, :3].T + T_tool_object[:3, 3] - (0.0, 0.0, depth)) @ R.T
         if (points.min(axis=0) >= half).any() or (points.max(axis=0) <= np.negative(half)).any():
             continue
         for triangle in _meeting(points[piece.part.faces], half):
             normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-            cosine = float(normal[0]) / max(float(np.linalg.norm(normal)), 1e-14)
-            for corner in _clipped(triangle, half):
-                rim = bool((np.abs(np.abs(corner[1:]) - half[1:]) < 1e-9).any())
-                touched.append((float(corner[0]), cosine, rim))
+            normal /= max(float(np.linalg.norm(normal)), 1e-14)
+            touched += [(corner, normal) for corner in _clipped(triangle, half)]
     steepest = 0.0
     for side in (1.0, -1.0):
-        outermost = max((side * at for at, _, _ in touched), default=0.0)
-        near = [(side * cosine, rim) for at, cosine, rim in touched if side * at > outermost - NEAR]
-        if near and all(rim for _, rim in near):
-            steepest = max(steepest, float(np.arccos(np.clip(max(cosine for cosine, _ in near), -1.0, 1.0))))
+        outermost = max((side * corner[0] for corner, _ in touched), default=0.0)
+        faces: dict[bytes, list[tuple[Array, Array]]] = {}  # those that meet in a corner
+        for corner, normal in touched:
+            if side * corner[0] > outermost - NEAR:
+                faces.setdefault((np.round(corner, 6) + 0.0).tobytes(), []).append((corner, normal))
+        slopes = [_slope(met[0][0], np.stack([normal for _, normal in met]), side, half) for met in faces.values()]
+        steepest = max(steepest, min(slopes, default=0.0))
     return steepest if steepest > np.arctan(friction) else None
+
+
+def _slope(corner: Array, normals: Array, side: float, half: tuple[float, float, float]) -> float:
+    """How far the line is from the closing axis along which a pad and the faces that meet in a corner press [rad].
+
+    A pad's face presses along the axis. A rim presses across itself, along what lies between the faces' normals; the
+    end of a rim along any of these.
+    """
+    rims = np.flatnonzero(np.abs(np.abs(corner[1:]) - half[1:]) < 1e-9) + 1
+    if not len(rims):
+        return 0.0
+    facing = normals[side * normals[:, 0] > 1e-6]
+    if len(rims) == 1:
+        along = facing[:, 3 - rims[0]]
+        pairs = [
+            abs(b) * first + abs(a) * second
+            for (a, first), (b, second) in combinations(zip(along, facing, strict=True), 2)
+            if a * b < 0.0
+        ]
+        facing = np.array([*facing[np.abs(along) < 1e-6], *pairs]).reshape(-1, 3)
+    outwards = np.linalg.norm(np.maximum(-facing[:, rims] * np.sign(corner[rims]), 0.0), axis=1)
+    return float(np.arctan2(outwards, side * facing[:, 0]).min(initial=np.pi / 2))
 
 
 def _pad_frame(gripper: Gripper) -> Array:

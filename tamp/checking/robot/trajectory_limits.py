@@ -38,7 +38,8 @@ def violations(trajectory: Trajectory, spec: RobotSpec, allow: Tolerances) -> It
 
     Judged is the cubic Hermite curve itself, at the samples and between them: the extremes of its positions and
     velocities, its accelerations, which are largest at the ends of a span, and its jerk, which is constant in a span.
-    Where two spans meet the acceleration may jump between its limits.
+    Where two spans meet, and at both ends, the acceleration jumps in all by no more in one command period than a motion
+    at the limit of jerk changes it.
     """
     t, q, v = trajectory.times, trajectory.positions, trajectory.velocities
     h = np.diff(t)[:, None]
@@ -53,6 +54,8 @@ def violations(trajectory: Trajectory, spec: RobotSpec, allow: Tolerances) -> It
         ("jerk", np.abs(_jerks(trajectory)), spec.jerk, allow.jerk),
     ):
         yield from _worst(found / np.array(limit) - 1, most, t, spec, f"exceeds its {what} limit by {{0:.1%}}")
+    jumps = _jumps(trajectory, allow.period) / (np.array(spec.jerk) * allow.period)
+    yield from _worst(jumps - 1, allow.jerk, t, spec, "exceeds its jerk limit by {0:.1%} where spans meet")
     for index, moment in ((0, "starts"), (-1, "ends")):
         if (speed := float(np.abs(v[index]).max())) > allow.rest:
             yield float(t[index]), f"the motion {moment} at {speed:.3f} rad/s, not at rest"
@@ -84,6 +87,17 @@ def _jerks(trajectory: Trajectory) -> Array:
     start, end = accelerations(trajectory)
     jerks: Array = (end - start) / np.diff(trajectory.times)[:, None]
     return jerks
+
+
+def _jumps(trajectory: Trajectory, period: float) -> Array:
+    """By how much accelerations jump from each sample on within a period, in all, shape (n, joints) [rad/s^2]."""
+    start, end = accelerations(trajectory)
+    still = np.zeros((1, start.shape[1]))
+    jumps = np.abs(np.vstack([start, still]) - np.vstack([still, end]))
+    until = np.searchsorted(trajectory.times, trajectory.times + period, side="right")
+    total = np.concatenate([still, np.cumsum(jumps, axis=0)])
+    within: Array = total[until] - total[:-1]
+    return within
 
 
 def _worst(excess: Array, allowed: float, t: Array, spec: RobotSpec, text: str) -> Iterator[tuple[float, str]]:

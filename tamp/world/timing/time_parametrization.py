@@ -13,10 +13,14 @@ from tamp.task.plan import Trajectory
 from tamp.task.robot import RobotSpec
 from tamp.world.motion.paths import Array, without_duplicates
 from tamp.world.timing.blending import RoundedPath, rounded
+from tamp.world.timing.smoothing import smoothed, span_accelerations
 from tamp.world.timing.trajectory import ConfigurationTest, accelerations, first_blocked
 
 SAMPLE_S = 0.02
 """Longest time between two samples of a trajectory [s]."""
+
+SPACING = 0.019
+"""The same before a trajectory that exceeds a limit by some percent is stretched [s]."""
 
 TOLERANCE = 0.004
 """How far rounded corners may leave the polyline [rad]."""
@@ -33,18 +37,22 @@ TESTED_EVERY = 0.01
 SLACK = 1e-3
 """Share by which a sampled trajectory may exceed a limit before it is stretched; numerical, not physical."""
 
+ENDS = 0.01
+"""The same of accelerations at the ends of its cubics: they only approximate the motion between samples."""
+
 
 def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: float = TOLERANCE) -> Trajectory:
     """The fastest trajectory along a path, at rest at both ends, by TOPPRA (Pham and Pham, 2018).
 
     The corners of the path are rounded by parabolas, so that path and timing are smooth between the points at which
-    TOPPRA sets the acceleration; these are all samples of the trajectory, at most SAMPLE_S apart. The limits hold by
-    construction; the samples are verified nevertheless, and stretched in time if need be.
+    TOPPRA sets the acceleration, at most SAMPLE_S apart. There it jumps, so that the motion is averaged over the few
+    milliseconds in which the limits of jerk let it change. The limits hold by construction; the samples are verified
+    nevertheless, and stretched in time if need be.
 
     Args:
         path: shape (n, dof) [rad]; duplicates are dropped. A path of no length becomes two equal samples, SAMPLE_S
             apart, at rest.
-        limits: position, velocity and acceleration limits are respected; jerk has no bound, `largest_jerk` tells it.
+        limits: of position, velocity, acceleration and jerk; all are respected.
         speed: share of the velocity and acceleration limits to use, in (0, 1].
         tolerance: how far the trajectory may leave the polyline, at its corners [rad].
 
@@ -60,12 +68,19 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     grid = _grid(curve)
     velocity, acceleration = speed * np.array(limits.velocity), speed * np.array(limits.acceleration)
     rates = _toppra_rates(curve, grid, velocity, acceleration)
-    trajectory = _sample(curve, grid, rates)
+    trajectory = smoothed(_sample(curve, grid, rates), np.array(limits.jerk))
+    ends = np.abs(span_accelerations(trajectory)).max(axis=0) / (1.0 + ENDS)
     excess = max(
         float((np.abs(trajectory.velocities) / velocity).max()),
         float(np.sqrt((np.abs(accelerations(trajectory)) / acceleration).max())),
+        float(np.sqrt((ends / limits.acceleration).max())),
     )
-    return trajectory if excess <= 1.0 + SLACK / 2 else _sample(curve, grid, rates / excess)
+    return trajectory if excess <= 1.0 + SLACK / 2 else _stretched(trajectory, excess)
+
+
+def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    """The same motion, slower by a factor."""
+    return Trajectory(factor * trajectory.times, trajectory.positions, trajectory.velocities / factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +193,9 @@ class _Geometry:
 
 
 def _sample(curve: RoundedPath, grid: Array, rates: Array) -> Trajectory:
-    """Sample at every grid point and at most SAMPLE_S apart; d2s/dt2 is constant between the grid's points."""
+    """Sample at every grid point and at most SPACING apart; d2s/dt2 is constant between the grid's points."""
     spans = 2 * np.diff(grid) / (rates[:-1] + rates[1:])
-    counts = np.maximum(1, np.ceil(spans / SAMPLE_S - 1e-9)).astype(int)
+    counts = np.maximum(1, np.ceil(spans / SPACING - 1e-9)).astype(int)
     interval = np.repeat(np.arange(len(spans)), counts)
     share = (np.arange(len(interval)) - (np.cumsum(counts) - counts)[interval]) / counts[interval]
     elapsed = share * spans[interval]

@@ -50,8 +50,7 @@ def accelerations(trajectory: Trajectory) -> Array:
 def largest_jerk(trajectory: Trajectory) -> Array:
     """Largest change of acceleration in 1 ms, over 1 ms, of each joint, shape (dof,) [rad/s^3].
 
-    TOPPRA switches accelerations at once, so the jerk of the ideal motion has no bound; a millisecond is the period at
-    which such arms take commands.
+    A millisecond is the period at which such arms take commands.
     """
     times = np.arange(0.0, trajectory.duration + 0.003, 0.001)
     q = positions_at(trajectory, np.minimum(times, trajectory.duration))

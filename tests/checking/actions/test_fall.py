@@ -9,10 +9,12 @@ import pytest
 import tamp
 from tamp.checking import check
 from tamp.checking.actions.fall import check_fall
+from tamp.checking.geometry.solids import Solid
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Fall, Object, Pose, Task, load_robot
+from tamp.task.mesh.parts import convex_hull
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
 
@@ -160,3 +162,21 @@ def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
     from tests.checking.oracle import wrong
 
     assert wrong(task, plan) is None
+
+
+@pytest.mark.parametrize("slid, possible", [(0.0, True), (0.01, True), (-0.012, False), (0.06, False)])
+def test_what_has_a_round_edge_rolls_over_it(slid, possible):
+    radius, tilt = 0.05, np.radians(50.0)
+    angles = np.linspace(0.0, np.pi / 2, 40)
+    side = np.array([(-radius * np.sin(a), radius - radius * np.cos(a)) for a in angles])  # from below to the left
+    section = np.vstack([side, [(0.06, 0.0), (0.06, radius)]])
+    hull = convex_hull(np.array([(x, y, z) for x, z in section for y in (-0.04, 0.04)]))
+    flat = Pose((0.1 - slid, 0.2, 0.0))
+    rolled = Pose((0.1 - radius * tilt, 0.2, radius)) @ Pose.from_rpy((0, 0, 0), (0, -tilt, 0)) @ Pose((0, 0, -radius))
+    scene = Scene.of(Task("round", (Object("round", Box((0.1, 0.08, 0.05)), rolled),)))
+    scene = replace(scene, solids={**scene.solids, "round": Solid.of("round", (hull,))})
+    state = State({"round": rolled.matrix}, np.array(load_robot("panda").home))
+    found = []
+    check_fall(scene, state, Fall("round", flat), DEFAULT, lambda kind, *told, **more: found.append((kind, *told)))
+    assert not [each for each in found if each[0] == "fall"] or not possible
+    assert any("is said to slide" in sentence for _, sentence in found) != possible

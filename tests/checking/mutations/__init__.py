@@ -50,6 +50,7 @@ from tests.checking.mutations.motions import (
     dip_between_samples,
     drop_waypoints,
     hurry,
+    jolt,
     not_at_rest,
     object_in_the_way,
     shift_into_table,
@@ -59,6 +60,7 @@ from tests.checking.mutations.motions import (
 )
 from tests.checking.mutations.order import (
     drop_action,
+    namesake,
     repeat_action,
     stop_early,
     swap_actions,
@@ -96,6 +98,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     object_in_the_way: ("collision",),
     speed_up: ("limits",),
     hurry: ("limits",),
+    jolt: ("limits",),
     drop_waypoints: ("limits",),
     shift_waypoint: ("limits", "continuity"),
     beyond_joint_limit: ("limits",),
@@ -132,6 +135,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     stop_early: ("goal",),
     closed_fingers: ("collision",),
     unknown_action: ("precondition",),
+    namesake: ("precondition",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

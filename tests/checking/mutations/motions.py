@@ -61,6 +61,25 @@ def hurry(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     return task, put(plan, where, replace(move, trajectory=rushed))
 
 
+def jolt(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A slow motion with one sample at another velocity: within all limits but for accelerations that jump there."""
+    spec = load_robot(task.robot)
+    where = choose(steps_of(plan, Move), rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    times, velocities = 3.0 * move.trajectory.times, move.trajectory.velocities / 3.0
+    h = np.diff(times)
+    wide = np.flatnonzero(np.minimum(h[:-1], h[1:]) > 0.006) + 1
+    if not len(wide):
+        return None
+    k, joint = choose(wide.tolist(), rng), int(rng.integers(len(spec.joints)))
+    jump = rng.uniform(1.8, 2.1) * spec.jerk[joint] * 0.001
+    velocities[k, joint] += rng.choice([-1.0, 1.0]) * jump / (4.0 / h[k - 1] + 4.0 / h[k])
+    jolted = Trajectory(times, move.trajectory.positions.copy(), velocities)
+    return task, put(plan, where, replace(move, trajectory=jolted))
+
+
 def drop_waypoints(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """Samples are missing from the middle of a motion, and the time they took with them."""
     where = choose([w for w in steps_of(plan, Move) if len(step_at(plan, w).trajectory.times) >= 20], rng)

@@ -48,6 +48,27 @@ def wrong_argument(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | N
     return task, put_action(plan, i, changed)
 
 
+NAMESAKES = {"pick": "unstack", "unstack": "pick", "place": "stack", "stack": "place", "lay": "lay-on", "lay-on": "lay"}
+"""Actions with the same steps: one is about the table, the other about an object."""
+
+
+def namesake(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """An action has the name of its like, and does not say from or onto what.
+
+    What stands on both the table and an object may be called either.
+    """
+    alike = [
+        (i, {"table", *a.arguments[1:]}, "table" in a.arguments)
+        for i, a in enumerate(plan.actions)
+        if a.name in NAMESAKES
+    ]
+    i = choose([i for i, on, stands in alike if len(on) == 1 or not stands], rng)
+    if i is None:
+        return None
+    action = plan.actions[i]
+    return task, put_action(plan, i, Action(NAMESAKES[action.name], action.arguments[:1], action.steps))
+
+
 def stop_early(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """The last object stays where it is."""
     picks = [i for i, action in enumerate(plan.actions) if action.name in ("pick", "unstack")]

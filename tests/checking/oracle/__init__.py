@@ -19,7 +19,11 @@ from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.topples import topple
-from tests.checking.oracle.world import World, arrive, between, goals, grip, let_go, rests, start, sweep
+from tests.checking.oracle.world import World, arrive, between, goals, grip, let_go, misnamed, rests, start, sweep
+
+TAKEN = {"pick": True, "unstack": False}
+PUT = {"place": True, "stack": False, "lay": True, "lay-on": False}
+"""Whether each action is about the table, or else about an object."""
 
 
 @dataclass
@@ -48,11 +52,15 @@ class Oracle:
         for action in plan.actions:
             if not sweep and (text := toppling(world)) is not None:
                 return f"before {action}: {text}"
+            if not sweep and (text := misnamed(world, action, TAKEN)) is not None:
+                return f"{action}: {text}"
             for step in action.steps:
                 text = self._swept(world, step) if sweep and isinstance(step, Move) else None
                 text = text or _carried_out(world, step, toppling=action.name == "topple")
                 if text is not None:
                     return f"{action}: {text}"
+            if not sweep and (text := misnamed(world, action, PUT)) is not None:
+                return f"{action}: {text}"
             if action.name in ("place", "stack"):
                 text = "the hand stays round the object" if _is_round(world, action.arguments[0]) else None
                 text = text or rests(world, action.arguments[0])

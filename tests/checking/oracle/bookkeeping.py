@@ -7,6 +7,7 @@ import numpy as np
 from tamp.task import Action, Fall, Grip, Move, Plan, Release, RobotSpec, Trajectory, load_robot
 
 LATE = 4.0  # [s]
+COMMAND = 0.001  # [s]
 STEPS = {
     "pick": [Grip],
     "unstack": [Grip],
@@ -90,4 +91,16 @@ def _limits(t: Trajectory, spec: RobotSpec) -> str | None:
     mean = (t.velocities[1:] + t.velocities[:-1]) / 2
     if (np.abs(np.diff(t.positions, axis=0) - mean * h) > 0.26 * np.array(spec.acceleration) * h**2 + 1e-5).any():
         return "positions do not follow velocities"
+    if (_jumps(t) > 1.5 * np.array(spec.jerk) * COMMAND).any():
+        return "accelerations jump"
     return "not at rest" if max(np.abs(t.velocities[0]).max(), np.abs(t.velocities[-1]).max()) > 0.01 else None
+
+
+def _jumps(t: Trajectory) -> np.ndarray:
+    """By how much the acceleration of each joint is another one just after each inner sample, (n - 2, joints)."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    curve = CubicHermiteSpline(t.times, t.positions, t.velocities)
+    cubic, square = curve.c[:2]
+    h = np.diff(t.times)[:-1, None]
+    return np.abs(2 * square[1:] - 2 * square[:-1] - 6 * cubic[:-1] * h)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
 
-from tamp.task import At, Grip, Move, Plan, Release, Task, Trajectory
+from tamp.task import Action, At, Grip, Move, Plan, Release, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at
 
 STEP = 0.01  # [s]
@@ -16,6 +17,7 @@ TOUCHING = 0.008  # ... and so deep where the two may touch
 STANDS = 0.008  # what stands flat and alone stays where it is written [m]
 TURNS = 0.033  # what is gripped and let go turns no farther than this in all [rad]
 STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
+FAR = 0.01  # what is so far away carries nothing [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
     "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
@@ -74,6 +76,24 @@ def _stands_flat(world: World, name: str) -> bool:
             if depth(body, moved, world.bodies[other], at) > -0.002:
                 return False
     return bool(reach.min() > 0.02 and reach.min() > 0.3 * np.ptp(points[:, 2]) / 2)
+
+
+def misnamed(world: World, action: Action, on_table: Mapping[str, bool]) -> str | None:
+    """Whether an action is named as one that is about the table, or about an object, and its own is far from that."""
+    if action.name not in on_table:
+        return None
+    name = action.arguments[0]
+    low, high = _box(world, name)
+    if on_table[action.name]:
+        return f"{name} is above the table" if low[2] > FAR else None
+    boxes = (_box(world, other) for other in world.others(name, "table"))
+    alone = all((least > high + FAR).any() or (most < low - FAR).any() for least, most in boxes)
+    return f"{name} is alone on the table" if alone else None
+
+
+def _box(world: World, name: str) -> tuple[np.ndarray, np.ndarray]:
+    points = world.bodies[name].points @ world.poses[name][:3, :3].T + world.poses[name][:3, 3]
+    return points.min(axis=0), points.max(axis=0)
 
 
 def arrive(world: World, move: Move) -> None:

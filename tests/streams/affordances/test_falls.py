@@ -7,13 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp.checking.actions.fall import check_fall
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
 from tamp.streams.affordances.falls import HEIGHTS, drops, letting_go, may_fall
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
 from tamp.streams.releasing.tilted_release import lays, plan_bringing, plan_laying
 from tamp.streams.values import Placement
-from tamp.task import At, Box, Mesh, Object, Pose
+from tamp.task import At, Box, Fall, Mesh, Object, Pose
 from tests.streams.tables import OBJECTS, SLAB, ToldContext, at, corners, workspace_of
 
 CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
@@ -113,3 +116,33 @@ def test_nothing_is_dropped_that_would_stay_between_the_fingers(workspace, monke
     low = (Pose((*goal.pose.xyz[:2], goal.pose.xyz[2] + 0.002), goal.pose.quat), goal.pose)
     assert list(handlings(context, "block", goal, grasp, low)) == []
     assert "block would not fall out of the hand" in context.reasons
+
+
+POST = Object("post", Box((0.03, 0.03, 0.03)), Pose((0.10, -0.22, 0.024)))
+
+
+def on_post(aside, tall):
+    """A block on a post in a deep box, its middle so far inside the post's edge, and the drops that planning offers."""
+    place = Placement(Pose((0.10 + 0.015 - aside, -0.22, 0.039 + tall / 2)), ("post",))
+    shape = Box((0.05, 0.03, tall))
+    workspace = workspace_of(Object("block", shape, BLOCK.pose, At(place.pose)), CRATE, POST, on={"post": ("crate",)})
+    workspace = replace(workspace, goals={"block": place})
+    return workspace, place, drops(workspace, "block", place)
+
+
+@given(aside=st.floats(0.0005, 0.012), tall=st.floats(0.02, 0.06))
+@settings(max_examples=8, deadline=None)
+def test_the_checker_refuses_no_drop_that_planning_offers(aside, tall):
+    workspace, place, found = on_post(aside, tall)
+    scene, said = Scene.of(workspace.task), []
+    for fall in found[-1:]:
+        poses = {"block": fall[0].matrix, "crate": CRATE.pose.matrix, "post": POST.pose.matrix}
+        state = State(poses, np.array(workspace.world.robot.spec.home))
+        check_fall(scene, state, Fall("block", place.pose), DEFAULT, lambda kind, told, **more: said.append(told))
+    assert said == []
+
+
+def test_the_less_firmly_it_will_stand_the_lower_it_is_let_go():
+    counts = [len(on_post(aside, 0.05)[2]) for aside in (0.003, 0.004, 0.012)]
+    assert counts == sorted(counts)
+    assert 0 <= counts[0] < counts[-1] == len(HEIGHTS)

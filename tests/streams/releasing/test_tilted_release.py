@@ -5,9 +5,12 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from tamp.checking.geometry.pad_region import between_pads
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.scene import Scene as Judged
 from tamp.streams.collisions import ARM_MARGIN, handling_hits
 from tamp.streams.grasping.sampler import sample_grasp
-from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
 from tamp.streams.releasing.tilted_release import plan_laying
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose
@@ -76,3 +79,23 @@ def test_what_shall_lie_on_something_absent_cannot_be_set_on_it(workspace):
     placement = Placement(workspace.goals["book"].pose, ("shelf",))
     assert next(plan_laying(context, "book", placement, grasp), None) is None
     assert context.reasons == ["book cannot be set on an edge there"]
+
+
+def test_what_has_fallen_over_is_not_between_the_fingers_any_more(workspace):
+    scene, gripper = Judged.of(workspace.task), workspace.world.robot.spec.gripper
+    for grasp in islice(sample_grasp(ToldContext(workspace), "book"), 4):
+        for _, _, found in islice(plan_laying(ToldContext(workspace), "book", workspace.goals["book"], grasp), 3):
+            T_tool = workspace.world.robot.forward(found.approach[0])
+            T_tool_object = inverse(T_tool) @ found.fall[-1].matrix
+            assert between_pads(scene.solids["book"], T_tool_object, gripper, gripper.stroke) is None
+
+
+def test_nothing_is_laid_that_would_stay_between_the_fingers(workspace, monkeypatch):
+    monkeypatch.setattr("tamp.streams.motion.inverse_kinematics.APPROACHES", (0.002,))
+    monkeypatch.setattr("tamp.streams.motion.inverse_kinematics.approach_contact", lambda *asked: None)
+    context, place = ToldContext(workspace), workspace.goals["book"]
+    grasp = next(sample_grasp(ToldContext(workspace), "book"))
+    above = Pose((0.1, -0.15, 0.3)) @ workspace.start["book"].pose @ Pose((-0.1, -0.1, -0.25))
+    held = above @ Pose.from_rpy((0.0, 0.0, 0.0), (0.02, 0.0, 0.0))
+    assert list(handlings(context, "book", place, grasp, (held, above))) == []
+    assert "book would not fall out of the hand" in context.reasons
