@@ -98,7 +98,7 @@ HOMES = {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",
         "contest.service.submissions", "contest.service.teams", "contest.service.worker",
     },
-    "toppra": {"world.timing.time_parametrization"},
+    "toppra": {"world.timing.path_rates"},
     "uvicorn": {"contest.service.serve"},
     "viser": {"report.viewer"},
     "trimesh": {"perception.rendering.surface", "task.mesh.mesh_file", "scenarios.make_objects"},
