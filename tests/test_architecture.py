@@ -17,6 +17,7 @@ TAMP = Path(__file__).parents[1] / "tamp"
 ALLOWED = {
     "errors": set(),
     "clock": set(),
+    "threads": set(),
     "versions": set(),
     "plugins": {"errors"},
     "results": {"errors"},
@@ -38,7 +39,7 @@ ALLOWED = {
     "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
         "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "perception",
-        "scoring", "results", "versions", "plugins", "task", "errors",
+        "scoring", "results", "threads", "versions", "plugins", "task", "errors",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
     "contest": {
@@ -98,6 +99,7 @@ HOMES = {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",
         "contest.service.submissions", "contest.service.teams", "contest.service.worker",
     },
+    "threadpoolctl": {"threads"},
     "toppra": {"world.timing.path_rates"},
     "uvicorn": {"contest.service.serve"},
     "viser": {"report.viewer"},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import os
+import sys
 from dataclasses import replace
 from functools import lru_cache
 from importlib.resources import files
@@ -41,7 +42,7 @@ def robot_files() -> dict[str, Path]:
     for folder in (Path(str(files("tamp"))) / "robots", *_folders()):
         for path in sorted(folder.glob(f"*/{FILE}")):
             _add(found, path.parent.name, path)
-    for entry in sorted(importlib.metadata.entry_points(group=GROUP)):
+    for entry in _entries(tuple((folder, _changed(Path(folder))) for folder in sys.path)):
         _add(found, entry.name, _entry_file(entry))
     return found
 
@@ -58,6 +59,20 @@ def _folders() -> tuple[Path, ...]:
         if not folder.is_dir():
             raise RobotError(f"{VARIABLE} names {folder}, which is no folder")
     return folders
+
+
+@lru_cache(maxsize=8)
+def _entries(folders: tuple[tuple[str, int], ...]) -> tuple[importlib.metadata.EntryPoint, ...]:
+    """Entry points for robots, looked for anew only where a folder of packages has changed: each costs its reading."""
+    return tuple(sorted(importlib.metadata.entry_points(group=GROUP)))
+
+
+def _changed(path: Path) -> int:
+    """When a file or folder last changed; 0 where there is none."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _entry_file(entry: importlib.metadata.EntryPoint) -> Path:
@@ -119,11 +134,7 @@ def with_robot(task: Task, robot: str | None) -> Task:
 
 
 def _read(path: Path) -> RobotSpec:
-    try:
-        changed = path.stat().st_mtime_ns
-    except OSError:
-        changed = 0
-    return _read_once(path.resolve(), changed)
+    return _read_once(path.resolve(), _changed(path))
 
 
 @lru_cache(maxsize=64)
