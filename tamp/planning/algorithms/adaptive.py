@@ -50,8 +50,8 @@ def _be_sober(session: Session, budget: Budget, rounds: int) -> None:
     Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them.
     """
     for _ in range(rounds):
-        session.grounder.be_shallow()
-        if not session.rounds.expand():
+        session.grounder.be_shallow(sober=True)
+        if not session.rounds.expand(tests=True):
             return
         result = session.search(sure=True)
         if result.plan is not None and session.bind(session.skeleton_of(result.plan), budget):
@@ -138,7 +138,7 @@ def _next_skeleton(session: Session) -> Skeleton | None:
 
 def _deepen(session: Session) -> bool:
     """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
-    return session.grounder.deepen(most=AHEAD + 1 + session.rounds.count // 2)
+    return session.grounder.deepen(most=AHEAD + 1 + session.rounds.count // 2, patient=True)
 
 
 def _replace_hopes(session: Session) -> None:
