@@ -62,7 +62,7 @@ def focused(session: Session) -> None:
     """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
 
     Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
-    would try them in ever new combinations instead.
+    would try them in ever new combinations instead. Where hopes crowd the search, real values alone have their turn.
     """
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
     failures = 0
@@ -73,6 +73,8 @@ def focused(session: Session) -> None:
             failures += 1
             if failures % 8 == 0:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
+            if session.grounder.crowded and failures % SOBER == 0:
+                _be_sober(session, budget, rounds=1)
 
 
 def incremental(session: Session) -> None:

@@ -172,6 +172,11 @@ class Grounder:
             origins += knowledge.producers.get(fact, ())[:1]
         return max((origin.level for origin in origins if origin is not None), default=0)
 
+    @property
+    def crowded(self) -> bool:
+        """Whether there are very many hopes, with those that wait."""
+        return len(self.knowledge.templates) + len(self._pending) > MANY_HOPES
+
     def be_shallow(self, sober: bool = False) -> None:
         """Where there are many hopes, let each new value be followed by one stream only, until the next `deepen`.
 
@@ -180,7 +185,7 @@ class Grounder:
         """
         self._most_admitted = len(self._admitted) + SHARE
         self._real.run()
-        if sober and len(self.knowledge.templates) + len(self._pending) > MANY_HOPES:
+        if sober and self.crowded:
             self.limit = 0
         elif len(self.knowledge.templates) > MANY_HOPES:
             self.limit = min(self.limit, 1)
