@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from statistics import median
 
 from benchmarks.harness import Row, main
-from benchmarks.pddlstream_problems import cooking, packing, pushes, roadmap, searching, teams
+from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, roadmap, searching, teams
 from tamp import clock
 from tamp.planning import Problem, solve
 
@@ -25,6 +25,8 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "wild pushes, 3 away": lambda: pushes(3),
     "wild pushes, 6 away": lambda: pushes(6),
     "belief, 3 places": lambda: searching(3),
+    "filling, 3 litres": lambda: filling(3.0),
+    "filling, 50 litres": lambda: filling(50.0),
     "rovers, 3 tasks, 2 rovers": lambda: teams(3, 2),
     "rovers, 6 tasks, 3 rovers": lambda: teams(6, 3),
 }

@@ -266,6 +266,61 @@ def searching(places: int) -> Problem:
     )
 
 
+FILLING = """
+(define (domain filling)
+  (:requirements :strips :action-costs)
+  (:predicates (Can ?c) (Ladle ?l) (Amount ?a) (Stock ?s) (Pour ?l ?a1 ?a2 ?s1 ?s2) (Enough ?a) (InJug ?a) (InCan ?c ?s)
+               (Filled))
+  (:functions (Work ?l))
+  (:action pour
+    :parameters (?c ?l ?a1 ?a2 ?s1 ?s2)
+    :precondition (and (Can ?c) (Pour ?l ?a1 ?a2 ?s1 ?s2) (InJug ?a1) (InCan ?c ?s1))
+    :effect (and (InJug ?a2) (InCan ?c ?s2) (not (InJug ?a1)) (not (InCan ?c ?s1)) (increase (total-cost) (Work ?l))))
+  (:action close :parameters (?a) :precondition (and (Enough ?a) (InJug ?a)) :effect (Filled)))
+"""
+
+FILLING_STREAMS = """
+(define (stream filling)
+  (:stream sample-ladle :outputs (?l) :certified (Ladle ?l))
+  (:stream pour :inputs (?l ?a1 ?s1) :domain (and (Ladle ?l) (Amount ?a1) (Stock ?s1)) :outputs (?a2 ?s2)
+    :certified (and (Amount ?a2) (Stock ?s2) (Pour ?l ?a1 ?a2 ?s1 ?s2)))
+  (:stream test-enough :inputs (?a) :domain (Amount ?a) :certified (Enough ?a))
+  (:function (Work ?l) (Ladle ?l)))
+"""
+
+
+def filling(litres: float, cans: int = 2, stock: float = 30.0) -> Problem:
+    """Ladles of any size pour from cans into a jug: what streams give multiplies with each that follows another."""
+
+    def ladle(context: Any) -> Iterator[float]:
+        while True:
+            yield round(float(context.rng.uniform(1.0, stock)), 2)
+
+    def pour(context: Any, ladle: float, jug: float, left: float) -> Iterator[tuple[float, float]]:
+        if ladle <= left:
+            yield round(jug + ladle, 2), round(left - ladle, 2)
+
+    names = [f"can{i}" for i in range(cans)]
+    return Problem(
+        domain=FILLING,
+        streams=FILLING_STREAMS,
+        samplers={
+            "sample-ladle": ladle,
+            "pour": pour,
+            "test-enough": lambda context, jug: jug >= litres,
+            "work": lambda context, ladle: ladle,
+        },
+        init=[
+            ("Amount", 2.0),
+            ("InJug", 2.0),
+            ("Stock", stock),
+            *(("Can", name) for name in names),
+            *(("InCan", name, stock) for name in names),
+        ],
+        goal=("Filled",),
+    )
+
+
 TEAMS = """
 (define (domain teams)
   (:requirements :strips :equality)

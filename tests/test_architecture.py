@@ -18,6 +18,7 @@ ALLOWED = {
     "errors": set(),
     "clock": set(),
     "compiled": set(),
+    "threads": set(),
     "versions": set(),
     "plugins": {"errors"},
     "results": {"errors"},
@@ -39,7 +40,7 @@ ALLOWED = {
     "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
         "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "perception",
-        "scoring", "results", "versions", "plugins", "task", "errors",
+        "scoring", "results", "threads", "versions", "plugins", "task", "errors",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
     "contest": {
@@ -99,7 +100,8 @@ HOMES = {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",
         "contest.service.submissions", "contest.service.teams", "contest.service.worker",
     },
-    "toppra": {"world.timing.time_parametrization"},
+    "threadpoolctl": {"threads"},
+    "toppra": {"world.timing.path_rates"},
     "uvicorn": {"contest.service.serve"},
     "viser": {"report.viewer"},
     "trimesh": {"perception.rendering.surface", "task.mesh.mesh_file", "scenarios.make_objects"},

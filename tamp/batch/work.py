@@ -16,7 +16,9 @@ from tamp.versions import versions
 WORK = "tamp.batch.work:solve_file"
 log = logging.getLogger("tamp")
 
-PRELOAD = ("tamp.pipeline.run", "ompl.base", "ompl.geometric", "pinocchio", "toppra", "trimesh", "fcl")
+PRELOAD = (
+    "tamp.pipeline.run", "ompl.base", "ompl.geometric", "pinocchio", "tamp.world.timing.path_rates", "trimesh", "fcl",
+)  # fmt: skip
 
 
 def solve_file(

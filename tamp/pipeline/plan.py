@@ -17,6 +17,7 @@ from tamp.pipeline.serialization.partial_plan import Attempt
 from tamp.pipeline.strategies import STRATEGIES
 from tamp.planning import Report
 from tamp.task import Plan, Pose, SymbolicFact, Task, task_robot
+from tamp.threads import one_thread
 
 SEARCH_SHARE = 0.97  # of the time goes to the search; checking what it found needs the rest
 
@@ -41,7 +42,7 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
         raise TampError("a plan is made from poses that are given; perceive belongs to `tamp solve` and tamp.solve")
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
     load_samplers(task, settings)
-    with limits_in(settings.clock):
+    with limits_in(settings.clock), one_thread():
         deadline, search = now() + timeout, None
         try:
             with ended_at(deadline):

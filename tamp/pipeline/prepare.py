@@ -61,6 +61,7 @@ def observe(
     goals: Mapping[str, Placement],
     deadline: float = math.inf,
     simulator: str = DEFAULT,
+    supports: Supports | None = None,
 ) -> Situation:
     """The situation of a task whose objects are at rest at `poses`.
 
@@ -70,8 +71,11 @@ def observe(
         goals: what the goals mean, from `settled_goals`.
         deadline: on the clock of tamp.clock.now() [s]; PlanningFailure past it.
         simulator: in which it settles.
+        supports: what rests on what there, pairs (above, below); None where that is to be seen in the simulator first.
     """
-    start = placements(poses, settle(task, poses, deadline=deadline, simulator=simulator).supports)
+    if supports is None:
+        supports = settle(task, poses, deadline=deadline, simulator=simulator).supports
+    start = placements(poses, supports)
     return Situation(MappingProxyType(start), MappingProxyType(_already_there(task, start, goals)))
 
 
@@ -183,6 +187,7 @@ class Setup:
         settings: how it is planned and carried out.
         cache: what samplers keep, for every search of the run.
         remarks: what its settled poses have to do with the given ones, where that is not plain.
+        supports: what rests on what at the start, pairs (above, below); None where that was not seen.
     """
 
     task: Task
@@ -193,6 +198,16 @@ class Setup:
     settings: Settings = DEFAULT_SETTINGS
     cache: SampleCache = field(default_factory=SampleCache, repr=False)
     remarks: tuple[str, ...] = ()
+    supports: tuple[tuple[str, str], ...] | None = None
+
+    def observe(self, poses: Mapping[str, Pose], deadline: float = math.inf) -> Situation:
+        """The situation with all objects at rest at `poses`; at the start, as it was seen to come to rest.
+
+        Raises:
+            PlanningFailure: past the deadline.
+        """
+        seen = self.supports if dict(poses) == dict(self.start) else None
+        return observe(self.task, poses, self.goals, deadline, self.settings.settling, seen)
 
     def check(
         self,
@@ -227,10 +242,13 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
         robot_model(task_robot(task)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )
     check_geometry(task, world)
-    start = settle(task, deadline=deadline, simulator=simulator).poses
+    settled = settle(task, deadline=deadline, simulator=simulator)
+    start = settled.poses
     goals = settled_goals(task, world, start, deadline, simulator)
     check_settled(task, world, start, goals)
-    return Setup(task, domain, world, start, goals, settings, remarks=tuple(remarks(task, start, goals)))
+    notes = tuple(remarks(task, start, goals))
+    seen = settled.supports if settled.resting else None
+    return Setup(task, domain, world, start, goals, settings, remarks=notes, supports=seen)
 
 
 def load_samplers(task: Task, settings: Settings) -> None:

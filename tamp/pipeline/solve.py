@@ -26,6 +26,7 @@ from tamp.scoring import Score, score
 from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Grip, Move, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.files.plan_file import plan_sha256
+from tamp.threads import one_thread
 from tamp.versions import versions
 
 if TYPE_CHECKING:
@@ -315,7 +316,7 @@ def carry_out(
     limit = task.limits.planning_s if timeout is None else timeout
     load_samplers(task, settings)
     job = Job(task, seed, limit, settings)
-    with limits_in(settings.clock):
+    with limits_in(settings.clock), one_thread():
         return _carried_out(job, execute)
 
 

@@ -85,7 +85,7 @@ class PlanningRun:
         except Ended as ended:
             assert session is not None
             status, message = ended.status, ended.message
-            self._usable &= not session.grounder.join.broken
+            self._usable &= not session.grounder.broken
         except KeyboardInterrupt:
             if session is None:
                 raise

@@ -76,6 +76,13 @@ def test_a_plank_over_two_rests_on_both():
     assert ons(bridge)["plank"] == ("left", "right")
 
 
+def test_the_start_is_seen_as_it_came_to_rest():
+    setup = prepare(Task("tower", (cube("low", 0.0, 0.0, 0.025), cube("top", 0.0, 0.0, 0.075))))
+    assert setup.observe(setup.start) == observe(setup.task, setup.start, setup.goals)
+    apart = {**setup.start, "top": Pose((0.2, 0.2, 0.025))}
+    assert setup.observe(apart).start["top"].on == ("table",)
+
+
 def test_an_object_at_its_goal_keeps_its_start():
     task = Task(
         "there", (cube("there", 0.0, 0.1, 0.025, (0.0, 0.1, 0.025)), cube("away", 0.0, -0.1, 0.025, (0.1, 0.3, 0.025)))

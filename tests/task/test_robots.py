@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -89,3 +91,16 @@ def test_a_batch_s_workers_are_told_which_robot_does_it() -> None:
 
     result = solve_file("one_object", "scenarios/one_object.yaml", 0, robot="pander")
     assert result["status"] == "invalid" and "unknown robot 'pander'" in result["message"]
+
+
+def test_a_package_that_is_installed_meanwhile_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    assert "lately" not in robot_names()
+    (tmp_path / "latecomers").mkdir()
+    (tmp_path / "latecomers" / "__init__.py").write_text("")
+    info = tmp_path / "latecomers-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: latecomers\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[tamp.robots]\nlately = latecomers\n")
+    os.utime(tmp_path, ns=(1, 1))  # whatever the clock of the file system
+    assert "lately" in robot_names()

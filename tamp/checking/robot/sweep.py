@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.trajectory_limits import derivatives, interpolate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -137,8 +138,21 @@ def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = N
 
     `swing`, shape (samples - 1,), is how far any point leaves the straight line between two samples [m].
     """
-    found = [touch for a, b, allowed in pairs if (touch := _first_touch(a, b, allowed, swing)) is not None]
+    near = _near(pairs)
+    found = [touch for a, b, allowed in near if (touch := _first_touch(a, b, allowed, swing)) is not None]
     return sorted(found, key=lambda touch: (touch.sample, touch.bodies))
+
+
+def _near(pairs: Iterable[tuple[Mover, Mover, float]]) -> Iterator[tuple[Mover, Mover, float]]:
+    """The pairs whose spheres meet at some sample, in order; looked at together for all partners of one body."""
+    for _, group in groupby(pairs, key=lambda pair: id(pair[0])):
+        several = list(group)
+        a = several[0][0]
+        between = np.stack(np.broadcast_arrays(*(b.center for _, b, _ in several), a.center)[:-1]) - a.center
+        least = np.einsum("kij,kij->ki", between, between).min(axis=1)
+        for (_, b, allowed), squared in zip(several, least.tolist(), strict=True):
+            if squared <= (a.solid.radius + b.solid.radius) ** 2:
+                yield a, b, allowed
 
 
 def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Touch | None:
@@ -146,9 +160,6 @@ def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Tou
 
     The motion is that of b in the frame of a, so bodies that travel together cost one look.
     """
-    between = b.center - a.center
-    if np.einsum("ij,ij->i", between, between).min() > (a.solid.radius + b.solid.radius) ** 2:
-        return None
     center = ((b.center - a.T[:, :3, 3])[:, None] @ a.T[:, :3, :3])[:, 0]
     beyond = np.maximum(np.maximum(a.solid.lower - center, center - a.solid.upper), 0.0)
     gap = np.sqrt((beyond * beyond).sum(axis=1)) - b.solid.radius

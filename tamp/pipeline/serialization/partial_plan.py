@@ -15,7 +15,7 @@ from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
-from tamp.pipeline.prepare import Setup, observe
+from tamp.pipeline.prepare import Setup
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
 from tamp.streams.values import Configuration, Placement
@@ -55,7 +55,7 @@ class Attempt:
 
         Symbolic facts are those of the task's start where none are given.
         """
-        situation = observe(setup.task, poses, setup.goals, deadline, setup.settings.settling)
+        situation = setup.observe(poses, deadline)
         workspace = Workspace(setup.task, setup.world, situation.start, situation.goals, setup.cache)
         own = {**setup.task.samplers, **(samplers or {})}
         functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)

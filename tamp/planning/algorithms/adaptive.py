@@ -50,8 +50,8 @@ def _be_sober(session: Session, budget: Budget, rounds: int) -> None:
     Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them.
     """
     for _ in range(rounds):
-        session.grounder.be_shallow()
-        if not session.rounds.expand():
+        session.grounder.be_shallow(sober=True)
+        if not session.rounds.expand(tests=True):
             return
         result = session.search(sure=True)
         if result.plan is not None and session.bind(session.skeleton_of(result.plan), budget):
@@ -62,7 +62,7 @@ def focused(session: Session) -> None:
     """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
 
     Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
-    would try them in ever new combinations instead.
+    would try them in ever new combinations instead. Where hopes crowd the search, real values alone have their turn.
     """
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
     failures = 0
@@ -73,6 +73,8 @@ def focused(session: Session) -> None:
             failures += 1
             if failures % 8 == 0:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
+            if session.grounder.crowded and failures % SOBER == 0:
+                _be_sober(session, budget, rounds=1)
 
 
 def incremental(session: Session) -> None:
@@ -138,7 +140,7 @@ def _next_skeleton(session: Session) -> Skeleton | None:
 
 def _deepen(session: Session) -> bool:
     """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
-    return session.grounder.deepen(most=AHEAD + 1 + session.rounds.count // 2)
+    return session.grounder.deepen(most=AHEAD + 1 + session.rounds.count // 2, patient=True)
 
 
 def _replace_hopes(session: Session) -> None:

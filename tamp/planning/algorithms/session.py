@@ -195,7 +195,7 @@ class Session:
             Ended: at a limit.
         """
         with self.stopwatch.timed("grounding"):
-            self.grounder.join.start()
+            self.grounder.start()
             for fact in initial_facts(self.schema, self.objects, self.options.reuse):
                 self.limits.check()
                 if known is None or fact[0] not in self.schema.fluents:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -31,8 +31,9 @@ def join_order(
 ) -> tuple[Step, ...]:
     """The order in which to look a body up from pattern `first` on: next the one with the fewest unbound variables.
 
-    A pattern that any object fits comes last: by then another one may have bound its variable. Answers are kept, as
-    replanning asks for the same rules again and again.
+    One that shares a variable with those before it comes first: others multiply what is looked at, to be joined by
+    nothing yet. A pattern that any object fits comes last: by then another one may have bound its variable. Answers are
+    kept, as replanning asks for the same rules again and again.
     """
     slot = {variable: i for i, variable in enumerate(variables)}
     bound: set[str] = set()
@@ -74,9 +75,10 @@ def _step(
     return Step(position, index, tuple(key), tuple(binds.items()), tuple(repeats), unequal)
 
 
-def _openness(pattern: Pattern, bound: set[str]) -> tuple[bool, int]:
-    unbound = len({term for term in pattern[1:] if isinstance(term, str)} - bound)
-    return pattern[0] == "object" and unbound > 0, unbound
+def _openness(pattern: Pattern, bound: set[str]) -> tuple[bool, bool, int]:
+    variables = {term for term in pattern[1:] if isinstance(term, str)}
+    unbound = len(variables - bound)
+    return pattern[0] == "object" and unbound > 0, 0 < unbound == len(variables), unbound
 
 
 def _code(term: str | int, slot: dict[str, int]) -> int:
@@ -105,18 +107,21 @@ class Join:
 
     Attributes:
         tick: called now and then; it may end the work by an exception.
-        broken: whether that happened, so that matches are missing.
+        paused: whether matches shall wait for a later `run`; asked after each of them.
+        broken: whether the work was ended by an exception, so that matches are missing.
     """
 
     def __init__(self, rules: Sequence[JoinRule]) -> None:
         self.facts: dict[Fact, None] = {}
         self._queue: deque[Fact] = deque()
+        self._matches: Iterator[tuple[JoinRule, tuple[int, ...]]] | None = None
         self._busy = False
         self.broken = False
         self._indices: dict[str, dict[tuple[int, ...], dict[tuple[int, ...], list[Fact]]]] = {}
         self._watchers: dict[str, list[tuple[JoinRule, tuple[Step, ...]]]] = {}
         self._empty = [rule for rule in rules if not rule.body]
         self.tick: Callable[[], None] = lambda: None
+        self.paused: Callable[[], bool] = lambda: False
         self._since_tick = 0
         for rule in rules:
             for first in range(len(rule.body)):
@@ -137,28 +142,52 @@ class Join:
             return
         self.facts[fact] = None
         self._queue.append(fact)
+        self.run()
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether matches wait."""
+        return bool(self._queue) or self._matches is not None
+
+    def run(self) -> None:
+        """Report the matches that wait, until there are none or there shall be a pause."""
         if self._busy:
             return
         self._busy = self.broken = True
         try:
-            while self._queue:
-                self._insert(self._queue.popleft())
+            while self.unfinished and not self.paused():
+                if self._matches is None:
+                    self._matches = self._insert(self._queue.popleft())
+                for rule, match in self._matches:
+                    self._count()
+                    rule.on_match(match)
+                    if self.paused():
+                        break
+                else:
+                    self._matches = None
             self.broken = False
         finally:
             self._busy = False
 
-    def _insert(self, fact: Fact) -> None:
+    def _insert(self, fact: Fact) -> Iterator[tuple[JoinRule, tuple[int, ...]]]:
+        """The matches that a fact completes, looked up as they are asked for; no other is inserted meanwhile."""
         for positions, table in self._indices.get(fact[0], {}).items():
             table.setdefault(tuple(fact[p] for p in positions), []).append(fact)
         for rule, steps in self._watchers.get(fact[0], ()):
             slots = [-1] * len(rule.variables)
-            matches: list[tuple[int, ...]] = []
             first = steps[0]
-            if all(fact[p] == value for p, (_, value) in zip(first.index[1], first.key, strict=True)):
-                self._bind(fact, first, steps, 0, slots, fact, matches)
-            for match in matches:
-                self._count()
-                rule.on_match(match)
+            if not all(fact[p] == value for p, (_, value) in zip(first.index[1], first.key, strict=True)):
+                continue
+            if not self._take(fact, first, slots):
+                continue
+            if len(steps) == 1:
+                yield rule, tuple(slots)
+                continue
+            for candidate in self._candidates(steps, 1, slots, fact):
+                matches: list[tuple[int, ...]] = []
+                self._bind(candidate, steps, 1, slots, fact, matches)
+                for match in matches:
+                    yield rule, match
 
     def _count(self) -> None:
         self._since_tick += 1
@@ -169,30 +198,36 @@ class Join:
     def _bind(
         self,
         candidate: Fact,
-        step: Step,
         steps: tuple[Step, ...],
         depth: int,
         slots: list[int],
         trigger: Fact,
         matches: list[tuple[int, ...]],
     ) -> None:
+        if not self._take(candidate, steps[depth], slots):
+            return
+        if depth + 1 == len(steps):
+            matches.append(tuple(slots))
+            return
+        for fact in self._candidates(steps, depth + 1, slots, trigger):
+            self._bind(fact, steps, depth + 1, slots, trigger, matches)
+
+    def _take(self, candidate: Fact, step: Step, slots: list[int]) -> bool:
+        """Bind what a fact says of a step's variables; whether it fits."""
         for position, slot in step.binds:
             slots[slot] = candidate[position]
         for position, slot in step.repeats:
             if candidate[position] != slots[slot]:
-                return
-        for a, b in step.unequal:
-            if (slots[a] if a >= 0 else -a - 1) == (slots[b] if b >= 0 else -b - 1):
-                return
-        depth += 1
-        if depth == len(steps):
-            matches.append(tuple(slots))
-            return
-        following = steps[depth]
-        key = tuple([slots[value] if is_slot else value for is_slot, value in following.key])
-        table = self._indices[following.index[0]][following.index[1]]
+                return False
+        return not step.unequal or all(
+            (slots[a] if a >= 0 else -a - 1) != (slots[b] if b >= 0 else -b - 1) for a, b in step.unequal
+        )
+
+    def _candidates(self, steps: tuple[Step, ...], depth: int, slots: list[int], trigger: Fact) -> Sequence[Fact]:
+        step = steps[depth]
+        key = tuple([slots[value] if is_slot else value for is_slot, value in step.key])
+        found = self._indices[step.index[0]][step.index[1]].get(key, ())
         # A fact that matches several positions of one body is the trigger of the first of them only.
-        earlier = following.position < steps[0].position
-        for fact in table.get(key, ()):
-            if not (earlier and fact == trigger):
-                self._bind(fact, following, steps, depth, slots, trigger, matches)
+        if step.position < steps[0].position and trigger[0] == step.index[0]:
+            return [fact for fact in found if fact != trigger]
+        return found

@@ -20,6 +20,12 @@ from tamp.planning.options import Options
 MANY_HOPES = 1000
 """How many stream instances may be hoped for before new values bring short chains of hopes only."""
 
+SHARE = 500
+"""How many instances of streams whose inputs are real may come up before they are all drawn from in turn."""
+
+PATIENCE = 16_000
+"""How many hopes one more stream in a row may bring before sampling has another turn."""
+
 
 @dataclass(frozen=True)
 class Visible:
@@ -89,6 +95,7 @@ class Grounder:
 
     Attributes:
         joined: the streams whose instances it makes.
+        limit: how many streams in a row may be hoped for.
     """
 
     def __init__(self, schema: Schema, knowledge: Knowledge, connectors: Connectors, options: Options) -> None:
@@ -98,20 +105,41 @@ class Grounder:
         self.operators: list[GroundOperator] = []
         self.axioms: list[GroundAxiom] = []
         self.limit = 1
+        self._room: float = MANY_HOPES
         self.on_instance: Callable[[Instance], None] = lambda instance: None
         self._visible = Visible(schema, connectors, options.lazy_tests, options.every_stream)
         self._pending: list[Instance] = []
         self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
-        self._with_objects = False
-        self.joined: frozenset[str] = frozenset()
-        self.join = Join(self._rules())
+        self._waiting: list[Fact] = []
+        self._sated = False
+        streams = self._visible.streams()
+        self.joined = frozenset(external.name for external, _ in streams)
+        chained = [self._stream_rule(external, hoped) for external, hoped in streams if not external.is_test]
+        rules = self._rules()
+        rules += [self._stream_rule(external, hoped) for external, hoped in streams if external.is_test]
+        self._with_objects = any(p[0] == "object" for rule in (*rules, *chained) for p in rule.body)
+        self._join, self._real, self._chains = Join(rules), Join(chained), Join(chained)
+        self._chains.paused = lambda: len(self.knowledge.templates) > self._room
+        self._real.paused = lambda: len(self._admitted) > self._most_admitted
+        self._admitted: set[Instance] = set()
+        self._most_admitted = SHARE
         self._seen: set[int] = set()
         knowledge.on_fact(self.tell)
 
     def report_to(self, on_instance: Callable[[Instance], None], tick: Callable[[], None]) -> None:
         """`on_instance` is told of stream instances from now on, and `tick` called now and then."""
         self.on_instance = on_instance
-        self.join.tick = tick
+        self._join.tick = self._real.tick = self._chains.tick = tick
+
+    def start(self) -> None:
+        """Make what needs no facts."""
+        self._join.start()
+        self._chains.start()
+
+    @property
+    def broken(self) -> bool:
+        """Whether something was ended in the middle, so that not all is grounded that should be."""
+        return self._join.broken or self._real.broken or self._chains.broken
 
     def tell(self, fact: Fact) -> None:
         """Take a fact in, and the objects it speaks of."""
@@ -119,38 +147,92 @@ class Grounder:
             for handle in fact[1:]:
                 if handle not in self._seen:
                     self._seen.add(handle)
-                    self.join.add(("object", handle))
-        self.join.add(fact)
+                    self._add(("object", handle))
+        self._add(fact)
 
-    def be_shallow(self) -> None:
+    def _add(self, fact: Fact) -> None:
+        """Let actions, axioms and tests see a fact at once, and streams with outputs as soon as they may follow it.
+
+        Those whose inputs are all real see it at once as well.
+        """
+        self._join.add(fact)
+        level = self._level(fact)
+        if not level:
+            self._real.add(fact)
+        if 0 < level >= self.limit:
+            self._waiting.append(fact)
+        else:
+            self._chains.add(fact)
+
+    def _level(self, fact: Fact) -> int:
+        """How many streams in a row a fact hopes for."""
+        knowledge = self.knowledge
+        origins = [knowledge.objects.origin(handle) for handle in fact[1:]]
+        if fact not in knowledge.real:
+            origins += knowledge.producers.get(fact, ())[:1]
+        return max((origin.level for origin in origins if origin is not None), default=0)
+
+    @property
+    def crowded(self) -> bool:
+        """Whether there are very many hopes, with those that wait."""
+        return len(self.knowledge.templates) + len(self._pending) > MANY_HOPES
+
+    def be_shallow(self, sober: bool = False) -> None:
         """Where there are many hopes, let each new value be followed by one stream only, until the next `deepen`.
 
-        It would otherwise bring hopes whose number grows with the power of the depth.
+        It would otherwise bring hopes whose number grows with the power of the depth; `sober`: by none at all, where
+        those that wait are counted as well.
         """
-        if len(self.knowledge.templates) > MANY_HOPES:
-            self.limit = 1
+        self._most_admitted = len(self._admitted) + SHARE
+        self._real.run()
+        if sober and self.crowded:
+            self.limit = 0
+        elif len(self.knowledge.templates) > MANY_HOPES:
+            self.limit = min(self.limit, 1)
 
-    def deepen(self, most: float = math.inf) -> bool:
-        """Allow more streams in a row to be hoped for, but no more than `most`; whether that brought anything new."""
+    def deepen(self, most: float = math.inf, patient: bool = False) -> bool:
+        """Allow more streams in a row to be hoped for; whether that brought anything new.
+
+        Args:
+            most: streams in a row that may be hoped for at most.
+            patient: bring a few thousand hopes at once, and nothing before sampling has had a turn after that.
+        """
+        unfinished = self._real.unfinished
+        self._most_admitted = len(self._admitted) + SHARE
+        self._real.run()
         self.knowledge.refresh()
-        origins = self.knowledge.objects.origin
-        waiting = [i for i in self._pending if all((o := origins(h)) is None or o.alive for h in i.inputs)]
-        if not waiting or min(instance.level for instance in waiting) > most:
-            return False
-        self.limit = min(instance.level for instance in waiting)
-        self._pending = []
-        for instance in waiting:
+        self._pending = [i for i in self._pending if all(map(self._is_alive, i.inputs))]
+        self._waiting = [f for f in self._waiting if all(map(self._is_alive, f[1:]))]
+        levels = [*(i.level for i in self._pending), *(1 + self._level(f) for f in self._waiting)]
+        level = max(1, self.limit) if self._chains.unfinished else min(levels, default=math.inf)
+        sated, self._sated = self._sated and patient, False
+        if level > most or level == math.inf or sated:
+            return unfinished
+        self.limit = int(level)
+        self._room = len(self.knowledge.templates) + PATIENCE if patient else math.inf
+        pending, self._pending = self._pending, []
+        facts, self._waiting = self._waiting, []
+        self._chains.run()
+        for instance in pending:
             self._admit(instance)
+        for fact in facts:
+            if self._level(fact) < self.limit:
+                self._chains.add(fact)
+            else:
+                self._waiting.append(fact)
+        self._sated = len(self.knowledge.templates) > self._room
+        self._room = max(MANY_HOPES, len(self.knowledge.templates))
         return True
+
+    def _is_alive(self, handle: int) -> bool:
+        """Whether an object is real, or may still come from its stream."""
+        origin = self.knowledge.objects.origin(handle)
+        return origin is None or bool(origin.alive)
 
     def _rules(self) -> list[JoinRule]:
         rules = [rule for schema in self.schema.actions for rule in self._action_rules(schema)]
         for axiom, condition in self._visible.axioms():
             rules += self._axiom_rules(axiom, condition)
-        streams = self._visible.streams()
-        self.joined = frozenset(external.name for external, _ in streams)
-        rules += [self._stream_rule(external, hoped) for external, hoped in streams]
-        self._with_objects = any(p[0] == "object" for rule in rules for p in rule.body)
         return rules
 
     def _action_rules(self, schema: ActionSchema) -> Iterable[JoinRule]:
@@ -258,6 +340,9 @@ class Grounder:
             if called_only and not all(map(is_real, values)):
                 return
             instance = self.knowledge.instance(external, values)
+            if instance in self._admitted:
+                return
+            self._admitted.add(instance)
             instance.supports = self._supports(values, instance.domain)
             instance.level = 1 + max((s.level for s in instance.supports), default=0)
             self._admit(instance)
@@ -274,7 +359,10 @@ class Grounder:
         return tuple(dict.fromkeys(origins))
 
     def _admit(self, instance: Instance) -> None:
-        if instance.level > self.limit:
+        hopes = len(self.knowledge.templates)
+        crowded = hopes > self._room and (instance.level > 1 or hopes > self._room + 4 * MANY_HOPES)
+        deep = instance.level > self.limit or crowded
+        if deep and not (instance.external.is_test and self.limit == 0 and instance.level == 1):
             self._pending.append(instance)
             return
         self.on_instance(instance)

@@ -19,8 +19,8 @@ ANY = -1
 NEW = -2
 """Some object that is not known yet."""
 
-EFFORT = 100_000
-"""Facts looked at before the question is left open."""
+EFFORT, EFFORT_A_DRAW = 5_000, 50
+"""Facts looked at before the question is left open: in any case, and for each time that a stream was called."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,14 @@ class _Exhausted(Exception):  # noqa: N818  control flow inside this module
     """The effort is spent."""
 
 
-def out_of_reach(schema: Schema, knowledge: Knowledge) -> Fact | None:
-    """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it."""
+def out_of_reach(schema: Schema, knowledge: Knowledge, effort: int = 100_000) -> Fact | None:
+    """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it.
+
+    The question is left open as well once `effort` facts were looked at.
+    """
     goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
     try:
-        reached = _Relaxation(schema, knowledge, {str(p[0]) for p in goal}).facts()
+        reached = _Relaxation(schema, knowledge, {str(p[0]) for p in goal}, effort).facts()
     except _Exhausted:
         return None
     return next((f for f in goal if not any(_fits(f, hope) for hope in reached.get(str(f[0]), ()))), None)
@@ -63,13 +66,13 @@ def _fits(pattern: Pattern, hope: _Hope) -> bool:
 class _Relaxation:
     """The relaxed problem's facts, as far as the goal may depend on them (Datalog, evaluated fact by fact)."""
 
-    def __init__(self, schema: Schema, knowledge: Knowledge, wanted: set[str]) -> None:
+    def __init__(self, schema: Schema, knowledge: Knowledge, wanted: set[str], effort: int) -> None:
         self._knowledge = knowledge
         self._rules = list(_relevant(list(_rules(schema)), wanted))
         self._reached: dict[str, dict[_Hope, None]] = {}
         self._having: dict[tuple[str, int, int], list[_Hope]] = {}
         self._queue: list[_Hope] = []
-        self._left = EFFORT
+        self._left = effort
 
     def facts(self) -> dict[str, dict[_Hope, None]]:
         """Everything within reach, by predicate."""
@@ -223,7 +226,7 @@ class Outlook:
         if self._sampling.draws < self._next or self._may_surprise():
             return
         self._next = 2 * self._sampling.draws
-        lost = out_of_reach(self._schema, self._knowledge)
+        lost = out_of_reach(self._schema, self._knowledge, EFFORT + EFFORT_A_DRAW * self._sampling.draws)
         if lost is not None and not self._surprises.look():
             text = self._knowledge.objects.text(lost)
             raise Ended("infeasible", f"{text} is out of reach: the streams it needs are exhausted.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.stream_instances import Instance
 from tamp.planning.options import Limits
@@ -56,15 +58,27 @@ class Rounds:
                 knowledge.activate(instance, 1)
             knowledge.hope(instance)
 
-    def expand(self) -> bool:
+    def expand(self, tests: bool = False) -> bool:
         """Draw once more from every stream that has more to give, and show it to the search; whether any had.
+
+        Of what plans have drawn before, the search sees twice as many values of each stream in every round.
+
+        Args:
+            tests: ask the tests of the new values as well.
 
         Raises:
             Ended: at a limit.
         """
-        any_left = False
         self.count += 1
-        for instance in self._knowledge.instances():
+        known = self._knowledge.instances()
+        any_left = self._draw(known)
+        if tests:
+            self._draw(i for i in self._knowledge.instances()[len(known) :] if i.external.is_test)
+        return any_left
+
+    def _draw(self, instances: Iterable[Instance]) -> bool:
+        any_left = False
+        for instance in instances:
             if instance.fluents or instance.external.fluents or not instance.unfinished:
                 continue
             if not self._is_real(instance) or not all(map(self._evaluator.given, instance.domain)):
@@ -75,7 +89,7 @@ class Rounds:
                 self._sampling.draw(instance)
             self._refute(instance)
             with self._stopwatch.timed("grounding"):
-                self._knowledge.activate(instance, len(instance.results))
+                self._knowledge.activate(instance, 2**self.count)
         return any_left
 
     def _is_real(self, instance: Instance) -> bool:

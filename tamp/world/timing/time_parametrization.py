@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -59,6 +57,8 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     Raises:
         ValueError: for a path of wrong shape, not finite or outside the position limits, or a speed out of range.
     """
+    from tamp.world.timing.path_rates import fastest_rates  # imports TOPPRA, which takes its time
+
     path = _checked(path, limits, speed)
     points = without_duplicates(path)
     if len(points) == 1:
@@ -67,7 +67,7 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     curve = rounded(points, tolerance)
     grid = _grid(curve)
     velocity, acceleration = speed * np.array(limits.velocity), speed * np.array(limits.acceleration)
-    rates = _toppra_rates(curve, grid, velocity, acceleration)
+    rates = fastest_rates(curve, grid, velocity, acceleration)
     trajectory = smoothed(_sample(curve, grid, rates), np.array(limits.jerk))
     ends = np.abs(span_accelerations(trajectory)).max(axis=0) / (1.0 + ENDS)
     excess = max(
@@ -147,49 +147,6 @@ def _grid(curve: RoundedPath) -> Array:
         share = np.arange(count) / count
         pieces.append(start + (end - start) * (share if is_blend else (1 - np.cos(np.pi * share)) / 2))
     return np.concatenate([*pieces, breaks[-1:]])
-
-
-def _toppra_rates(curve: RoundedPath, grid: Array, velocity: Array, acceleration: Array) -> Array:
-    """The path's fastest rate ds/dt at each point of the grid, zero at both ends.
-
-    Between two points of the grid d2s/dt2 and the curve's second derivative are constant, so a limit that holds at
-    both ends of an interval (TOPPRA's Interpolation discretisation) holds within.
-    """
-    from toppra import algorithm
-
-    limits = _constraints(tuple(velocity), tuple(acceleration))
-    instance = algorithm.TOPPRA(list(limits), _Geometry(curve), gridpoints=grid, solver_wrapper="seidel")
-    _, rates, _ = instance.compute_parameterization(0.0, 0.0)
-    if rates is None or not np.isfinite(rates).all():
-        raise ArithmeticError(f"TOPPRA found no timing of a path of {len(curve.corners)} corners")
-    return np.asarray(rates, dtype=float)
-
-
-@lru_cache(maxsize=16)
-def _constraints(velocity: tuple[float, ...], acceleration: tuple[float, ...]) -> tuple[Any, Any]:
-    """TOPPRA's form of the limits; kept, because making it costs as much as half of a timing."""
-    from toppra import constraint
-
-    return (
-        constraint.JointVelocityConstraint([(-v, v) for v in velocity]),
-        constraint.JointAccelerationConstraint(
-            [(-a, a) for a in acceleration],
-            discretization_scheme=constraint.DiscretizationType.Interpolation,
-        ),
-    )
-
-
-class _Geometry:
-    """A rounded path in the form that TOPPRA asks for."""
-
-    def __init__(self, curve: RoundedPath) -> None:
-        self._curve = curve
-        self.dof = curve.corners.shape[1]
-        self.path_interval = np.array([0.0, curve.arc[-1]])
-
-    def __call__(self, s: Any, order: int = 0) -> Array:
-        values = self._curve(np.atleast_1d(s), order)
-        return values if np.ndim(s) else values[0]
 
 
 def _sample(curve: RoundedPath, grid: Array, rates: Array) -> Trajectory:

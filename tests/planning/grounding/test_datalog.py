@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.planning.grounding.datalog import EVERY, Join, JoinRule
+from tamp.planning.grounding.datalog import EVERY, Join, JoinRule, join_order
 
 VARIABLES = ("?x", "?y", "?z")
 TERMS = st.sampled_from([*VARIABLES, 0, 1])
@@ -41,6 +41,31 @@ def test_every_match_once(body, facts, apart):
         join.add(fact)
     assert len(found) == len(set(found))
     assert set(found) == brute_force(body, unequal, variables, facts)
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.lists(PATTERNS, min_size=1, max_size=3), st.lists(FACTS, max_size=14, unique=True), st.integers(1, 3))
+def test_a_join_that_pauses_misses_nothing(body, facts, portion):
+    variables = tuple(dict.fromkeys(t for p in body for t in p[1:] if isinstance(t, str)))
+    found, room = [], portion
+    join = Join([JoinRule(variables, tuple(body), (), found.append)])
+    join.paused = lambda: len(found) >= room
+    for fact in facts:
+        join.add(fact)
+        assert len(found) <= room
+    while join.unfinished:
+        room = len(found) + portion
+        join.run()
+        assert len(found) <= room
+    assert not join.broken
+    assert len(found) == len(set(found))
+    assert set(found) == brute_force(body, (), variables, facts)
+
+
+def test_what_shares_a_variable_is_looked_up_before_what_shares_none():
+    body = (("at", "?x"), ("kind", "?k"), ("link", "?x", "?y", "?k", "?z"))
+    steps = join_order(("?x", "?k", "?y", "?z"), body, (), 0)
+    assert [body[step.position][0] for step in steps] == ["at", "link", "kind"]
 
 
 def test_facts_added_while_matching_are_matched_too():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.pddlstream_problems import filling
 from tamp.planning import Problem, solve
 from tamp.planning.model.objects import Objects
 from tamp.planning.model.schema import Schema
@@ -65,3 +66,12 @@ def test_a_roadmap_of_short_edges_is_found_in_few_searches(algorithm: str) -> No
     )
     solution = solve(problem, algorithm=algorithm, max_iterations=60, timeout=120.0)
     assert solution.status == "solved"
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "incremental"])
+def test_streams_that_multiply_leave_the_search_its_turns(algorithm: str) -> None:
+    """Each value may be followed by a pour of each ladle into each amount: hopes come by portions, not by powers."""
+    solution = solve(filling(50.0), algorithm=algorithm, seed=0)
+    assert solution.plan is not None, str(solution.report)
+    assert 48.0 <= solution.cost < 60.0
+    assert solution.plan[-1].name == "close"
