@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 RAYS = 11  # on each side of a pad, at which the object is felt
-INSETS = (0.0005, 0.001, 0.002)  # from the pad's outline to where its rim may meet the object [m]
+INSET = 0.001  # from the pad's outline to where its rim meets the object [m]
 AS_FAR = 1e-4  # what lies so little within the outermost point meets the pad with it [m]
 TRUSTED = 0.9  # share of the friction that is counted on
 
@@ -46,7 +46,7 @@ def steepness(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     R, t = axes @ T[:3, :3], axes @ T[:3, 3] - (0.0, 0.0, float(linkage.depth(grasp.width)))
     half = np.array([grasp.width / 2 + grasp.clearance, *np.array(linkage.gripper.pad[1:]) / 2])
     parts = [part for part in geometry.parts if _reaches(part.vertices @ R.T + t, half)]
-    return max((_pressed(parts, R, t, half, inset, side) for inset in INSETS for side in (1.0, -1.0)), default=0.0)
+    return max(_pressed(parts, R, t, half, side) for side in (1.0, -1.0))
 
 
 def _reaches(points: Array, half: Array) -> bool:
@@ -54,12 +54,12 @@ def _reaches(points: Array, half: Array) -> bool:
     return bool((points.min(axis=0) < half).all() and (points.max(axis=0) > -half).all())
 
 
-def _pressed(parts: list[Part], R: Array, t: Array, half: Array, inset: float, side: float) -> float:
-    """The same of the pad on one side of the closing axis, were it smaller by `inset` all around.
+def _pressed(parts: list[Part], R: Array, t: Array, half: Array, side: float) -> float:
+    """The same of the pad on one side of the closing axis.
 
     Rays along the axis from all over the pad meet the object; of those that meet it first, the flattest counts.
     """
-    sides = [np.linspace(-1.0, 1.0, RAYS) * (h - inset) for h in half[1:]]
+    sides = [np.linspace(-1.0, 1.0, RAYS) * (h - INSET) for h in half[1:]]
     across = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
     found = [_height(*half_spaces(part), R, t, across, side) for part in parts]
     heights = np.stack([height for height, _ in found]) if found else np.empty((0, len(across)))
@@ -68,7 +68,7 @@ def _pressed(parts: list[Part], R: Array, t: Array, half: Array, inset: float, s
         return 0.0
     part, ray = np.nonzero(heights > heights.max() - AS_FAR)
     normals = np.stack([found[p][1][r] for p, r in zip(part, ray, strict=True)])
-    at_rim = (np.abs(across[ray]) >= half[1:] - inset - 1e-9).any(axis=1)
+    at_rim = (np.abs(across[ray]) >= half[1:] - INSET - 1e-9).any(axis=1)
     steep = np.hypot(normals[:, 1], normals[:, 2]) / np.maximum(side * normals[:, 0], 1e-9)
     return float(np.where(at_rim, steep, 0.0).min())
 
