@@ -75,26 +75,39 @@ def hand_boxes(robot: RobotModel) -> HandBoxes:
         which = 0.0 if along.min() < -1e-3 and along.max() > 1e-3 else float(np.sign(along.mean()))
         side += [which] * SLICES
     if len(every) == 2:  # fingers that slide
-        boxes = [box for points in hand_points(robot, opening=0.0) for box in _slices(points)]
+        boxes = _sliced(robot, opening=0.0)
         corners = np.array(boxes)[None].repeat(2, axis=0)
         rate = 0.5 * np.array(side)[None, :, None] * axis
         corners[1] += (robot.spec.gripper.stroke * rate[0])[:, None]
         return HandBoxes(grid, corners[:, :, 0], corners[:, :, 1], rate, rate, np.array(side))
-    corners = np.array([[b for points in hand_points(robot, float(o)) for b in _slices(points)] for o in grid])
+    corners = np.array([_sliced(robot, float(opening)) for opening in grid])
     rates = np.diff(corners, axis=0) / np.diff(grid)[:, None, None, None]
     return HandBoxes(grid, corners[:, :, 0], corners[:, :, 1], rates[:, :, 0], rates[:, :, 1], np.array(side))
 
 
-def _slices(points: NDArray[np.float64]) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Boxes round slices of a convex point cloud between cuts along z."""
+def _sliced(robot: RobotModel, opening: float) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Boxes round the slices of all links of the hand at an opening [m]."""
+    faces = (robot.bodies[index].hull.faces for index in robot.hand)
+    edges = (np.vstack([each[:, [0, 1]], each[:, [1, 2]], each[:, [2, 0]]]) for each in faces)
+    links = zip(hand_points(robot, opening), edges, strict=True)
+    return [box for points, ends in links for box in _slices(points, ends)]
+
+
+def _slices(
+    points: NDArray[np.float64], edges: NDArray[np.int64]
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Boxes round slices of a convex body between cuts along z.
+
+    Args:
+        points: its vertices, shape (n, 3) [m].
+        edges: between which of them its edges run, each both ways, shape (m, 2).
+    """
     cuts = np.linspace(points[:, 2].min(), points[:, 2].max(), SLICES + 1)
-    start, end = (grid.ravel() for grid in np.meshgrid(np.arange(len(points)), np.arange(len(points))))
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
     boxes = []
     for low, high in itertools.pairwise(cuts):
         inside = [points[(points[:, 2] >= low - 1e-9) & (points[:, 2] <= high + 1e-9)]]
-        # Segments between any two points of a convex body lie in it: where they cross a cut bounds the slice.
-        for cut in (low, high):
-            a, b = points[start], points[end]
+        for cut in (low, high):  # where edges cross a cut are the corners of what lies in it
             crossing = (a[:, 2] < cut) & (b[:, 2] > cut)
             t = (cut - a[crossing, 2]) / (b[crossing, 2] - a[crossing, 2])
             inside.append(a[crossing] + t[:, None] * (b[crossing] - a[crossing]))
