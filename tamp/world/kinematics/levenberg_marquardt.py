@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Links = tuple[Array, Array, Array, NDArray[np.bool_], Array]
-    """What `Chain` knows: turn, offset, axis, slides, tool."""
+    """The attributes of `Chain`: turn, offset, axis, slides, tool."""
 
 POSITION_TOLERANCE = 1e-6  # [m]; ten times finer than promised
 ANGLE_TOLERANCE = 1e-5  # [rad]
@@ -53,7 +53,9 @@ def levenberg_marquardt(
     arm, q = chain(robot), np.clip(starts, robot.lower, robot.upper)
     goals = np.array(goals, dtype=np.float64, order="C").reshape(-1, 4, 4)
     links = (arm.turn, arm.offset, arm.axis, arm.slides, arm.tool)
-    residual: Array = _drive(links, robot.lower, robot.upper, q, goals, patience, len(q) if enough is None else enough)
+    residual: Array = _iterate(
+        links, robot.lower, robot.upper, q, goals, patience, len(q) if enough is None else enough
+    )
     return q, residual
 
 
@@ -63,7 +65,7 @@ def rotation_vector(R: Array) -> Array:
 
 
 @compiled
-def _drive(
+def _iterate(
     links: Links,
     lower: Array,
     upper: Array,
@@ -83,10 +85,10 @@ def _drive(
         alive, reached = 0, 0
         for b in range(count):
             if going[b]:
-                _look(links, q[b], goals[b % len(goals)], frames, error[b], jacobian[b])
-                size = _size(error[b])
-                going[b] = size > 0.0 and (size < 0.5 * residual[b] or iteration < patience)
-                residual[b] = size
+                _linearize(links, q[b], goals[b % len(goals)], frames, error[b], jacobian[b])
+                far = _distance(error[b])
+                going[b] = far > 0.0 and (far < 0.5 * residual[b] or iteration < patience)
+                residual[b] = far
             alive += going[b]
             reached += residual[b] == 0.0
         if alive == 0 or iteration == ITERATIONS or reached >= enough:
@@ -100,7 +102,7 @@ def _drive(
 
 
 @compiled
-def _size(error: Array) -> float:
+def _distance(error: Array) -> float:
     """How far a tool is from its goal [m]; 0 where within tolerance."""
     distance = error[0] ** 2 + error[1] ** 2 + error[2] ** 2
     angle = error[3] ** 2 + error[4] ** 2 + error[5] ** 2
@@ -110,7 +112,7 @@ def _size(error: Array) -> float:
 
 
 @compiled
-def _look(
+def _linearize(
     links: Links,
     q: Array,
     goal: Array,
@@ -118,7 +120,10 @@ def _look(
     error: Array,
     jacobian: Array,
 ) -> None:
-    """Write what is missing to a goal, (translation, rotation vector) in world axes (6,), and the Jacobian (6, n)."""
+    """Write what is missing to a goal, (translation, rotation vector) in world axes (6,), and the Jacobian (6, n).
+
+    `frames`, shape (n + 1, 3, 4), is for the joints' frames in the world, the world's own first.
+    """
     turn, offset, axis, slides, tool = links
     joints = len(q)
     local = np.empty((3, 4))
@@ -132,8 +137,8 @@ def _look(
             if slides[i]:
                 for c in range(3):
                     local[r, 3] += q[i] * turn[i, 0, r, c] * axis[i, c]
-        _chain(frames[i], local, frames[i + 1])
-    _chain(frames[joints], tool, local)
+        _compose(frames[i], local, frames[i + 1])
+    _compose(frames[joints], tool, local)
     R = np.empty((3, 3))
     for r in range(3):
         error[r] = goal[r, 3] - local[r, 3]
@@ -158,7 +163,7 @@ def _look(
 
 
 @compiled
-def _chain(A: Array, B: Array, out: Array) -> None:
+def _compose(A: Array, B: Array, out: Array) -> None:
     """Write the product of two poses, of which three rows count each."""
     for r in range(3):
         for c in range(4):
@@ -208,6 +213,7 @@ def _step(jacobian: Array, error: Array, normal: Array, step: Array) -> None:
 
 @compiled
 def _rotation_vector(R: Array) -> tuple[float, float, float]:
+    """The same of one rotation, shape (3, 3)."""
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     sine = math.sqrt(x * x + y * y + z * z) / 2
     angle = math.atan2(sine, (R[0, 0] + R[1, 1] + R[2, 2] - 1.0) / 2)

@@ -66,7 +66,7 @@ def _seed_table(robot: RobotModel) -> _SeedTable:
 
     rng = np.random.default_rng(0)
     q = rng.uniform(*one_turn(robot), (TABLE_SIZE, robot.dof))
-    features = np.concatenate([_features(*chain(robot).forward(block)[:2]) for block in np.array_split(q, 20)])
+    features = np.concatenate([_features(*chain(robot).forward(block)) for block in np.array_split(q, 20)])
     return _SeedTable(q, cKDTree(features))
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from tamp.errors import RobotError
 from tamp.task import Pose, load_robot
-from tamp.world.kinematics.levenberg_marquardt import rotation_vector
 from tamp.world.robot.chain import chain
 from tamp.world.robot.model import robot_model
 from tamp.world.robot.urdf import link_shapes
@@ -48,19 +47,11 @@ def test_the_base_may_stand_anywhere(panda):
     np.testing.assert_allclose(moved.forward(moved.home), expected, atol=1e-9)
 
 
-def test_the_chain_agrees_with_pinocchio_and_its_jacobian_with_differences(panda):
-    rng = np.random.default_rng(0)
-    q = rng.uniform(panda.lower, panda.upper, (20, panda.dof))
-    step = 1e-6 * rng.normal(size=q.shape)
-    R, p, jacobian = chain(panda).forward(q)
-    R_after, p_after, _ = chain(panda).forward(q + step)
-    moved = np.einsum("bij,bj->bi", jacobian, step)
-    np.testing.assert_allclose(p_after - p, moved[:, :3], atol=1e-10)
-    np.testing.assert_allclose(rotation_vector(R_after @ R.transpose(0, 2, 1)), moved[:, 3:], atol=1e-10)
-    for i in range(len(q)):
-        T = panda.forward(q[i])
-        np.testing.assert_allclose(T[:3, :3], R[i], atol=1e-12)
-        np.testing.assert_allclose(T[:3, 3], p[i], atol=1e-12)
+def test_the_chain_agrees_with_pinocchio(panda):
+    q = np.random.default_rng(0).uniform(panda.lower, panda.upper, (20, panda.dof))
+    for T, R, p in zip(map(panda.forward, q), *chain(panda).forward(q), strict=True):
+        np.testing.assert_allclose(T[:3, :3], R, atol=1e-12)
+        np.testing.assert_allclose(T[:3, 3], p, atol=1e-12)
 
 
 @pytest.mark.parametrize(
