@@ -84,10 +84,10 @@ HOMES = {
     "pydantic": {
         "task.files.errors", "task.files.load", "task.files.robot_file", "task.files.robot_schema", "task.files.schema",
     },
-    "rich": {"cli.progress", "cli.commands.compare", "results"},
+    "rich": {"cli.progress", "cli.commands.results.compare", "results"},
     "rosbags": {"formats.trajectory"},
     "sapien": {"execution.sapien.client"},
-    "shtab": {"cli.commands.installed"},
+    "shtab": {"cli.commands.installation.installed"},
     "scipy": {
         "checking.geometry.solids", "checking.physics.equilibrium", "perception.cameras.capture",
         "perception.cameras.noise", "perception.estimation.estimator", "perception.estimation.fusion",

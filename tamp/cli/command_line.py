@@ -12,22 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from tamp.cli.commands import (
-    compare,
-    contest,
-    dataset,
-    doctor,
-    formats,
-    generate,
-    installed,
-    perceive,
-    robots,
-    samplers,
-    score,
-    show,
-    solve,
-    steps,
-)
+from tamp.cli.commands import contest
+from tamp.cli.commands.data import dataset, formats, generate
+from tamp.cli.commands.installation import doctor, installed, robots, samplers
+from tamp.cli.commands.results import compare, score, show
+from tamp.cli.commands.solving import perceive, solve, steps
 from tamp.cli.options import add_verbosity
 from tamp.cli.output import asked_only
 from tamp.cli.parser import Parser

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.cli import main
-from tamp.cli.commands.compare import contender, unnamed
+from tamp.cli.commands.results.compare import contender, unnamed
 from tamp.report.comparison import compare
 from tamp.report.statistics import mean, share
 from tamp.results import Result, to_json

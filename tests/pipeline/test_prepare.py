@@ -10,11 +10,15 @@ from hypothesis import strategies as st
 from tamp.errors import TaskError
 from tamp.execution.settling import settle
 from tamp.formats.obj import box_obj
-from tamp.pipeline.prepare import left_at, observe, placements, prepare, raised, settled_goals
+from tamp.pipeline.prepare import left_at, observe, placements, prepare, raised, settled_goals, warm_up
+from tamp.streams.hand import antipodal, hand_boxes, stability
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
-from tamp.task import At, Box, Object, Pose, Task
+from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tamp.task.files.load import load_task
+from tamp.world.geometry import convex_union
+from tamp.world.kinematics import levenberg_marquardt
+from tamp.world.robot.model import robot_model
 
 NAMES = ("a", "b", "c", "d")
 POSES = {name: Pose((0.1 * i, 0.0, 0.02)) for i, name in enumerate(NAMES)}
@@ -265,3 +269,11 @@ def test_a_spoon_may_lie_deep_in_what_carries_it(tmp_path):
     plate = "  - {name: plate, shape: {box: [0.12, 0.12, 0.017]}, pose: {xyz: [0.0, -0.2, 0.009]}}\n"
     path.write_text("objects:\n" + plate + spoon)
     assert set(prepare(load_task(path)).start) == {"spoon", "plate"}
+
+
+def test_what_is_compiled_is_compiled_before_any_limit_runs():
+    warm_up(robot_model(load_robot("panda")))
+    loops = (
+        levenberg_marquardt._iterate, convex_union._sieve, antipodal._exits, hand_boxes._points_hit, stability._apart,
+    )  # fmt: skip
+    assert all(len(loop.signatures) for loop in loops)

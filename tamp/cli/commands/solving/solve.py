@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batch
-from tamp.cli.commands.replay import replay
+from tamp.cli.commands.solving.replay import replay
 from tamp.cli.options import add_json, add_planning_options, command, natural
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED

@@ -1,0 +1,1 @@
+"""Tasks, plans and pictures made or translated: generate, dataset, import, export."""

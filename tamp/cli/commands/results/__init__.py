@@ -1,0 +1,1 @@
+"""What runs have come to: score, compare, report, render, view."""

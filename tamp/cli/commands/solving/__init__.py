@@ -1,0 +1,1 @@
+"""Tasks solved whole or step by step: solve, plan, check, execute, perceive."""
