@@ -102,7 +102,7 @@ def _alarm(deadline: float) -> Iterator[None]:
             disarm()  # whoever asked is gone without a word
             return
         signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN_S)
-        if left <= 0 and not _leaving(frame):
+        if left <= 0 and not _on_the_threshold(frame):
             raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
 
     def disarm() -> None:
@@ -136,6 +136,12 @@ def _asker() -> FrameType | None:
     return None
 
 
-def _leaving(frame: FrameType | None) -> bool:
-    """Whether a context manager is about to be left: interrupted there, it would never be told."""
-    return frame is not None and frame.f_code is contextlib._GeneratorContextManager.__exit__.__code__
+_MANAGER = contextlib._GeneratorContextManager
+
+
+def _on_the_threshold(frame: FrameType | None) -> bool:
+    """Whether a context manager is being entered or left: interrupted there, it would never be told to clean up."""
+    if frame is None:
+        return False
+    own = frame.f_code.co_filename == __file__ and frame.f_code is not now.__code__
+    return own or frame.f_code in (_MANAGER.__enter__.__code__, _MANAGER.__exit__.__code__)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import time
 from collections.abc import Iterator
@@ -17,6 +18,15 @@ from tamp.clock import TimeUp, ended_at
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clock, "GRACE_S", 0.0)
     monkeypatch.setattr(clock, "AGAIN_S", 0.0002)
+
+
+@pytest.fixture(autouse=True)
+def without_finalizers() -> Iterator[None]:
+    """What other tests left is not collected meanwhile: an exception that is raised in a finalizer goes nowhere."""
+    gc.collect()
+    gc.disable()
+    yield
+    gc.enable()
 
 
 def armed() -> bool:
