@@ -2,8 +2,8 @@
 
 A body that carries others tips where all that weighs on it has its centre beside what carries it: a plank on a block,
 when one of two counterweights leaves. Each contact pushes straight up, and the pushes must balance every body's weight
-and its moments: a linear program, the support polygon of one body for many. Friction and walls may hold up more. That
-is left out, so only a pile that stood by such pushes before is said to tip.
+and its moments: a linear program, the support polygon of one body for many. Where it does not stand by such pushes,
+walls and friction may still hold it (`friction_cones`); a pile that never stood by straight ones is not judged.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import held, least
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
@@ -59,7 +60,7 @@ def _upset(
     stood, stands = (
         at_rest(context.scene, {n: there[n] for n in sorted(pile & there.keys())}) for there in (before, after)
     )
-    if stands or not stood:
+    if stands or not stood or held(context.scene, {n: after[n] for n in sorted(pile & after.keys())}):
         return False
     because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
     context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
@@ -90,7 +91,7 @@ def at_rest(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
     touching = dict(zip(pairs, points, strict=True))
     if sorted(name for name, _ in pairs) == sorted(places):
         return _each_on_one(workspace, places, touching)
-    return _least(*_program(workspace, places, touching)) <= GIVEN
+    return least(*_program(workspace, places, touching)) <= GIVEN
 
 
 def _each_on_one(
@@ -136,14 +137,6 @@ def _program(
         columns[start + 1 : start + 3, shifts] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
         cost[shifts] = mass.mean() / mass[index]
     return cost, columns, wanted
-
-
-def _least(cost: Array, columns: Array, wanted: Array) -> float:
-    """Least cost @ x where columns @ x == wanted and x >= 0; infinite where there is no such x."""
-    from scipy.optimize import linprog
-
-    found = linprog(cost, A_eq=columns, b_eq=wanted, method="highs")
-    return float(found.fun) if found.status == 0 else np.inf
 
 
 def _center(workspace: Workspace, name: str, placement: Placement) -> Array:

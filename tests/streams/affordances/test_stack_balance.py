@@ -2,10 +2,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp.streams.affordances.friction_cones import held
 from tamp.streams.affordances.stack_balance import at_rest, balance_with, balance_without, pile_of
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
@@ -75,3 +77,17 @@ def test_a_part_of_the_scene_is_not_judged():
     workspace, places = scales((-0.12, 1.0), (0.12, 1.0))
     seen = {name: place for name, place in places.items() if name != "b"}
     assert list(balance_with(ToldContext(workspace, fluents=facts(seen)), "a", places["a"]))
+
+
+@given(steepness=st.one_of(st.floats(0.3, 0.8), st.floats(1.25, 1.8)), friction=st.floats(0.3, 0.7))
+@settings(max_examples=15, deadline=None)
+def test_a_ladder_stays_just_where_friction_holds_it(steepness, friction):
+    """At an angle t from the wall it stays where tan(t) <= 2 m / (1 - m n), with friction m below and n at the wall."""
+    angle = np.arctan(steepness * 2 * friction / (1 - friction * friction**2))
+    wall = Object("wall", Box((0.2, 0.3, 0.4)), Pose((0.1, 0.0, 0.2)), mass=50.0, friction=friction)
+    x = -0.15 * np.sin(angle) - 0.005 * np.cos(angle)
+    z = 0.15 * np.cos(angle) + 0.005 * np.sin(angle)
+    pose = Pose((x, 0.0, z), (0.0, np.sin(angle / 2), 0.0, np.cos(angle / 2)))
+    ladder = Object("ladder", Box((0.01, 0.08, 0.3)), pose, mass=0.2, friction=friction)
+    places = {"wall": Placement(wall.pose, ("table",)), "ladder": Placement(pose, ("table",))}
+    assert held(workspace_of(wall, ladder), places) == (steepness < 1.0)

@@ -1,0 +1,164 @@
+"""Does friction, and do walls, hold a pile at rest? Forces within the friction cones of all contacts that balance it.
+
+The static equilibrium of several bodies is a linear program over the edges of linearised cones (Mattikalli, Baraff and
+Khosla, "Finding all stable orientations of assemblies with friction", IEEE Transactions on Robotics and Automation
+12(2), 1996). Such forces may exist though rigid bodies would not settle on them, so that this is asked of piles that
+stood, and of what changes in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.hand.finger_closing import felt
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task.model import TABLE_FRICTION
+from tamp.world.geometry.half_spaces import half_spaces
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+NEAR = 0.004  # surface this near to another body may press on it [m]
+EDGES = 8  # of a linearised cone, which lies inside the true one
+DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
+LENGTH = 0.05  # by which moments are divided, so that they are of the order of the forces [m]
+GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
+
+
+def held(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
+    """Whether forces within the friction cones of all contacts balance the weights of bodies at these placements."""
+    names = sorted(places)
+    row = {name: 6 * index for index, name in enumerate(names)}
+    mass = np.array([workspace.task.object(name).mass for name in names])
+    columns, cost = [], []
+    for a, b in (*combinations(names, 2), *((name, TABLE) for name in names)):
+        points, normals = touching(workspace, a, places[a], b, places.get(b))
+        if len(points):
+            forces = _cones(normals, _friction(workspace, a) * _friction(workspace, b))
+            columns.append(_wrenches(workspace, places, row, {a: 1.0, b: -1.0}, points, forces))
+            cost.append(np.zeros(columns[-1].shape[1]))
+    wanted = np.zeros(6 * len(names))
+    wanted[2::6] = mass / mass.mean()
+    for index in range(len(names)):
+        shifts = np.zeros((6 * len(names), 4))
+        shifts[6 * index + 3 : 6 * index + 5] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
+        columns.append(shifts)
+        cost.append(np.full(4, LENGTH * mass.mean() / mass[index]))
+    return least(np.concatenate(cost), np.hstack(columns), wanted) <= GIVEN
+
+
+def least(cost: Array, columns: Array, wanted: Array) -> float:
+    """Least cost @ x where columns @ x == wanted and x >= 0; infinite where there is no such x."""
+    from scipy.optimize import linprog
+
+    found = linprog(cost, A_eq=columns, b_eq=wanted, method="highs")
+    return float(found.fun) if found.status == 0 else np.inf
+
+
+def touching(workspace: Workspace, a: str, at: Placement, b: str, there: Placement | None) -> tuple[Array, Array]:
+    """Where two bodies press on each other: points, and unit normals into the first, each of shape (n, 3), world.
+
+    Args:
+        workspace: the bodies.
+        a: the first.
+        at: where it stands.
+        b: the second.
+        there: where that stands; None for the table.
+    """
+
+    def found() -> tuple[Array, Array]:
+        if there is None:
+            return _on_table(workspace, a, at)
+        onto, back = _pressing(workspace, a, at, b, there), _pressing(workspace, b, there, a, at)
+        points, normals = np.vstack([onto[0], back[0]]), np.vstack([onto[1], -back[1]])
+        kept = _outermost(points, normals)
+        return points[kept], normals[kept]
+
+    return workspace.cache.value(("presses on", a, at, b, there), found)
+
+
+def _on_table(workspace: Workspace, name: str, at: Placement) -> tuple[Array, Array]:
+    points = workspace.points(name) @ at.pose.matrix[:3, :3].T + at.pose.matrix[:3, 3]
+    points = points[points[:, 2] < NEAR]
+    normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+    kept = _outermost(points, normals)
+    return points[kept], normals[kept]
+
+
+def _pressing(workspace: Workspace, one: str, at: Placement, other: str, there: Placement) -> tuple[Array, Array]:
+    """Points of a body on faces of another that part it from a convex part of the first, and the faces' normals."""
+    T, T_other = at.pose.matrix, there.pose.matrix
+    R, t = T_other[:3, :3].T @ T[:3, :3], (T[:3, 3] - T_other[:3, 3]) @ T_other[:3, :3]
+    corners = [part.vertices @ R.T + t for part in workspace.world.geometries[one].parts]
+    local = np.vstack([*corners, felt(workspace, one) @ R.T + t])
+    near, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for part in workspace.world.geometries[other].parts:
+        A, b = half_spaces(part)
+        lowest = np.stack([(A @ corner.T).min(axis=1) for corner in corners])
+        parting = (lowest > b - NEAR).any(axis=0)
+        within = ((local @ A.T) < b + NEAR).all(axis=1) if parting.any() else np.zeros(len(local), dtype=bool)
+        for normal, offset in zip(A[parting], b[parting], strict=True):
+            on = local[within & (local @ normal > offset - NEAR)]
+            near.append(on @ T_other[:3, :3].T + T_other[:3, 3])
+            normals.append(np.tile(T_other[:3, :3] @ normal, (len(on), 1)))
+    return np.vstack(near), np.vstack(normals)
+
+
+def _outermost(points: Array, normals: Array) -> NDArray[np.int64]:
+    """Indices of the contacts that span those with about the same normal."""
+    _, group = np.unique(np.round(normals, 1), axis=0, return_inverse=True)
+    kept = [np.zeros(0, dtype=np.int64)]
+    for members in (np.flatnonzero(group.reshape(-1) == k) for k in range(group.max(initial=-1) + 1)):
+        along, across = _tangents(normals[members[:1]])
+        angle = np.linspace(0.0, 2 * np.pi, DIRECTIONS, endpoint=False)[:, None]
+        kept.append(
+            members[np.unique((points[members] @ (np.cos(angle) * along + np.sin(angle) * across).T).argmax(0))]
+        )
+    return np.concatenate(kept)
+
+
+def _tangents(normals: Array) -> tuple[Array, Array]:
+    """Two unit vectors across each normal and each other, each of shape (n, 3)."""
+    helper = np.where(np.abs(normals[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    along = np.cross(helper, normals)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    return along, np.cross(normals, along)
+
+
+def _cones(normals: Array, friction: float) -> Array:
+    """Forces along the edges of each contact's cone, shape (n, EDGES, 3)."""
+    along, across = _tangents(normals)
+    angle = np.linspace(0.0, 2 * np.pi, EDGES, endpoint=False)[None, :, None]
+    forces: Array = normals[:, None] + friction * (np.cos(angle) * along[:, None] + np.sin(angle) * across[:, None])
+    return forces
+
+
+def _wrenches(
+    workspace: Workspace,
+    places: Mapping[str, Placement],
+    row: Mapping[str, int],
+    signs: Mapping[str, float],
+    points: Array,
+    forces: Array,
+) -> Array:
+    """What unit pushes add to the balance of each body: forces and scaled moments about its centre of mass."""
+    block = np.zeros((6 * len(row), forces.shape[0] * EDGES))
+    for name, sign in signs.items():
+        if name in row:
+            T = places[name].pose.matrix
+            center = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
+            moments = np.cross((points - center)[:, None], forces) / LENGTH
+            wrench = np.concatenate([forces, moments], axis=2).reshape(-1, 6).T
+            block[row[name] : row[name] + 6] = sign * wrench
+    return block
+
+
+def _friction(workspace: Workspace, name: str) -> float:
+    return TABLE_FRICTION if name == TABLE else workspace.task.object(name).friction
