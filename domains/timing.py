@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.collisions import CONTACT_DEPTH, GRAZED_DEPTH, touched
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Attachment, Move
@@ -89,11 +89,13 @@ class Timing:
         scene = Scene(self._poses, opening=opening)
         if held is not None:
             scene = scene.attached(held.object, held.T_tool_object.matrix, opening)
+        beside = self._beside(phase, path, held) if near_support and held is not None else {}
         checker = self._world.checker(
             scene,
             margin=CLEARANCE,
-            held_margin=-CONTACT_DEPTH - CLEARANCE if near_support else CLEARANCE,
+            held_margin=-GRAZED_DEPTH - CLEARANCE / 2 if near_support else CLEARANCE,
             touch={} if touching is None else {touching: -2 * CLEARANCE},
+            held_touch=beside,
         )
         speed = {"transit": 1.0, "transfer": self._speeds.carrying}.get(phase, self._speeds.gentle)
         timed = time_free_path(path, self._world.robot.spec, checker, speed=speed)
@@ -103,6 +105,12 @@ class Timing:
         if near_support and held is not None:
             contacts |= {(held.object, other) for other in (TABLE, *self._poses)}
         return Move(phase, timed.trajectory, opening, held, frozenset(contacts))
+
+    def _beside(self, phase: str, path: NDArray[np.float64], held: Attachment) -> dict[str, float]:
+        """How near what is lifted or lowered may come to what it touches where it rests [m]."""
+        T = self._world.robot.forward(path[0 if phase == "lift" else -1]) @ held.T_tool_object.matrix
+        near = touched(self._world, held.object, T, self._poses)
+        return {name: least - CLEARANCE for name, least in near.items()}
 
     def push(self, pushed: Attachment, path: NDArray[np.float64], opening: float, below: tuple[str, ...]) -> Move:
         """A motion with an object before the hand.

@@ -18,8 +18,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from tamp.world.collision.checker import Contact
+    from tamp.world.world import World
 
 CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
+BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
+GRAZED_DEPTH = 0.0005  # all else it may graze, as little as numbers are exact [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
 
@@ -138,9 +141,22 @@ def lift_contact(
     path: NDArray[np.float64],
     others: Mapping[str, NDArray[np.float64]],
 ) -> Contact | None:
-    """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing."""
+    """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
+
+    What the object touches where it begins, it may touch on.
+    """
     scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
-    return workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-CONTACT_DEPTH).first_contact(path)
+    T_start = workspace.world.robot.forward(path[0]) @ grasp.T_object_tool.inverse().matrix
+    touch = touched(workspace.world, obj, T_start, others)
+    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-GRAZED_DEPTH, held_touch=touch)
+    return checker.first_contact(path)
+
+
+def touched(
+    world: World, obj: str, T: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float]:
+    """How near a held object may come to what it touches at rest at T: name, or "table" -> least distance [m]."""
+    return dict.fromkeys(world.beside(obj, T, others, BESIDE), -CONTACT_DEPTH)
 
 
 def told(contact: Contact) -> str:

@@ -80,6 +80,7 @@ class World:
         margin: float = 0.005,
         held_margin: float | None = None,
         touch: Mapping[str, float] = MappingProxyType({}),
+        held_touch: Mapping[str, float] = MappingProxyType({}),
     ) -> CollisionChecker:
         """The collision check of the robot in a scene.
 
@@ -90,11 +91,13 @@ class World:
                 that much penetration, as while lifting from a support or lowering onto it.
             touch: object name (or "table") -> least distance of the robot to it instead of `margin` [m], as for the
                 fingers beside an object to be grasped.
+            held_touch: the same of the held object instead of `held_margin`, as for what it stands on or leans on.
         """
         held, T_tool_held = scene.held if scene.held is not None else (None, np.eye(4))
         if held not in self._arenas:
             self._arenas[held] = Arena(self._actor, self._table, self._solids, held)
-        setting = Setting(scene.poses, T_tool_held, margin, margin if held_margin is None else held_margin, touch)
+        wide = margin if held_margin is None else held_margin
+        setting = Setting(scene.poses, T_tool_held, margin, wide, touch, held_touch)
         return CollisionChecker(self.robot, self._arenas[held], setting, scene.opening)
 
     def free_hand(self, scene: Scene, margin: float = 0.005, *, ignore: Collection[str] = ()) -> FreeHand:
@@ -157,6 +160,11 @@ class World:
         """
         other, T_other = self._fixed_or_object(b, T_b)
         return convex_union.overlap(self._solids[a], other, convex_union.relative(T_a, T_other), -tolerance)
+
+    def beside(self, a: str, T_a: Matrix, poses: Mapping[str, Matrix], gap: float) -> tuple[str, ...]:
+        """Those of other objects, and "table", that object `a` at `T_a` is nearer to than a gap [m], sorted."""
+        others = {name: T for name, T in poses.items() if name != a}
+        return tuple(sorted(o for o in (TABLE, *others) if self.overlap(a, T_a, o, others.get(o), tolerance=-gap)))
 
     def separation(self, a: str, T_a: Matrix, b: str, T_b: Matrix | None = None) -> float:
         """Signed distance of object `a` at `T_a` and `b` [m]; negative is the deepest penetration of two parts."""

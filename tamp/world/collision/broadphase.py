@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +103,7 @@ class Setting:
         margin: least distance of the actor's bodies to everything [m].
         held_margin: least distance of the held object to everything [m]; negative tolerates penetration.
         touch: object (or "table") -> least distance of the actor's bodies to it, instead of `margin` [m].
+        held_touch: the same of the held object, instead of `held_margin`.
     """
 
     poses: Mapping[str, Matrix]
@@ -110,6 +111,7 @@ class Setting:
     margin: float
     held_margin: float
     touch: Mapping[str, float]
+    held_touch: Mapping[str, float] = field(default_factory=dict)
 
 
 class Arena:
@@ -175,8 +177,8 @@ class Arena:
                 self._placed[name] = T
         if self._held_index is not None and (before is None or before.T_tool_held is not setting.T_tool_held):
             self._objects[self._held_index].placement = pin.SE3(self.actor.T_joint_tool @ setting.T_tool_held)
-        if before is None or (before.margin, before.held_margin, before.touch) != (
-            setting.margin, setting.held_margin, setting.touch
+        if before is None or (before.margin, before.held_margin, before.touch, before.held_touch) != (
+            setting.margin, setting.held_margin, setting.touch, setting.held_touch
         ):  # fmt: skip
             self._set_margins(setting)
         self._setting = setting
@@ -192,15 +194,20 @@ class Arena:
         self._margins[:] = setting.margin
         self._margins[:bodies, :bodies] = min(SELF_MARGIN, setting.margin)
         for name, margin in setting.touch.items():
-            index = self._table_index if name == "table" else self._object_index.get(name)
-            if index is not None:
-                self._margins[:bodies, index] = margin
+            self._margins[:bodies, self._bodies_called(name)] = margin
         if self._held_index is not None:
             self._margins[:, self._held_index] = setting.held_margin
+            for name, margin in setting.held_touch.items():
+                self._margins[self._bodies_called(name), self._held_index] = margin
             self._margins[:bodies, self._held_index] = min(SELF_MARGIN, setting.margin)
         self._geometry_data.setSecurityMargins(self._geometry, self._margins, True, True)
         # The manager inflates boxes by the margins it sees here; without this call it keeps the old ones.
         self._broadphase.update(self._geometry_data)
+
+    def _bodies_called(self, name: str) -> list[int]:
+        """The index of an object or of the table; none where it is not in the arena."""
+        index = self._table_index if name == "table" else self._object_index.get(name)
+        return [] if index is None else [index]
 
     def held_radius(self, setting: Setting) -> float:
         """From the tool's joint to the farthest corner of a box round what is held [m]; 0 where nothing is."""

@@ -58,7 +58,8 @@ class CollisionChecker:
     def fingerprint(self) -> bytes:
         """Equal for checkers that answer every question alike, in one process or another."""
         setting = self._setting
-        margins = (setting.margin, setting.held_margin, sorted(setting.touch.items()), self._opening)
+        touch = sorted(setting.touch.items()), sorted(setting.held_touch.items())
+        margins = (setting.margin, setting.held_margin, *touch, self._opening)
         digest = hashlib.blake2b(repr((self.robot.spec.name, self._arena.names, margins)).encode(), digest_size=16)
         for name in sorted(setting.poses):
             digest.update(name.encode() + setting.poses[name].tobytes())

@@ -74,3 +74,8 @@ def test_margins_are_looked_up_by_who_touches_what(panda):
     assert margin[index["panda_hand"], index["table"]] == 0.004
     assert margin[index["a"], index["b"]] == margin[index["table"], index["b"]] == -0.003
     assert margin[index["panda_link5"], index["panda_hand"]] == 0.002
+
+    world.checker(scene, margin=0.01, held_margin=-0.001, held_touch={"table": -0.004, "gone": 0.0}).free(panda.home)
+    assert margin[index["table"], index["b"]] == -0.004
+    assert margin[index["a"], index["b"]] == -0.001
+    assert margin[index["panda_hand"], index["table"]] == 0.01
