@@ -196,7 +196,8 @@ class Ordering:
 
     def _reach_objects(self, persistent: bool) -> None:
         begin, task = self.progress.now, self.progress.now.setup.task
-        if task.goal or any(isinstance(obj.goal, On | In) for obj in task.objects):
+        import os
+        if not os.environ.get('SWEEP') and (task.goal or any(isinstance(obj.goal, On | In) for obj in task.objects)):
             # Where such a goal is reached is open, and one that is reached alone may take the room of the next.
             with self._asker.within(self._asker.tuning.together_share):
                 if self._all_together(self._asker.tuning.together_iterations):
