@@ -1,8 +1,11 @@
 """Filling a region that random places would jam: bottom-left packing with room for the fingers between the objects.
 
-Objects turned parallel to the region go as far into one corner of it as the others leave them, side by side in rows,
-after Baker, Coffman and Rivest (Orthogonal packings in two dimensions, SIAM J. Comput. 9, 1980). Along one axis of the
-region the fingers have room beside each object, along the other one the objects stand close.
+Objects turned parallel to the region stand side by side in rows: at the points of a lattice or beside one another, each
+as far into one corner of the region as the others leave it, after Baker, Coffman and Rivest (Orthogonal packings in two
+dimensions, SIAM J. Comput. 9, 1980). Along one axis of the region the fingers have room beside each object, along the
+other one the objects stand close.
+
+Rectangles that are parked at random cover little more than half of a region (Renyi 1958; Palasti 1960), rows nearly all of it.
 """
 
 from __future__ import annotations
@@ -138,7 +141,8 @@ def _corners(region: Region, way: Rows, size: Array, others: Array) -> Array:
     clear: list[NDArray[np.bool_]] = []
     for i in range(2):
         pitch, gap = size[i] + way.gaps[i], way.gaps[i]
-        values = np.concatenate([np.arange(low[i], high[i] + SAME, pitch), others[:, i + 2] + gap, others[:, i] - pitch])
+        lattice = np.arange(low[i], high[i] + SAME, pitch)
+        values = np.concatenate([lattice, others[:, i + 2] + gap, others[:, i] - pitch])
         values = values[(values > low[i] - SAME) & (values < high[i] + SAME)]
         values = np.unique(np.round(values / SAME)) * SAME
         along.append(values)
@@ -150,7 +154,7 @@ def _corners(region: Region, way: Rows, size: Array, others: Array) -> Array:
 
 
 def _order(workspace: Workspace, region: Region, way: Rows, centers: Array) -> NDArray[np.intp]:
-    """Places (n, 2) in the order in which rows are filled, the far ones first, after those within the arm's best reach."""
+    """The order in which places (n, 2) are filled: within the arm's best reach first, of those the far rows first."""
     spec = workspace.world.robot.spec
     base, (near, far) = np.array(spec.T_world_base.xyz[:2]), spec.reach
     distance = np.linalg.norm(centers - base, axis=1)

@@ -74,7 +74,8 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
 
     Positions with room for fingers beside everything that the plan has already placed come first, those where the
     hand that holds the object fits in before all, and, for the table as a buffer, those that no start and no goal
-    will need. Every third draw ignores what is known: what the plan has settled so far is advice, not truth.
+    will need. A region that random places would jam is filled in rows, each place once. Every third draw ignores what is
+    known: what the plan has settled so far is advice, not truth.
     """
     workspace: Workspace = context.scene
     wanted = _wanted(workspace, obj) if region == TABLE else []
@@ -108,17 +109,19 @@ def _in_rows(
     """The next place in the rows of a region that was not given before and where the hand has room, if it is known."""
     workspace: Workspace = context.scene
     poses = packed(workspace, obj, workspace.region(region), R, grasp, _taken(context, obj))
-    around = {name: place.pose.matrix for name, place in standing(context.bound).items() if name != obj}
+    poses[:, 2, 3] += RELEASE_HEIGHT
+    scene = Scene({name: place.pose.matrix for name, place in standing(context.bound).items() if name != obj})
     for T in poses:
-        T[2, 3] += RELEASE_HEIGHT
         place = Placement(Pose.from_matrix(T), (TABLE,))
-        if place in given:
-            continue
-        if grasp is None or not hand_hits(
-            workspace, T @ grasp.T_object_tool.matrix, opening_for(workspace.world.robot.spec.gripper, grasp), Scene(around)
-        ):
+        if place not in given and (grasp is None or _has_room(workspace, grasp, T, scene)):
             return place
     return None
+
+
+def _has_room(workspace: Workspace, grasp: Grasp, T: Array, scene: Scene) -> bool:
+    """Whether the hand that lets go of an object at T (4, 4) is clear of all that stands in a scene."""
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    return not hand_hits(workspace, T @ grasp.T_object_tool.matrix, opening, scene)
 
 
 def put_aside(context: Context, obj: str, R: NDArray[np.float64], grasp: Grasp | None = None) -> Placement | None:
