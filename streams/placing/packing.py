@@ -5,7 +5,8 @@ as far into one corner of the region as the others leave it, after Baker, Coffma
 dimensions, SIAM J. Comput. 9, 1980). Along one axis of the region the fingers have room beside each object, along the
 other one the objects stand close.
 
-Rectangles that are parked at random cover little more than half of a region (Renyi 1958; Palasti 1960), rows nearly all of it.
+Rectangles put down at random cover little more than half of a region before no further one fits (Palasti, On some
+random space filling problems, 1960); rows cover nearly all of it.
 """
 
 from __future__ import annotations
@@ -47,13 +48,13 @@ class Rows:
 
 
 def crowded(workspace: Workspace, region: Region) -> bool:
-    """Whether all that shall stand on a region in the end needs it filled in rows."""
+    """Whether all that shall stand on a region in the end, more than one object, needs it filled in rows."""
     names, staying = _claims(workspace, region)
 
     def full() -> bool:
         sides = [_sides(workspace, name) for name in names] + [upper - lower for lower, upper in staying]
         wanted = sum(float(np.prod(side + ROOM_FOR_FINGERS)) for side in sides)
-        return wanted > LOOSE * float(np.prod(np.array(region.size) + ROOM_FOR_FINGERS))
+        return len(names) > 1 and wanted > LOOSE * float(np.prod(np.array(region.size) + ROOM_FOR_FINGERS))
 
     return workspace.cache.value(("crowded", region, names, len(staying)), full)
 
@@ -107,7 +108,7 @@ def _spaced(axis: int, scale: float) -> Rows:
 
 
 def _claims(workspace: Workspace, region: Region) -> tuple[tuple[str, ...], list[tuple[Array, Array]]]:
-    """Objects that shall stand on a region, and the footprints of those that stand there and need not leave."""
+    """Objects that shall stand on a region, and what those cover of it that stand there and need not leave."""
     goals = {obj.name: obj.goal for obj in workspace.whole.objects}
     names = tuple(name for name, goal in goals.items() if isinstance(goal, On) and goal.target == region.name)
     middle, half = np.array(region.center), np.array(region.size) / 2
@@ -115,7 +116,8 @@ def _claims(workspace: Workspace, region: Region) -> tuple[tuple[str, ...], list
     for name, place in workspace.start.items():
         if goals[name] is None and place.on == (TABLE,):
             lower, upper = (corner[:2] for corner in workspace.bounds(name, place.pose))
-            if (lower < middle + half).all() and (upper > middle - half).all():
+            lower, upper = np.maximum(lower, middle - half), np.minimum(upper, middle + half)
+            if (lower < upper).all():
                 staying.append((lower, upper))
     return names, staying
 
@@ -149,8 +151,8 @@ def _corners(region: Region, way: Rows, size: Array, others: Array) -> Array:
         room = np.maximum(others[:, i] - (values[:, None] + size[i]), values[:, None] - others[:, i + 2])
         clear.append(room > gap - 2 * SAME)
     free = (clear[0][:, None, :] | clear[1][None, :, :]).all(axis=2)
-    i, j = np.nonzero(free)
-    return np.stack([along[0][i], along[1][j]], axis=1)
+    x, y = np.nonzero(free)
+    return np.stack([along[0][x], along[1][y]], axis=1)
 
 
 def _order(workspace: Workspace, region: Region, way: Rows, centers: Array) -> NDArray[np.intp]:

@@ -74,8 +74,8 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
 
     Positions with room for fingers beside everything that the plan has already placed come first, those where the
     hand that holds the object fits in before all, and, for the table as a buffer, those that no start and no goal
-    will need. A region that random places would jam is filled in rows, each place once. Every third draw ignores what is
-    known: what the plan has settled so far is advice, not truth.
+    will need. A region that random places would jam is filled in rows. Every third draw ignores what is known: what the
+    plan has settled so far is advice, not truth.
     """
     workspace: Workspace = context.scene
     wanted = _wanted(workspace, obj) if region == TABLE else []
