@@ -102,7 +102,7 @@ def test_objects_that_fill_their_region_are_brought_there_one_by_one_and_leave_e
     ]
     setup = prepare(Task("narrow", tuple(boxes), regions=(narrow,)))
     attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
-    search = Ordering(attempt, 0, math.inf, "adaptive")
+    search = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive")
     search.run()
     assert not search.left
     assert len(search.progress.pieces) == len(boxes)
