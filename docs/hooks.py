@@ -25,10 +25,10 @@ def refreshed(markdown: str) -> str:
     def part(found: re.Match[str]) -> str:
         name = found["name"]
         names = re.findall(r"^::: (\S+)$", markdown, re.MULTILINE)
-        lines = "\n".join(_names(names) if name == "names" else PARTS[name]()).strip("\n")
+        lines = "\n".join(_names(names) if name == "names" else _part(name)).strip("\n")
         return f"<!-- begin {name} -->\n\n{lines}\n\n<!-- end {name} -->"
 
-    pattern = r"<!-- begin (?P<name>[a-z ]+) -->.*?<!-- end (?P=name) -->"
+    pattern = r"<!-- begin (?P<name>[a-z0-9_ ]+) -->.*?<!-- end (?P=name) -->"
     return re.sub(pattern, part, markdown, flags=re.DOTALL)
 
 
@@ -59,11 +59,7 @@ def _notebook(path: Path) -> Iterator[str]:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Put in what a comment of a page asks for."""
-    robots = Path(__file__).parents[1] / "robots"
-    for comment, name in (("robot", "panda"), ("second robot", "ur5e_2f85")):
-        robot = (robots / name / "robot.yaml").read_text(encoding="utf-8")
-        markdown = markdown.replace(f"<!-- {comment} -->", robot.rstrip())
+    """Links to notebooks as links to their pages, and formulas as MathML."""
     markdown = re.sub(r"\((\S*tutorials/\w+)\.ipynb\)", r"(\1.md)", markdown)
     return _with_mathematics(markdown)
 
@@ -163,7 +159,96 @@ def _scenarios() -> Iterator[str]:
         yield f"| `{yaml.safe_load(text).get('name', path.stem)}` | {told} |"
 
 
-PARTS = {"commands": _commands, "task fields": _task_fields, "result fields": _result_fields, "scenarios": _scenarios}
+def _robot_file(name: str) -> Iterator[str]:
+    """A robot's data as they are."""
+    text = (DOCS.parent / "robots" / name / "robot.yaml").read_text(encoding="utf-8")
+    yield f"```yaml\n{text.rstrip()}\n```"
+
+
+def _robot(name: str) -> Iterator[str]:
+    """What a robot's data say, in a table."""
+    import yaml
+
+    data = yaml.safe_load((DOCS.parent / "robots" / name / "robot.yaml").read_text(encoding="utf-8"))
+    arm, gripper = data["arm"], data["gripper"]
+    near, far = arm["reach"]
+    yield "| | |\n|---|---|"
+    yield f"| joints of the arm | {len(arm['joints'])} |"
+    yield f"| it works well from above | {near} to {far} m from the base's axis |"
+    yield f"| base | at {tuple(data['base']['xyz'])}, nothing is put within {data['base']['radius']} m of its axis |"
+    yield f"| gripper | opens to {1000 * gripper['stroke']:.0f} mm, closes with up to {gripper['force']:g} N |"
+    yield f"| pads | {1000 * gripper['pad'][1]:.0f} mm wide, {1000 * gripper['pad'][2]:.0f} mm along the approach |"
+    yield f"| limits of position | {'its own, below' if 'lower' in arm else 'the URDF has them'} |"
+    yield f"| limits of velocity | {'its own, below' if 'velocity' in arm else 'the URDF has them'} |"
+    yield f"| URDF | `{data['urdf']}` |"
+    if "attach" in gripper:
+        yield f"| the gripper's URDF | `{gripper['attach']['urdf']}` |"
+
+
+def _simulators() -> Iterator[str]:
+    """The simulators that come with the program."""
+    from tamp.execution.simulators import SIMULATORS
+
+    yield "| name | its library | installed by |\n|---|---|---|"
+    for name, entry in SIMULATORS.items():
+        extra = f"`pip install 'tabletop-tamp[{entry.extra}]'`" if entry.extra else "always, where it has wheels"
+        yield f"| [`{name}`]({name}.md) | `{entry.library}` | {extra} |"
+
+
+def _perceivers() -> Iterator[str]:
+    """The installed perceivers."""
+    from tamp.perception.perceiver import PERCEIVERS
+
+    yield "| name | function |\n|---|---|"
+    for name, address in PERCEIVERS.items():
+        yield f"| [`{name}`]({name}.md) | `{address}` |"
+
+
+def _strategies() -> Iterator[str]:
+    """The strategies, and the domains that use each of them where nobody says otherwise."""
+    from tamp.domains.catalog import load_domain
+    from tamp.pipeline.strategies import STRATEGIES
+
+    own: dict[str, list[str]] = {}
+    for name in sorted(path.parent.name for path in (DOCS.parent / "domains").glob("*/__init__.py")):
+        own.setdefault(load_domain(name).strategy, []).append(f"`{name}`")
+    yield "| name | the choice of the domains |\n|---|---|"
+    for name in STRATEGIES:
+        yield f"| [`{name}`]({name.replace('-', '_')}.md) | {', '.join(own.get(name, ()))} |"
+
+
+def _tuning(prefix: str = "") -> Iterator[str]:
+    """The numbers that a user may change; those whose meaning begins with a prefix."""
+    from tamp.pipeline.options.tuning import Tuning
+
+    yield "| name | default | from | to | meaning |\n|---|---|---|---|---|"
+    for field in dataclasses.fields(Tuning):
+        low, high, text = (field.metadata[key] for key in ("low", "high", "help"))
+        if text.startswith(prefix):
+            default = field.default
+            told = ",".join(f"{n:g}" for n in default) if isinstance(default, tuple) else f"{default:g}"
+            yield f"| `{field.name}` | {told} | {low:g} | {high:g} | {text.removeprefix(f'{prefix}: ')} |"
+
+
+PARTS = {
+    "commands": _commands,
+    "task fields": _task_fields,
+    "result fields": _result_fields,
+    "scenarios": _scenarios,
+    "robot file": _robot_file,
+    "robot": _robot,
+    "simulators": _simulators,
+    "perceivers": _perceivers,
+    "strategies": _strategies,
+    "tuning": _tuning,
+}
+"""What a part is called -> what makes its lines; words that follow the name are its arguments."""
+
+
+def _part(name: str) -> Iterator[str]:
+    """The lines of a part: that with the longest name that its own begins with."""
+    known = max((part for part in PARTS if f"{name} ".startswith(f"{part} ")), key=len)
+    return PARTS[known](*name.removeprefix(known).split())
 
 
 def pages() -> Iterator[Path]:

@@ -22,6 +22,27 @@ if TYPE_CHECKING:
 TABLE = "table"
 
 
+@dataclass(frozen=True)
+class HandMotion:
+    """How the hand comes, goes, and keeps away from what stands around; a run has one, as its tuning says.
+
+    Attributes:
+        approaches: how far back along the tool's axis the hand starts; the first way that is free is taken [m].
+        withdrawals: the same for how far it draws back from what has fallen out of it [m].
+        push_gap: how far behind an object that it pushes it comes down and goes up again [m].
+        close_push_gap: the same where others leave no more room [m].
+        push_height: how far above that it begins and ends [m].
+        margin: between the open hand, looked at without the arm, and what stands around [m].
+    """
+
+    approaches: tuple[float, ...] = (0.08, 0.05, 0.12)
+    withdrawals: tuple[float, ...] = (0.05, 0.02)
+    push_gap: float = 0.025
+    close_push_gap: float = 0.008
+    push_height: float = 0.12
+    margin: float = 0.002
+
+
 @dataclass(frozen=True, eq=False)
 class Workspace:
     """A task in its world. Nothing about it changes: another state is another workspace.
@@ -32,6 +53,7 @@ class Workspace:
         start: object -> where it stands now.
         goals: object -> the placement that its goal pose means; only objects whose goal is a pose.
         cache: what samplers keep, for all workspaces of the same run; it belongs to this world.
+        hand: how the hand comes and goes, the same for all workspaces that share a cache.
         whole: the task with all its goals, where `task` asks for some of them only.
     """
 
@@ -40,6 +62,7 @@ class Workspace:
     start: Mapping[str, Placement]
     goals: Mapping[str, Placement]
     cache: SampleCache = field(default_factory=SampleCache, repr=False)
+    hand: HandMotion = HandMotion()
     whole: Task = field(default=None, repr=False)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:

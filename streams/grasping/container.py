@@ -26,7 +26,7 @@ from tamp.streams.hand.candidates import (
     pinches_from_above,
     sample_pinches,
 )
-from tamp.streams.hand.clearance import HAND_MARGIN, above_table, clear_of_object, opening_for
+from tamp.streams.hand.clearance import above_table, clear_of_object, opening_for
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import CLEARANCE, Grasp, Placement
@@ -114,7 +114,7 @@ def _clear_of_neighbours(workspace: Workspace, obj: str, pinches: Pinches, place
     pinches = pinches.at(in_reach(workspace, pinches, place.pose))
     around = standing_around(workspace, obj, place)
     kept = {name: other.pose.matrix for name, other in around.items() if name not in standing_on(obj, around)}
-    hand, gripper = workspace.world.free_hand(Scene(kept), HAND_MARGIN), workspace.world.robot.spec.gripper
+    hand, gripper = workspace.world.free_hand(Scene(kept), workspace.hand.margin), workspace.world.robot.spec.gripper
     openings = np.minimum(gripper.stroke, pinches.widths + 2 * pinches.clearances)
     pinches = pinches.at(~hand.hits(place.pose.matrix @ pinches.T_object_tool, openings))
     clear: dict[int, Grasp] = {}

@@ -8,7 +8,7 @@ import numpy as np
 
 from tamp.streams.affordances.neighbours import beneath, standing_around, standing_on
 from tamp.streams.hand.candidates import Pinches
-from tamp.streams.hand.clearance import HAND_MARGIN, openings_of
+from tamp.streams.hand.clearance import openings_of
 from tamp.streams.hand.hand_boxes import boxes_in_world, hand_boxes, points_hit
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -42,9 +42,9 @@ def support_cost(
     if not supports.poses:
         return np.zeros(len(pinches))
     T = (held_at or place.pose).matrix @ pinches.T_object_tool
-    hand, hit = workspace.world.free_hand(supports, HAND_MARGIN), np.zeros(len(pinches), bool)
+    hand, hit = workspace.world.free_hand(supports, workspace.hand.margin), np.zeros(len(pinches), bool)
     for openings in (openings_of(workspace, pinches), pinches.widths):  # fingers that close may come over a support
-        lower, upper = boxes_in_world(hand_boxes(workspace.world.robot), openings, T, HAND_MARGIN)
+        lower, upper = boxes_in_world(hand_boxes(workspace.world.robot), openings, T, workspace.hand.margin)
         near = lower[:, :, 2].min(axis=1) < 0.0
         for name in supports.poses:
             low, high = workspace.bounds(name, around[name].pose)
@@ -57,7 +57,7 @@ def support_cost(
 def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Placement) -> NDArray[np.float64]:
     """How many neighbours each hand would meet at a placement, shape (n,); none of those that stand on the object."""
     T, openings = place.pose.matrix @ pinches.T_object_tool, openings_of(workspace, pinches)
-    lower, upper = boxes_in_world(hand_boxes(workspace.world.robot), openings, T, HAND_MARGIN)
+    lower, upper = boxes_in_world(hand_boxes(workspace.world.robot), openings, T, workspace.hand.margin)
     cost = np.zeros(len(pinches))
     around = standing_around(workspace, obj, place)
     spared = {*beneath(place, around), *standing_on(obj, around)}
@@ -66,5 +66,6 @@ def neighbour_cost(workspace: Workspace, pinches: Pinches, obj: str, place: Plac
         near = np.any(np.all((lower < high) & (low < upper), axis=2), axis=1)
         if name not in spared and near.any():
             points = workspace.surface[name] @ other.pose.matrix[:3, :3].T + other.pose.matrix[:3, 3]
-            cost[near] += points_hit(hand_boxes(workspace.world.robot), openings[near], T[near], points, HAND_MARGIN)
+            boxes, margin = hand_boxes(workspace.world.robot), workspace.hand.margin
+            cost[near] += points_hit(boxes, openings[near], T[near], points, margin)
     return cost

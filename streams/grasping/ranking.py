@@ -23,7 +23,6 @@ SIEVED = 600  # pinches that are looked at closely
 FALLING = 10.0  # cost of a grasp from which the object falls straight, for each metre
 REACHED_FOR = 3  # places where the hand is clear when it lets go, for which the arm is asked
 SAMPLED, MOST = 6, 0.6  # where the arm gets to this share of so many pinches, it is not asked for the others
-BACK = 0.05  # how far back along its axis the hand gets at least [m]
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
 
 
@@ -119,6 +118,6 @@ def in_reach(workspace: Workspace, pinches: Pinches, pose: Pose) -> NDArray[np.b
     if len(few) and reachable(robot, few, hurried=True).mean() >= MOST:
         return np.ones(len(T), bool)
     within = reachable(robot, T)
-    T[:, :3, 3] -= BACK * T[:, :3, 2]
+    T[:, :3, 3] -= min(workspace.hand.approaches) * T[:, :3, 2]
     within[within] = reachable(robot, T[within])
     return within

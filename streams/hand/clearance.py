@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
-HAND_MARGIN = 0.002  # between the hand and what stands around [m]
 PASSED = (0.015, 0.03, 0.06)  # depths below the hand at which an object that falls is looked at [m]
 
 
@@ -38,7 +37,9 @@ def reach_of_hand(workspace: Workspace) -> float:
     """How far a hand reaches, at most, beyond the box around an object that it pinches, margins included [m]."""
     gripper, boxes = workspace.world.robot.spec.gripper, hand_boxes(workspace.world.robot)
     corners = np.maximum(*map(np.abs, boxes.opened(boxes.grid[1:])))
-    return float(np.linalg.norm(corners, axis=-1).max()) + gripper.stroke / 2 + max(gripper.depths) + HAND_MARGIN
+    return (
+        float(np.linalg.norm(corners, axis=-1).max()) + gripper.stroke / 2 + max(gripper.depths) + workspace.hand.margin
+    )
 
 
 def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
@@ -68,12 +69,12 @@ def clear_of_falling(workspace: Workspace, obj: str, pinches: Pinches, let_go: P
 
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:
     """Whether the open hand, without an arm, comes too close to the table or to anything in the scene."""
-    return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=HAND_MARGIN) is not None
+    return workspace.world.hand_contact(T_world_tool, float(opening), scene, margin=workspace.hand.margin) is not None
 
 
 def hand_above_table(workspace: Workspace, pose: Pose, grasp: Grasp) -> bool:
     """Whether the open hand is clear of the table."""
-    hand = workspace.cache.value("hand over table", lambda: workspace.world.free_hand(Scene(), HAND_MARGIN))
+    hand = workspace.cache.value("hand over table", lambda: workspace.world.free_hand(Scene(), workspace.hand.margin))
     opening = opening_for(workspace.world.robot.spec.gripper, grasp)
     return not hand.hit(pose.matrix @ grasp.T_object_tool.matrix, opening)
 

@@ -25,8 +25,6 @@ from tamp.world.transforms import moved
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-APPROACHES = (0.08, 0.05, 0.12)  # how far back along the tool's axis the hand starts [m]
-WITHDRAWALS = (0.05, 0.02)  # how far back it draws from what has fallen [m]
 BESIDE = 0.002  # what has fallen is not even so little beside what is between the pads then [m]
 SOLUTIONS = 4  # arm configurations tried for one grasp
 
@@ -155,7 +153,7 @@ def _approach(
     drops, stroke = bool(fall) and falls_straight(fall[0], fall[-1]), workspace.world.robot.spec.gripper.stroke
     on = standing_under(workspace, obj, placement)
     blocked, farthest = None, math.inf
-    for back in WITHDRAWALS if drops else APPROACHES:
+    for back in workspace.hand.withdrawals if drops else workspace.hand.approaches:
         if back > farthest:  # it begins with the way that could not be gone
             continue
         T_away = moved(T, -back * T[:3, 2])

@@ -14,7 +14,7 @@ from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.context import Context
 from tamp.streams.grasping.container import upright_pinches
 from tamp.streams.hand.candidates import Pinches
-from tamp.streams.hand.clearance import HAND_MARGIN, above_table, clear_of_object
+from tamp.streams.hand.clearance import above_table, clear_of_object
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import GRAZED, push_hits, pushed
 from tamp.streams.values import Configuration, Placement, Slide
@@ -64,7 +64,7 @@ def hands_over(workspace: Workspace, obj: str, placement: Placement) -> Pinches:
 
 def with_room(workspace: Workspace, hands: Pinches, T_world_object: Array, poses: Mapping[str, Array]) -> Pinches:
     """Those of some hands that meet none of the others around an object, neither open nor closed."""
-    among = workspace.world.free_hand(Scene(dict(poses)), HAND_MARGIN)
+    among = workspace.world.free_hand(Scene(dict(poses)), workspace.hand.margin)
     stroke = workspace.world.robot.spec.gripper.stroke
     for openings in (np.minimum(stroke, hands.widths + 2 * hands.clearances), None):
         if len(hands):
@@ -87,7 +87,7 @@ def pushing_hands(
     """
     shift = shift * (1.0, 1.0, 0.0)
     ahead = shift / np.linalg.norm(shift)
-    among = workspace.world.free_hand(Scene(dict(poses)), HAND_MARGIN)
+    among = workspace.world.free_hand(Scene(dict(poses)), workspace.hand.margin)
     lower, upper = workspace.bounds(obj, placement.pose)
     heights = (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2
     ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)

@@ -23,22 +23,19 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-BEHIND = 0.025  # the object is where the hand comes down and goes up again [m]
-CLOSE = 0.008  # behind it is where it does so if others leave no more room [m]
-UP = 0.12  # how far above that it begins and ends [m]
 SOLUTIONS = 4  # arm configurations tried for one way
 GRAZED = 0.0005  # depth that tells what touches in a narrow container from what is in the way [m]
 
 
 def pushes(
-    context: Context, obj: str, placement: Placement, way: Way, behind: float = BEHIND, slim: bool = False
+    context: Context, obj: str, placement: Placement, way: Way, gap: float, slim: bool = False
 ) -> Iterator[Slide]:
     """Yield slides along a way that the arm can follow, as if nothing else stood on the table.
 
-    The hand comes down and goes up again as far behind the object as `behind` says [m].
+    The hand comes down and goes up again as far behind the object as `gap` says [m].
     """
     for T, opening in hands_at(context.scene, obj, placement, way, slim):
-        yield from pushed(context, obj, placement, way.end, T, opening, np.append(behind * way.behind, 0.0))
+        yield from pushed(context, obj, placement, way.end, T, opening, np.append(gap * way.behind, 0.0))
 
 
 def pushed(
@@ -112,7 +109,7 @@ def _passed(workspace: Workspace, slide: Slide) -> list[Array]:
 def drawn_back(workspace: Workspace, q: Array, back: Array) -> Array | None:
     """From `q` back from the object, (3,) [m], then up, shape (n, joints); None where the arm cannot."""
     robot, path = workspace.world.robot, q[None]
-    for shift in (back, np.array([0.0, 0.0, UP])):
+    for shift in (back, np.array([0.0, 0.0, workspace.hand.push_height])):
         line = straight_line(robot, path[-1], moved(robot.forward(path[-1]), shift)) if shift.any() else path[-1:]
         if line is None:
             return None

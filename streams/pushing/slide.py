@@ -10,7 +10,7 @@ from tamp.streams.cache import recalled
 from tamp.streams.context import Context
 from tamp.streams.pushing.grasp_after_push import Offer, free_first, grippable, offer, table_alone
 from tamp.streams.pushing.hand_contact import barred
-from tamp.streams.pushing.push_motion import CLOSE, push_hits, pushes
+from tamp.streams.pushing.push_motion import push_hits, pushes
 from tamp.streams.values import Placement, Slide
 from tamp.streams.workspace import standing
 
@@ -52,9 +52,10 @@ def _alone(context: Context, obj: str, placement: Placement, way: Way) -> Iterat
     In the second the hand keeps close to the object, in the third it is slim as well, which may be the only room that
     neighbours leave.
     """
-    slide = next(pushes(context, obj, placement, way), None)
+    hand = context.scene.hand
+    slide = next(pushes(context, obj, placement, way, hand.push_gap), None)
     yield None
     if slide is not None and (yield from grippable(context, obj, way.end)):
         yield slide
-        yield next(pushes(context, obj, placement, way, CLOSE), None)
-        yield next(pushes(context, obj, placement, way, CLOSE, slim=True), None)
+        yield next(pushes(context, obj, placement, way, hand.close_push_gap), None)
+        yield next(pushes(context, obj, placement, way, hand.close_push_gap, slim=True), None)

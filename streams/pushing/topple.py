@@ -13,7 +13,7 @@ from tamp.streams.cache import recalled
 from tamp.streams.context import Context
 from tamp.streams.pushing.grasp_after_push import Offer, free_first, grippable, table_alone
 from tamp.streams.pushing.hand_contact import hands_behind
-from tamp.streams.pushing.push_motion import BEHIND, drawn_back, push_hits
+from tamp.streams.pushing.push_motion import drawn_back, push_hits
 from tamp.streams.values import Placement, Slide
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -53,7 +53,7 @@ def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide |
 def _toppled(context: Context, obj: str, start: Placement, topple: Topple) -> Iterator[Slide]:
     """Yield topples of an object over one edge that the arm can follow, as if nothing else stood on the table."""
     workspace: Workspace = context.scene
-    robot, behind = workspace.world.robot, -BEHIND * topple.ahead
+    robot, behind = workspace.world.robot, -workspace.hand.push_gap * topple.ahead
     for T, opening in islice(hands_behind(workspace, obj, start, topple.ahead, topple.heights), HANDS):
         T_tool_object = Pose.from_matrix(T).inverse() @ start.pose
         for q in inverse(robot, T, context.rng, count=SOLUTIONS):

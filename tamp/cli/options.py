@@ -141,16 +141,16 @@ def is_sampler(text: str) -> bool:
     return ":" in text or text in plugins.addresses("samplers")
 
 
-def number(text: str) -> tuple[str, float]:
-    """A name and a finite number."""
+def number(text: str) -> tuple[str, float | tuple[float, ...]]:
+    """A name and a finite number, whole where it is written so, or several with commas between them."""
     name, value = setting(text)
     try:
-        found = float(value)
+        found = tuple(int(part) if part.strip("+-").isdecimal() else float(part) for part in value.split(","))
     except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
+        found = (math.nan,)
+    if not all(map(math.isfinite, found)):
         raise argparse.ArgumentTypeError(f"{text} is not of the form NAME=NUMBER")
-    return name, found
+    return name, found if len(found) > 1 else found[0]
 
 
 def setting(text: str) -> tuple[str, str]:

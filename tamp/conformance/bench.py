@@ -44,7 +44,7 @@ class Bench:
     def with_fresh_scene(self) -> Problem:
         """The same problem with nothing remembered from earlier calls."""
         scene: Workspace = self.problem.scene
-        fresh = Workspace(scene.task, scene.world, scene.start, scene.goals)
+        fresh = Workspace(scene.task, scene.world, scene.start, scene.goals, hand=scene.hand)
         problem = self.problem
         return Problem(problem.domain, problem.streams, problem.samplers, problem.init, problem.goal, fresh)
 

@@ -40,7 +40,7 @@ CONFIGURATIONS = 200  # at which forward kinematics are compared, and to whose t
 HITS = 0.95  # least share of reachable poses that inverse kinematics finds
 OPENINGS = 9  # at which the pads are looked at
 PADS = 0.002  # how far the fingers' hulls may be from where the opening says [m]
-ASIDE = 0.001  # how far the pads' middle may be beside the tool's axis [m]
+ASIDE = 0.001  # how far the pads' middle may be beside the tool's axis, and pads may reach beyond the fingers [m]
 FAT = 3.0  # a hull of so many times its mesh's volume is worth a note
 RINGS = np.arange(0.2, 1.3, 0.05)  # distances from the base's axis at which the hand comes straight down [m]
 HEIGHTS = (0.03, 0.15)  # of the tool over the table there [m]
@@ -191,7 +191,7 @@ class _Trial:
             return
         bodies = {name: solid([b.hull for b in self.robot.bodies if b.name == name]) for name in spec.gripper.fingers}
         index = {self.robot.bodies[i].name: k for k, i in enumerate(self.robot.hand)}
-        gaps, middles = [], []
+        gaps, middles, beyond = [], [], []
         openings = np.linspace(0.0, spec.gripper.stroke, OPENINGS)
         for opening in openings:
             poses = hand_poses(self.robot, float(opening))
@@ -200,10 +200,12 @@ class _Trial:
             gaps.append(separation(left, right, np.linalg.inv(first) @ second))
             ends = [self._inner(name, poses[index[name]]) for name in spec.gripper.fingers]
             middles.append((ends[0] + ends[1]) / 2)
+            beyond += [self._beyond(name, poses[index[name]]) for name in spec.gripper.fingers]
         off = float(np.abs(np.array(gaps)[1:] - openings[1:]).max())
         aside = float(np.abs(middles).max())
+        over = max(beyond)
         travel = float(np.ptp(linkage.depth(openings)))
-        self.numbers |= {"pads_off_m": off, "pads_aside_m": aside, "pads_travel_m": travel}
+        self.numbers |= {"pads_off_m": off, "pads_aside_m": aside, "pads_beyond_m": over, "pads_travel_m": travel}
         if off > PADS:
             yield Finding(
                 "gripper",
@@ -214,7 +216,10 @@ class _Trial:
         if aside > ASIDE:
             text = f"the pads' middle is {1000 * aside:.1f} mm beside the tool's z axis"
             yield Finding("gripper", "wrong", f"{text}; move the tool or turn gripper.axis")
-        if off <= PADS and aside <= ASIDE:
+        if over > ASIDE:
+            text = f"pads of gripper.pad's width reach {1000 * over:.1f} mm beyond the fingers, across their closing"
+            yield Finding("gripper", "wrong", f"{text}; move the tool, or give the pads' width")
+        if off <= PADS and aside <= ASIDE and over <= ASIDE:
             text = f"opens to {1000 * spec.gripper.stroke:.1f} mm, pads right to {1000 * off:.2f} mm"
             text += f", {1000 * travel:.1f} mm of way along the approach" if travel else ""
             yield Finding("gripper", "ok", text)
@@ -225,6 +230,13 @@ class _Trial:
         points = np.concatenate([b.hull.vertices for b in self.robot.bodies if b.name == finger])
         along = (points @ T_tool_finger[:3, :3].T + T_tool_finger[:3, 3]) @ axis
         return float(along.min() if along.mean() > 0 else along.max())
+
+    def _beyond(self, finger: str, T_tool_finger: Array) -> float:
+        """How far a pad, centred on the tool's axis, reaches beyond the finger's hull across the closing axis [m]."""
+        across = np.cross(self.spec.gripper.axis, (0.0, 0.0, 1.0))
+        points = np.concatenate([b.hull.vertices for b in self.robot.bodies if b.name == finger])
+        along = (points @ T_tool_finger[:3, :3].T + T_tool_finger[:3, 3]) @ across
+        return float(self.spec.gripper.pad[1] / 2 - min(-along.min(), along.max()))
 
     def hand(self) -> Iterator[Finding]:
         """How much room the hand takes over the stroke, and how deep its throat is."""

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from tamp.clock import now
 from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.options.trust import refuse_code
+from tamp.pipeline.options.tuning import DEFAULT_TUNING, Tuning
 from tamp.pipeline.prepare import observe
 from tamp.pipeline.prepare import prepare as set_up
 from tamp.planning import Context
@@ -23,6 +25,7 @@ def prepare(
     timeout: float = math.inf,
     domain: str | None = None,
     simulator: str = DEFAULT,
+    tuning: Tuning | Mapping[str, Any] = DEFAULT_TUNING,
     trust_task_code: bool = False,
 ) -> Workspace:
     """The workspace that samplers see: the settled start, what the goals mean, and the world with its robot.
@@ -35,6 +38,7 @@ def prepare(
         timeout: for settling [s].
         domain: what it is planned with, in place of the task's own.
         simulator: in which scenes settle.
+        tuning: numbers that a user may change: a `Tuning`, or a mapping of some of its fields.
         trust_task_code: import the domain that the task's file names where it is not an installed one.
 
     Raises:
@@ -43,9 +47,12 @@ def prepare(
     """
     refuse_code(task, domain, trusted=trust_task_code)
     deadline = now() + timeout
-    setup = set_up(task, deadline, Settings(domain=domain, settling=simulator))
+    settings = Settings(
+        domain=domain, settling=simulator, tuning=tuning if isinstance(tuning, Tuning) else Tuning.of(tuning)
+    )
+    setup = set_up(task, deadline, settings)
     situation = observe(task, setup.start, setup.goals, deadline, simulator)
-    return Workspace(task, setup.world, situation.start, situation.goals, setup.cache)
+    return Workspace(task, setup.world, situation.start, situation.goals, setup.cache, setup.settings.tuning.hand)
 
 
 def sampler_context(

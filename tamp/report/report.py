@@ -150,7 +150,8 @@ def _again(run: Recorded) -> str:
         if name == "samplers":
             words += [word for stream, address in value.items() for word in ("--sampler", f"{stream}={address}")]
         elif name == "tuning":
-            words += [word for field, number in value.items() for word in ("--tuning", f"{field}={number}")]
+            for field, number in value.items():
+                words += ["--tuning", f"{field}={','.join(map(str, number if isinstance(number, list) else [number]))}"]
         elif name == "execute":
             words += [] if value else ["--no-execute"]
         elif value is True:

@@ -109,6 +109,9 @@ def test_every_option_of_the_settings_is_a_flag_of_every_command_that_plans() ->
     assert settings_given(parser().parse_args(["plan", "t.yaml", "--clock", "processor"])) == {"clock": "processor"}
     tuned = settings_given(parser().parse_args(["plan", "t.yaml", "--tuning", "first_plan_share=0.5"]))
     assert Settings(**tuned).tuning.first_plan_share == 0.5
+    words = ["plan", "t.yaml", "--tuning", "max_replans=3", "--tuning", "approaches_m=0.06,0.04"]
+    tuned = settings_given(parser().parse_args(words))
+    assert Settings(**tuned).tuning.changed() == {"max_replans": 3, "approaches_m": (0.06, 0.04)}
 
 
 def test_solve_without_tasks_and_resume_without_output_are_refused(

@@ -58,6 +58,13 @@ def test_a_tool_beside_the_pads_is_told() -> None:
     assert any("4.0 mm beside the tool's z axis" in text for text in wrong(list(trial(aside).gripper())))
 
 
+def test_pads_that_reach_beyond_the_fingers_are_told() -> None:
+    spec = load_robot("panda")
+    aside = replace(spec, T_parent_tool=Pose((0.01, 0.0, 0.1034)))
+    assert any("8.5 mm beyond the fingers" in text for text in wrong(list(trial(aside).gripper())))
+    assert not wrong(list(trial(spec).gripper()))
+
+
 def test_a_tool_at_the_flange_is_told() -> None:
     spec = load_robot("panda")
     assert "the tool belongs between the pads" in wrong(list(trial(replace(spec, T_parent_tool=Pose())).hand()))[0]

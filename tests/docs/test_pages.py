@@ -16,7 +16,12 @@ import pytest
 from tamp.cli import main, parser
 
 ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+
+
+def named(page: Path) -> str:
+    """A page, as a test's name says it."""
+    return page.relative_to(ROOT).with_suffix("").as_posix()
 
 
 def blocks(page: Path, language: str) -> list[tuple[str, str]]:
@@ -36,7 +41,7 @@ def test_pages_are_found() -> None:
     assert sum(len(commands(page)) for page in PAGES) > 10
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=named)
 def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All blocks of a page in one go, in a folder from which the scenarios can be seen."""
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
@@ -45,7 +50,7 @@ def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     exec("import tamp\n" + "\n".join(text for _, text in blocks(page, "python")), namespace)
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=named)
 def test_commands_are_understood(page: Path) -> None:
     for arguments in commands(page):
         words = [word.split(">")[0] for word in arguments if not word.startswith(("~", ">"))]
@@ -101,7 +106,7 @@ def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
     assert "<math" in score
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=named)
 def test_every_module_that_a_page_names_is_there(page: Path) -> None:
     text = page.read_text(encoding="utf-8").replace('entry-points."tamp.', "")  # groups of entry points are no modules
     for name in sorted(set(re.findall(r"\btamp(?:\.[A-Za-z_]+)+", text))):

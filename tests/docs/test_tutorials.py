@@ -15,7 +15,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
-NEEDS = {"perception": "embreex"}
+NEEDS = {"perception": "embreex", "contest": "embreex"}
 """Tutorial -> the library of its extra."""
 
 WRITTEN = ("buttons", "my_eyes")
@@ -38,14 +38,15 @@ def without_numbers(text: str) -> str:
 
 
 def test_tutorials_are_found() -> None:
-    assert {path.stem for path in TUTORIALS} >= {"first_plan", "own_sampler", "own_skill", "perception"}
+    names = {"first_plan", "own_sampler", "own_skill", "own_robot", "perception", "contest"}
+    assert {path.stem for path in TUTORIALS} >= names
 
 
 @pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
 def test_a_tutorial_does_what_it_shows(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = NEEDS.get(path.stem)
     if library is not None and importlib.util.find_spec(library) is None:
-        pytest.skip(f"the extra {path.stem!r} is missing")
+        pytest.skip(f"the extra {path.stem!r} is missing: {library}")
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))

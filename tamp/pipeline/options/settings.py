@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -148,7 +148,7 @@ class Settings:
         """JSON-like values by name; a function is recorded by the address it would be named with."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         samplers = {stream: _address(sampler) for stream, sampler in self.samplers.items()}
-        return values | {"samplers": samplers, "tuning": asdict(self.tuning)}
+        return values | {"samplers": samplers, "tuning": self.tuning.recorded()}
 
 
 DEFAULT_SETTINGS = Settings()
@@ -164,7 +164,7 @@ class Options(TypedDict, total=False):
     search: str | None
     motion_planner: str | None
     clock: Clock
-    tuning: Tuning | Mapping[str, float]
+    tuning: Tuning | Mapping[str, Any]
     simulator: str | None
     perceive: str | None
     cameras: str | None

@@ -11,9 +11,10 @@ from tamp.errors import TampError
 
 if TYPE_CHECKING:
     from tamp.domains.timing import Speeds
+    from tamp.streams.workspace import HandMotion
 
 
-def _number(default: float, low: float, high: float, text: str) -> Any:
+def _number(default: float | tuple[float, ...], low: float, high: float, text: str) -> Any:
     return field(default=default, metadata={"low": low, "high": high, "help": text})
 
 
@@ -25,11 +26,15 @@ def _count(default: int, text: str) -> Any:
     return _number(default, 0, 1_000_000, text)
 
 
+def _length(default: float | tuple[float, ...], high: float, text: str) -> Any:
+    return _number(default, 0.0, high, f"{text} [m]")
+
+
 @dataclass(frozen=True)
 class Tuning:
     """Recorded with each run. Each field says in its metadata what it means and between what it lies.
 
-    Shares of time refer to what is left when they are used.
+    Shares of time refer to what is left when they are used. What is a tuple is one or more numbers.
     """
 
     first_plan_share: float = _share(0.7, "of the time for planning goes to the first plan at most")
@@ -51,14 +56,34 @@ class Tuning:
     carrying_speed: float = _share(0.5, "of the joints' limits while holding an object")
     gentle_speed: float = _share(0.4, "of the joints' limits near an object")
     pushing_speed: float = _share(0.2, "of the joints' limits while pushing an object")
+    approaches_m: tuple[float, ...] = _length(
+        (0.08, 0.05, 0.12),
+        0.5,
+        "how far back along the tool's axis the hand starts; the first way that is free is taken",
+    )
+    withdrawals_m: tuple[float, ...] = _length(
+        (0.05, 0.02), 0.5, "the same for how far it draws back from what has fallen out of it"
+    )
+    push_gap_m: float = _length(0.025, 0.5, "how far behind what it pushes the hand comes down and goes up")
+    close_push_gap_m: float = _length(0.008, 0.5, "the same where others leave no more room")
+    push_height_m: float = _length(0.12, 0.5, "how far above that it begins and ends")
+    hand_margin_m: float = _length(0.002, 0.05, "between the open hand and what stands around where grasps are chosen")
 
     def __post_init__(self) -> None:
         for f in fields(self):
             value, low, high = getattr(self, f.name), f.metadata["low"], f.metadata["high"]
-            whole = isinstance(f.default, int)
-            if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
-                raise TampError(f"tuning: {f.name} must be a {'whole ' if whole else ''}number, found {value!r}")
-            if not low <= value <= high or (value == 0 and f.name.endswith("_speed")):
+            whole, several = isinstance(f.default, int), isinstance(f.default, tuple)
+            if several:
+                value = tuple(value) if isinstance(value, list | tuple) else (value,)
+                object.__setattr__(self, f.name, value)
+            numbers = value if several else (value,)
+            if not numbers or any(
+                isinstance(n, bool) or not isinstance(n, int if whole else (int, float)) for n in numbers
+            ):
+                kind = "one or more numbers" if several else f"a {'whole ' if whole else ''}number"
+                raise TampError(f"tuning: {f.name} must be {kind}, found {value!r}")
+            positive = f.name.endswith("_speed") or several
+            if any(not low <= n <= high or (n == 0 and positive) for n in numbers):
                 raise TampError(f"tuning: {f.name} must lie between {low:g} and {high:g}, found {value!r}")
 
     @staticmethod
@@ -83,7 +108,21 @@ class Tuning:
 
         return Speeds(self.carrying_speed, self.gentle_speed, self.pushing_speed)
 
-    def changed(self) -> dict[str, float]:
+    @property
+    def hand(self) -> HandMotion:
+        """How the hand comes and goes."""
+        from tamp.streams.workspace import HandMotion
+
+        return HandMotion(
+            self.approaches_m, self.withdrawals_m, self.push_gap_m, self.close_push_gap_m, self.push_height_m,
+            self.hand_margin_m,
+        )  # fmt: skip
+
+    def recorded(self) -> dict[str, Any]:
+        """JSON-like values by name."""
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+
+    def changed(self) -> dict[str, Any]:
         """What differs from the defaults."""
         return {name: value for name, value in asdict(self).items() if value != getattr(Tuning, name)}
 

@@ -56,7 +56,9 @@ class Attempt:
         Symbolic facts are those of the task's start where none are given.
         """
         situation = setup.observe(poses, deadline)
-        workspace = Workspace(setup.task, setup.world, situation.start, situation.goals, setup.cache)
+        workspace = Workspace(
+            setup.task, setup.world, situation.start, situation.goals, setup.cache, setup.settings.tuning.hand
+        )
         own = {**setup.task.samplers, **(samplers or {})}
         functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)
         configuration = Configuration(tuple(q), setup.world.robot.spec.gripper.stroke)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import fields
 
+import numpy as np
 import pytest
 
 import tamp
@@ -13,6 +15,9 @@ from tamp.pipeline.options.settings import MOTION_PLANNERS, Options, Settings, s
 from tamp.pipeline.options.tuning import DEFAULT_TUNING, Tuning
 from tamp.pipeline.plan import plan
 from tamp.pipeline.solve import carry_out
+from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.workspace import HandMotion
 from tamp.task import At, Box, Object, Pose, Task
 from tamp.task.files.plan_file import plan_sha256
 
@@ -86,6 +91,9 @@ def test_an_unknown_option_is_refused_with_those_that_there_are():
         ({"tuning": {"carying_speed": 0.5}}, "unknown 'carying_speed'; did you mean 'carrying_speed'"),
         ({"tuning": {"carrying_speed": 0.0}}, "carrying_speed must lie between 0 and 1, found 0.0"),
         ({"tuning": {"max_replans": 1.5}}, "max_replans must be a whole number, found 1.5"),
+        ({"tuning": {"approaches_m": (0.05, 0.0)}}, "approaches_m must lie between 0 and 0.5, found"),
+        ({"tuning": {"approaches_m": ()}}, "approaches_m must be one or more numbers, found"),
+        ({"tuning": {"hand_margin_m": "wide"}}, "hand_margin_m must be a number, found 'wide'"),
     ],
 )
 def test_a_wrong_value_is_refused_in_one_sentence(given, said):
@@ -99,6 +107,27 @@ def test_tuning_is_recorded_with_the_run():
     assert settings.recorded()["tuning"]["max_replans"] == 3
     assert settings.tuning.changed() == {"max_replans": 3}
     assert DEFAULT_TUNING.changed() == {}
+    recorded = json.loads(json.dumps(Settings(tuning={"approaches_m": (0.06, 0.04)}).recorded()["tuning"]))
+    assert recorded["approaches_m"] == [0.06, 0.04]
+    assert Settings(tuning=recorded).recorded()["tuning"] == recorded
+
+
+def test_how_the_hand_comes_and_goes_reaches_the_samplers():
+    assert DEFAULT_TUNING.hand == HandMotion()
+    numbers = {"approaches_m": (0.06,), "withdrawals_m": 0.03, "hand_margin_m": 0.004, "push_gap_m": 0.03}
+    hand = tamp.prepare(Task("one", (RED,)), tuning=numbers).hand
+    assert hand == HandMotion(approaches=(0.06,), withdrawals=(0.03,), margin=0.004, push_gap=0.03)
+
+
+def test_a_short_approach_is_what_is_planned():
+    task = Task("one", (RED,))
+    for length in (0.08, 0.04):
+        workspace = tamp.prepare(task, tuning={"approaches_m": length})
+        context = tamp.sampler_context(workspace)
+        grasp, place = next(sample_grasp(context, "red")), workspace.start["red"]
+        handling = next(inverse_kinematics(context, "red", place, grasp))[2]
+        begin, end = (workspace.world.robot.forward(handling.approach[i])[:3, 3] for i in (0, -1))
+        assert np.linalg.norm(end - begin) == pytest.approx(length, abs=1e-4)
 
 
 def test_what_the_user_leaves_open_is_the_tasks_to_say():

@@ -16,6 +16,7 @@ from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
 from tamp.streams.releasing.tilted_release import lays, plan_bringing, plan_laying
 from tamp.streams.values import Placement
+from tamp.streams.workspace import HandMotion
 from tamp.task import At, Box, Fall, Mesh, Object, Pose
 from tests.streams.tables import OBJECTS, SLAB, ToldContext, at, corners, workspace_of
 
@@ -109,9 +110,9 @@ def test_what_has_fallen_is_not_between_the_fingers_any_more(workspace):
         assert not len(between_pads(workspace, "block", T_object_tool, stroke))
 
 
-def test_nothing_is_dropped_that_would_stay_between_the_fingers(workspace, monkeypatch):
-    monkeypatch.setattr("tamp.streams.motion.inverse_kinematics.WITHDRAWALS", (0.001,))
-    context, goal = ToldContext(workspace), workspace.goals["block"]
+def test_nothing_is_dropped_that_would_stay_between_the_fingers(workspace):
+    context = ToldContext(replace(workspace, hand=HandMotion(withdrawals=(0.001,))))
+    goal = workspace.goals["block"]
     grasp = next(sample_grasp(context, "block"))
     low = (Pose((*goal.pose.xyz[:2], goal.pose.xyz[2] + 0.002), goal.pose.quat), goal.pose)
     assert list(handlings(context, "block", goal, grasp, low)) == []

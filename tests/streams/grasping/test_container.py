@@ -9,7 +9,7 @@ from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.grasping.container import LEVEL, roomy_pinches
 from tamp.streams.grasping.hand_clearance import support_cost
 from tamp.streams.hand.candidates import sample_pinches
-from tamp.streams.hand.clearance import HAND_MARGIN, opening_for
+from tamp.streams.hand.clearance import opening_for
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.values import CLEARANCE
 from tamp.streams.workspace import TABLE
@@ -88,7 +88,7 @@ def test_among_neighbours_room_is_judged_as_the_fingers_close(rack):
     place, around = rack.start["plate"], ("crate", "left", "right")
     pinches = drawn(rack, "plate")
     assert len(pinches)
-    hand = rack.world.free_hand(Scene({name: rack.start[name].pose.matrix for name in around}), HAND_MARGIN)
+    hand = rack.world.free_hand(Scene({name: rack.start[name].pose.matrix for name in around}), rack.hand.margin)
     for T, width, clearance in zip(pinches.T_object_tool, pinches.widths, pinches.clearances, strict=True):
         grasp = closed(rack, "plate", T, float(width), float(clearance))
         assert grasp is not None

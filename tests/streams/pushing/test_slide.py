@@ -114,7 +114,7 @@ def test_a_slim_hand_pushes_with_the_back_of_one_finger_and_is_narrower(workspac
         for T, opening in hands_at(workspace, "box", start, way, slim):
             assert abs((T[:3, :3] @ closing)[:2] @ along) == pytest.approx(1.0)
             assert (opening == 0.0) == slim
-    assert next(pushes(ToldContext(workspace), "box", start, way, slim=True)).end == way.end
+    assert next(pushes(ToldContext(workspace), "box", start, way, workspace.hand.push_gap, slim=True)).end == way.end
 
 
 def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(workspace, offer):

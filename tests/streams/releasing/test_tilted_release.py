@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -13,6 +14,7 @@ from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
 from tamp.streams.releasing.tilted_release import plan_laying
 from tamp.streams.values import Placement
+from tamp.streams.workspace import HandMotion
 from tamp.task import At, Box, Object, Pose
 from tamp.world.scene import Scene
 from tests.streams.tables import ToldContext, corners, workspace_of
@@ -91,9 +93,9 @@ def test_what_has_fallen_over_is_not_between_the_fingers_any_more(workspace):
 
 
 def test_nothing_is_laid_that_would_stay_between_the_fingers(workspace, monkeypatch):
-    monkeypatch.setattr("tamp.streams.motion.inverse_kinematics.APPROACHES", (0.002,))
     monkeypatch.setattr("tamp.streams.motion.inverse_kinematics.approach_contact", lambda *asked: None)
-    context, place = ToldContext(workspace), workspace.goals["book"]
+    near = replace(workspace, hand=HandMotion(approaches=(0.002,)))
+    context, place = ToldContext(near), workspace.goals["book"]
     grasp = next(sample_grasp(ToldContext(workspace), "book"))
     above = Pose((0.1, -0.15, 0.3)) @ workspace.start["book"].pose @ Pose((-0.1, -0.1, -0.25))
     held = above @ Pose.from_rpy((0.0, 0.0, 0.0), (0.02, 0.0, 0.0))
