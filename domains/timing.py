@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tamp.streams.collisions import CONTACT_DEPTH, GRAZED_DEPTH, touched
+from tamp.streams.collisions import CONTACT_DEPTH, touched
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Attachment, Move
@@ -93,7 +93,7 @@ class Timing:
         checker = self._world.checker(
             scene,
             margin=CLEARANCE,
-            held_margin=-GRAZED_DEPTH - CLEARANCE / 2 if near_support else CLEARANCE,
+            held_margin=-CLEARANCE if near_support else CLEARANCE,
             touch={} if touching is None else {touching: -2 * CLEARANCE},
             held_touch=beside,
         )

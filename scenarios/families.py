@@ -26,6 +26,9 @@ FINGER = 0.022
 """A finger's thickness: the least room between two boxes of `sort`, `stack` and `permutation` [m]."""
 CLUTTER_PITCH = 0.08
 TALL = 0.14
+DENSE_BOX = (0.04, 0.04, 0.08)
+DENSE_CELLS = tuple((-0.2 + 0.08 * i, 0.08 + 0.08 * j) for i in range(6) for j in range(7))
+"""A grid of 7 x 6 cells at 8 cm pitch on the left half."""
 
 
 def sort(n: int, seed: int) -> Task:
@@ -93,8 +96,33 @@ def permutation(n: int, seed: int) -> Task:
     return Task(f"permutation_{n}_{seed}", tuple(boxes))
 
 
+def dense(n: int, seed: int) -> Task:
+    """`n` boxes of 4 x 4 x 8 cm on a grid of 8 cm pitch; each goes onto the region, which 40 of them nearly fill.
+
+    Raises:
+        ValueError: unless 1 <= n <= 40.
+    """
+    return _on_grid("dense", n, seed, storeys=1)
+
+
+def towers(n: int, seed: int) -> Task:
+    """The same in towers of two, the last box alone where n is odd.
+
+    Raises:
+        ValueError: unless 1 <= n <= 40.
+    """
+    return _on_grid("towers", n, seed, storeys=2)
+
+
 FAMILIES: Mapping[str, Callable[[int, int], Task]] = MappingProxyType(
-    {"sort": sort, "stack": stack, "clutter": clutter, "permutation": permutation}
+    {
+        "sort": sort,
+        "stack": stack,
+        "clutter": clutter,
+        "permutation": permutation,
+        "dense": dense,
+        "towers": towers,
+    }
 )
 
 
@@ -103,6 +131,18 @@ def _start(family: str, n: int, seed: int, most: int) -> Random:
     if not 1 <= n <= most:
         raise ValueError(f"{family} has tasks for n = 1 to {most}, not {n}")
     return Random(f"{family} {n} {seed}")
+
+
+def _on_grid(family: str, n: int, seed: int, storeys: int) -> Task:
+    """Boxes in cells of the dense grid, so many on top of each other, nearly parallel to it; all go to the region."""
+    random = _start(family, n, seed, most=40)
+    cells = random.sample(DENSE_CELLS, -(-n // storeys))
+    places = [(x, y, random.uniform(-0.1, 0.1)) for x, y in cells]
+    boxes = [
+        _standing(f"box_{k}", DENSE_BOX, places[k // storeys], On(RIGHT.name), k % storeys * DENSE_BOX[2])
+        for k in range(n)
+    ]
+    return Task(f"{family}_{n}_{seed}", tuple(boxes), regions=(RIGHT,))
 
 
 def _box(n: int) -> tuple[float, float, float]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
-GRAZED_DEPTH = 0.0005  # all else it may graze, as little as numbers are exact [m]
+GRAZED_DEPTH = 0.0  # all else it keeps clear of [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
 

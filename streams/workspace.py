@@ -53,6 +53,7 @@ class Workspace:
         start: object -> where it stands now.
         goals: object -> the placement that its goal pose means; only objects whose goal is a pose.
         cache: what samplers keep, for all workspaces of the same run; it belongs to this world.
+        whole: the task with all its goals, where `task` asks for some of them only.
         hand: how the hand comes and goes, the same for all workspaces that share a cache.
     """
 
@@ -61,9 +62,12 @@ class Workspace:
     start: Mapping[str, Placement]
     goals: Mapping[str, Placement]
     cache: SampleCache = field(default_factory=SampleCache, repr=False)
+    whole: Task = field(default=None, repr=False)  # type: ignore[assignment]
     hand: HandMotion = HandMotion()
 
     def __post_init__(self) -> None:
+        if self.whole is None:
+            object.__setattr__(self, "whole", self.task)
         for name in ("start", "goals"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 

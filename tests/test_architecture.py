@@ -93,7 +93,7 @@ HOMES = {
         "perception.cameras.noise", "perception.estimation.estimator", "perception.estimation.fusion",
         "perception.estimation.hypotheses", "perception.estimation.model", "perception.estimation.registration",
         "perception.evaluation", "perception.grasps",
-        "perception.estimation.symmetry", "scoring.assignment", "streams.affordances.stack_balance", "task.mesh.parts",
+        "perception.estimation.symmetry", "scoring.assignment", "streams.affordances.friction_cones", "task.mesh.parts",
         "world.kinematics.seeds",
     },
     "sqlalchemy": {

@@ -9,7 +9,9 @@
 
   (:predicates
     ; what streams and the task certify
-    (Movable ?o) (Region ?s)
+    (MayMove ?o)                   ; nothing is asked about two objects of which neither may
+    (Movable ?o)                   ; a hand may take ?o wherever it stands
+    (Region ?s)
     (Grasp ?o ?g) (Placement ?o ?p) (Conf ?q)
     (OnTable ?o ?p)                ; rests on nothing that moves
     (PutOnTable ?o ?p)             ; is put there by any grasp, and not only by the one that was chosen with the place
@@ -37,7 +39,7 @@
     (exists (?s ?ps) (and (RestsOn ?o ?p ?s ?ps) (not (AtPose ?s ?ps)))))
 
   (:derived (UnsafePlacement ?o ?p)
-    (exists (?o2 ?p2) (and (Placement ?o ?p) (Placement ?o2 ?p2) (not (= ?o ?o2))
+    (exists (?o2 ?p2) (and (MayMove ?o) (Placement ?o ?p) (Placement ?o2 ?p2) (not (= ?o ?o2))
                            (AtPose ?o2 ?p2) (not (CFreePlacements ?o ?p ?o2 ?p2)))))
 
   (:derived (UnsafeHandling ?o ?h)

@@ -30,13 +30,15 @@ def facts(workspace: Workspace, question: Question) -> Iterator[Fact]:
     for name, placement in workspace.start.items():
         yield from _placement_facts(workspace.start, name, placement)
         yield ("AtPose", name, placement)
+        if question.may_move(name):
+            yield ("MayMove", name)
         for region in workspace.task.regions:
             if TABLE in placement.on and _centre_inside(region, placement):
                 yield ("InRegion", name, placement, region.name)
     yield ("Region", TABLE)
     yield from (("Region", region.name) for region in workspace.task.regions)
     for name, goal in workspace.goals.items():
-        if goal != workspace.start[name]:
+        if goal != workspace.start[name] and question.may_move(name):
             about = _placement_facts({**workspace.start, **workspace.goals}, name, goal)
             if to_be_pushed(workspace, name, goal):  # no hand can put it down there
                 about = (fact for fact in about if fact[0] not in ("OnTable", "PutOnTable"))

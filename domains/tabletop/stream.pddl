@@ -2,7 +2,7 @@
 (define (stream tabletop)
   (:stream test-cfree-placements
     :inputs (?o ?p ?o2 ?p2)
-    :domain (and (Placement ?o ?p) (Placement ?o2 ?p2))
+    :domain (and (MayMove ?o) (Placement ?o ?p) (Placement ?o2 ?p2))
     :certified (CFreePlacements ?o ?p ?o2 ?p2))
 
   (:stream test-cfree-handling

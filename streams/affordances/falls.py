@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import held
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import layable, tilts
@@ -27,7 +29,6 @@ PASSED = 0.01  # between two poses of a fall [m]
 LEFT = 0.002  # share of a fall that lifts what has come down, where it tips or rolls
 ROCKING = 0.01  # and the most of that as a share of the height of its centre of mass
 SURE = 1.25  # so many times as far inside what carries it the centre of mass is as it needs to be ...
-BESIDE = 0.003  # what is farther beside what carries it is held by walls [m]
 GIVEN = 0.002  # ... and a little farther: where it is carried is known as well as its surface is felt [m]
 RESTS = 0.002  # surface so near to what carries rests on it [m]
 
@@ -55,9 +56,12 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[
         free += 1
     around = {name: place for name, place in below.items() if name in placement.on}
     inside = inside_support(workspace, obj, placement, around, RESTS)
-    # What is held by walls rather than over what carries it does not tip over an edge.
-    firm = (height for height in HEIGHTS if inside < -BESIDE or _rocks(workspace, obj, placement, height) < inside)
-    counts = (round(height / PASSED) + 1 for height in firm)
+
+    def firm(height: float) -> bool:
+        rocks = _rocks(workspace, obj, placement, height)
+        return rocks < inside or held(workspace, {obj: placement}, below, rocks)  # walls hold what they lean on
+
+    counts = (round(height / PASSED) + 1 for height in takewhile(firm, HEIGHTS))
     return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)
 
 

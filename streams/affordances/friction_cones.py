@@ -9,7 +9,8 @@ stood, and of what changes in them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import combinations
+from itertools import combinations, product
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,32 +27,50 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 NEAR = 0.004  # surface this near to another body may press on it [m]
+AROUND = 5e-4  # and no farther beside the face that it presses on [m]
 EDGES = 8  # of a linearised cone, which lies inside the true one
 DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
 LENGTH = 0.05  # by which moments are divided, so that they are of the order of the forces [m]
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
 
-def held(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
-    """Whether forces within the friction cones of all contacts balance the weights of bodies at these placements."""
+def held(
+    workspace: Workspace,
+    places: Mapping[str, Placement],
+    fixed: Mapping[str, Placement] = MappingProxyType({}),
+    margin: float = 0.0,
+) -> bool:
+    """Whether forces within the friction cones of all contacts balance the weights of bodies at these placements.
+
+    Args:
+        workspace: the bodies.
+        places: where those are that must be at rest.
+        fixed: other bodies, which do not give way.
+        margin: how far along x and y their centres of mass may shift, all alike [m].
+    """
     names = sorted(places)
     row = {name: 6 * index for index, name in enumerate(names)}
     mass = np.array([workspace.task.object(name).mass for name in names])
     columns, cost = [], []
-    for a, b in (*combinations(names, 2), *((name, TABLE) for name in names)):
-        points, normals = touching(workspace, a, places[a], b, places.get(b))
+    standing = {**fixed, **places}
+    for a, b in (*combinations(names, 2), *product(names, (*sorted(fixed), TABLE))):
+        points, normals = touching(workspace, a, places[a], b, standing.get(b))
         if len(points):
             forces = _cones(normals, _friction(workspace, a) * _friction(workspace, b))
             columns.append(_wrenches(workspace, places, row, {a: 1.0, b: -1.0}, points, forces))
             cost.append(np.zeros(columns[-1].shape[1]))
-    wanted = np.zeros(6 * len(names))
-    wanted[2::6] = mass / mass.mean()
     for index in range(len(names)):
         shifts = np.zeros((6 * len(names), 4))
         shifts[6 * index + 3 : 6 * index + 5] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
         columns.append(shifts)
         cost.append(np.full(4, LENGTH * mass.mean() / mass[index]))
-    return least(np.concatenate(cost), np.hstack(columns), wanted) <= GIVEN
+    wanted = np.zeros((len(names), 6))
+    wanted[:, 2] = mass / mass.mean()
+    for x, y in product(*[(-margin, margin)] * 2) if margin else [(0.0, 0.0)]:
+        wanted[:, 3:5] = wanted[:, 2:3] * np.array([y, -x]) / LENGTH
+        if least(np.concatenate(cost), np.hstack(columns), wanted.reshape(-1)) > GIVEN:
+            return False
+    return True
 
 
 def least(cost: Array, columns: Array, wanted: Array) -> float:
@@ -103,11 +122,16 @@ def _pressing(workspace: Workspace, one: str, at: Placement, other: str, there: 
         A, b = half_spaces(part)
         lowest = np.stack([(A @ corner.T).min(axis=1) for corner in corners])
         parting = (lowest > b - NEAR).any(axis=0)
-        within = ((local @ A.T) < b + NEAR).all(axis=1) if parting.any() else np.zeros(len(local), dtype=bool)
-        for normal, offset in zip(A[parting], b[parting], strict=True):
-            on = local[within & (local @ normal > offset - NEAR)]
+        if not parting.any():
+            continue
+        beyond = local @ A.T - b
+        beside = np.flatnonzero((beyond < NEAR).all(axis=1))
+        for face in np.flatnonzero(parting):
+            above = beside[beyond[beside, face] > -NEAR]
+            onto = beyond[above] - np.outer(beyond[above, face], A @ A[face])  # moved onto the face
+            on = local[above[(onto < AROUND).all(axis=1)]]
             near.append(on @ T_other[:3, :3].T + T_other[:3, 3])
-            normals.append(np.tile(T_other[:3, :3] @ normal, (len(on), 1)))
+            normals.append(np.tile(T_other[:3, :3] @ A[face], (len(on), 1)))
     return np.vstack(near), np.vstack(normals)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.hand.candidates import Pinches
-from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, lowest_point, points_hit
+from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, points_hit
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper, Pose
@@ -46,17 +46,10 @@ def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDA
     """Whether the hand comes from above and stays above the table or beside it at a placement, shape (n,)."""
     clear: NDArray[np.bool_] = pinches.T_object_tool[:, :3, 2] @ place.pose.matrix[2, :3] < FROM_BELOW
     upright = np.flatnonzero(clear)
-    T = place.pose.matrix @ pinches.T_object_tool[upright]
-    boxes, openings, table = (
-        hand_boxes(workspace.world.robot),
-        openings_of(workspace, pinches)[upright],
-        workspace.task.table,
-    )
-    above = lowest_point(boxes, openings, T) > TABLE_GAP
+    openings, table = openings_of(workspace, pinches)[upright], workspace.task.table
     middle, half = np.array(table.center), np.array(table.size) / 2
-    beside = ~above & (np.abs(T[:, :2, 3] - middle) > half).any(axis=1)
-    above[beside] = clear_of_slab(boxes, openings[beside], T[beside], middle - half, middle + half, TABLE_GAP)
-    clear[upright] = above
+    frames, slab = (place.pose.matrix, pinches.T_object_tool[upright]), (middle - half, middle + half)
+    clear[upright] = clear_of_slab(hand_boxes(workspace.world.robot), openings, *frames, slab, TABLE_GAP)
     return clear
 
 

@@ -159,53 +159,80 @@ def _points_hit(
     return hit
 
 
-def lowest_point(
-    boxes: HandBoxes, openings: NDArray[np.float64], T_world_tool: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Height of the lowest corner of the hand above the world's z = 0 for each grasp, shape (k,) [m]."""
-    lowest: NDArray[np.float64] = _least(boxes, openings, T_world_tool, np.array([0.0, 0.0, 1.0])).min(axis=1)
-    return lowest
-
-
 def clear_of_slab(
     boxes: HandBoxes,
     openings: NDArray[np.float64],
-    T_world_tool: NDArray[np.float64],
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
+    T_world: NDArray[np.float64],
+    T_tool: NDArray[np.float64],
+    slab: tuple[NDArray[np.float64], NDArray[np.float64]],
     gap: float,
 ) -> NDArray[np.bool_]:
-    """Whether each hand stays clear of all that is under a level rectangle at z = 0, by `gap` [m]; shape (k,).
+    """Whether each hand keeps a gap to all that is under a level rectangle at z = 0: above it, or beside it.
 
-    The rectangle's corners are `lower` and `upper`, shape (2,) [m]; the rest is as for `lowest_point`.
+    Args:
+        boxes: the hand.
+        openings: one for each grasp, shape (k,) [m].
+        T_world: the frame that the tools are given in, shape (4, 4).
+        T_tool: each grasp's tool frame in that, shape (k, 4, 4).
+        slab: lower and upper corner of the rectangle, shape (2,) each [m]; only a hand whose tool is beside it may be
+            lower.
+        gap: the least distance [m].
+
+    Returns:
+        One answer for each grasp, shape (k,).
     """
-    clear = _least(boxes, openings, T_world_tool, np.array([0.0, 0.0, 1.0])) > gap
-    for axis in range(2):
-        outward = np.eye(3)[axis]
-        clear |= _least(boxes, openings, T_world_tool, outward) > upper[axis] + gap
-        clear |= _least(boxes, openings, T_world_tool, -outward) > gap - lower[axis]
-    beside: NDArray[np.bool_] = np.all(clear, axis=1)
-    return beside
+    i = boxes.spans(openings)
+    corners = np.array([boxes.lower[:-1], boxes.upper[:-1]])
+    rates = np.array([boxes.lower_rate, boxes.upper_rate])
+    frames = np.array(T_world, order="C"), np.array(T_tool, order="C")
+    return _clear_of_slab(corners, rates, i, openings - boxes.grid[i], *frames, np.array(slab), gap)
 
 
-def _least(
-    boxes: HandBoxes,
-    openings: NDArray[np.float64],
-    T_world_tool: NDArray[np.float64],
-    direction: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """How far along a direction (3,) of the world each box of each hand begins, shape (k, n) [m]."""
-    along = direction @ T_world_tool[:, :3, :3]
-    front, back = np.maximum(along, 0.0), np.minimum(along, 0.0)
-    least = np.empty((len(openings), boxes.lower.shape[1]))
-    spans = boxes.spans(openings)
-    for i in np.unique(spans):
-        at = spans == i
-        beyond = (openings[at] - boxes.grid[i])[:, None]
-        least[at] = front[at] @ boxes.lower[i].T + back[at] @ boxes.upper[i].T
-        least[at] += beyond * (front[at] @ boxes.lower_rate[i].T + back[at] @ boxes.upper_rate[i].T)
-    found: NDArray[np.float64] = least + (T_world_tool[:, :3, 3] @ direction)[:, None]
-    return found
+@compiled
+def _clear_of_slab(
+    corners: NDArray[np.float64],
+    rates: NDArray[np.float64],
+    spans: NDArray[np.int64],
+    beyond: NDArray[np.float64],
+    T_world: NDArray[np.float64],
+    T_tool: NDArray[np.float64],
+    slab: NDArray[np.float64],
+    gap: float,
+) -> NDArray[np.bool_]:
+    clear, R, t, low, high = np.ones(len(T_tool), np.bool_), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
+    for k in range(len(T_tool)):
+        for i in range(3):
+            t[i] = T_world[i, 3]
+            for m in range(3):
+                t[i] += T_world[i, m] * T_tool[k, m, 3]
+                R[i, m] = 0.0
+                for n in range(3):
+                    R[i, m] += T_world[i, n] * T_tool[k, n, m]
+        beside = t[0] < slab[0, 0] or t[0] > slab[1, 0] or t[1] < slab[0, 1] or t[1] > slab[1, 1]
+        for box in range(corners.shape[2]):
+            for m in range(3):
+                low[m] = corners[0, spans[k], box, m] + beyond[k] * rates[0, spans[k], box, m]
+                high[m] = corners[1, spans[k], box, m] + beyond[k] * rates[1, spans[k], box, m]
+            apart = t[2] + _least(R[2], low, high, 1.0) > gap
+            for i in range(2):
+                if apart or not beside:
+                    break
+                apart = t[i] + _least(R[i], low, high, 1.0) > slab[1, i] + gap
+                apart = apart or -t[i] + _least(R[i], low, high, -1.0) > gap - slab[0, i]
+            if not apart:
+                clear[k] = False
+                break
+    return clear
+
+
+@compiled
+def _least(row: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64], sign: float) -> float:
+    """How far a box begins along an axis of the world, or against it, of which `row` holds the components."""
+    least = 0.0
+    for m in range(3):
+        along = sign * row[m]
+        least += along * (low[m] if along > 0.0 else high[m])
+    return least
 
 
 def boxes_in_world(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -12,10 +12,12 @@ from tamp.streams.affordances.stable_poses import amid, resting, stands, turned
 from tamp.streams.affordances.support import carried_by
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.context import Context
-from tamp.streams.hand.clearance import first_clear, hand_above_table
+from tamp.streams.hand.clearance import first_clear, hand_above_table, hand_hits, opening_for
+from tamp.streams.placing.packing import ROOM_FOR_FINGERS, crowded, packed
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, at_pose, held, standing
 from tamp.task import Pose
+from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,7 +63,6 @@ def put_down(workspace: Workspace, obj: str, grasp: Grasp | None, R: Array) -> b
 
 
 RELEASE_HEIGHT = 0.001  # objects are let go this far above what they will stand on [m]
-ROOM_FOR_FINGERS = 0.035  # wanted between an object and its neighbours [m]
 COMPARED = 64  # positions on a region compared at a time
 FITTED = 24  # of those, the best, at which the hand is tried
 DRAWS = 32  # tries before giving up
@@ -73,18 +74,26 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
 
     Positions with room for fingers beside everything that the plan has already placed come first, those where the
     hand that holds the object fits in before all, and, for the table as a buffer, those that no start and no goal
-    will need. Every third draw ignores what is known: what the plan has settled so far is advice, not truth.
+    will need. A region that random places would jam is filled in rows. Every third draw ignores what is known: what the
+    plan has settled so far is advice, not truth.
     """
     workspace: Workspace = context.scene
     wanted = _wanted(workspace, obj) if region == TABLE else []
-    draw = 0
+    draw, given = 0, set[Placement]()
     while True:
         blind = draw % 3 == 2
         grasp = None if blind else held(context.bound).get(obj)
         able = partial(put_down, workspace, obj, grasp)
         R = facing(workspace, obj, context.rng, draw if region == TABLE else 0, able)
-        T = _spots(context, obj, region, R, [] if blind else _taken(context, obj) + wanted)
         draw += 1
+        if not blind and context.bound and region != TABLE and crowded(workspace, workspace.region(region)):
+            spot = _in_rows(context, obj, region, R, grasp, given)
+            if spot is not None:
+                given.add(spot)
+                yield spot
+                continue
+            context.fail(f"the rows on {region} have no place left for {obj}")
+        T = _spots(context, obj, region, R, [] if blind else _taken(context, obj) + wanted)
         if T is not None:
             best = 0 if grasp is None else first_clear(workspace, grasp, T[:FITTED], standing(context.bound), obj)
             yield Placement(Pose.from_matrix(T[best]), (TABLE,))
@@ -92,6 +101,27 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
             context.fail(f"{obj} does not fit on {region} in this orientation")
             if draw > DRAWS:
                 return
+
+
+def _in_rows(
+    context: Context, obj: str, region: str, R: Array, grasp: Grasp | None, given: Collection[Placement]
+) -> Placement | None:
+    """The next place in the rows of a region that was not given before and where the hand has room, if it is known."""
+    workspace: Workspace = context.scene
+    poses = packed(workspace, obj, workspace.region(region), R, grasp, _taken(context, obj))
+    poses[:, 2, 3] += RELEASE_HEIGHT
+    scene = Scene({name: place.pose.matrix for name, place in standing(context.bound).items() if name != obj})
+    for T in poses:
+        place = Placement(Pose.from_matrix(T), (TABLE,))
+        if place not in given and (grasp is None or _has_room(workspace, grasp, T, scene)):
+            return place
+    return None
+
+
+def _has_room(workspace: Workspace, grasp: Grasp, T: Array, scene: Scene) -> bool:
+    """Whether the hand that lets go of an object at T (4, 4) is clear of all that stands in a scene."""
+    opening = opening_for(workspace.world.robot.spec.gripper, grasp)
+    return not hand_hits(workspace, T @ grasp.T_object_tool.matrix, opening, scene)
 
 
 def put_aside(context: Context, obj: str, R: NDArray[np.float64], grasp: Grasp | None = None) -> Placement | None:

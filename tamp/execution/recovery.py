@@ -25,6 +25,9 @@ CLEAR = 0.003
 DISTANCES = (0.03, 0.06, 0.1, 0.15, 0.2)
 """How far the hand is drawn out, the shortest that frees it [m]."""
 
+OPENINGS = 9
+"""Of the fingers at which the hand must be free, as they may close from the next motion on; pads are thicker."""
+
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -62,8 +65,8 @@ def way_out(world: World, poses: Mapping[str, Pose], q: Array) -> Array | None:
     robot = world.robot
     q = np.clip(q, robot.lower, robot.upper)
     standing = {name: pose.matrix for name, pose in poses.items()}
-    openings = (robot.spec.gripper.stroke, 0.0)
-    checkers = [world.checker(Scene(standing, opening=opening), margin=CLEAR) for opening in openings]
+    openings = np.linspace(robot.spec.gripper.stroke, 0.0, OPENINGS)
+    checkers = [world.checker(Scene(standing, opening=float(opening)), margin=CLEAR) for opening in openings]
 
     def free(q: Array) -> bool:
         return all(checker.free(q) for checker in checkers)

@@ -1,7 +1,10 @@
 import pytest
 
+from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Question
 from tamp.domains.tabletop import DOMAIN
+from tamp.planning import solve
+from tamp.streams import collisions
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import At, Box, Cylinder, In, Object, On, Pose, Region
@@ -32,6 +35,28 @@ def test_every_object_may_move_and_stands_where_it_stands(table):
     assert facts(table, "Movable") == [("red",), ("slab",), ("cube",)]
     assert facts(table, "AtPose") == [(name, table.start[name]) for name in ("red", "slab", "cube")]
     assert {(name, "table") for name in table.start} <= set(facts(table, "Placeable"))
+
+
+def test_only_what_may_move_in_a_question_is_said_to_and_has_a_goal_placement(table):
+    asked = DOMAIN.problem(table, SAMPLERS, Question(HOME, movable={"cube"}))
+    assert [fact for fact in asked.init if fact[0] == "MayMove"] == [("MayMove", "cube")]
+    assert ("Placement", "red", table.goals["red"]) not in asked.init
+    assert {fact[1] for fact in asked.init if fact[0] == "Placement"} == {"red", "slab", "cube"}
+
+
+def test_no_test_is_called_about_two_objects_that_stay(table):
+    asked, samplers = [], {**resolve_samplers(DOMAIN.samplers)}
+
+    def cfree(context, *inputs):
+        asked.append(inputs[0])
+        return collisions.test_cfree_placements(context, *inputs)
+
+    samplers["test-cfree-placements"] = cfree
+    home = Configuration(tuple(table.world.robot.spec.home), 0.08)
+    problem = DOMAIN.problem(table, samplers, Question(home, movable={"red"}))
+    solution = solve(problem, seed=0, timeout=600.0)
+    assert [action.name for action in solution.plan] == ["move-free", "pick", "move-holding", "place"]
+    assert set(asked) == {"red"}
 
 
 def test_what_stands_on_the_table_rests_on_nothing_that_moves(table):

@@ -169,6 +169,19 @@ def test_open_fingers_leave_what_is_between_them_since_they_may_close():
         assert checker.free(path[-1])
 
 
+def test_fingers_leave_what_they_would_only_pass_as_they_close():
+    pole = Object("pole", Box((0.005, 0.005, 0.08)), BLOCK.pose)
+    world = World(robot_model(load_robot("panda")), {"pole": load_geometry(pole.shape)})
+    hand = HandPlanner(Task("one", (BLOCK,)), {"block": BLOCK.pose})
+    hand.pick("block", GRASP, 0.05)
+    around = hand.actions[0].steps[1].trajectory.positions[-1]
+    T = world.robot.forward(around)
+    aside = {"pole": Pose(tuple(T[:3, 3] + 0.031 * T[:3, 1] - [0.0, 0.0, 0.02]))}
+    scenes = {opening: Scene({"pole": aside["pole"].matrix}, opening=opening) for opening in (0.0, 0.03, 0.08)}
+    assert [world.checker(scene, margin=CLEAR).free(around) for scene in scenes.values()] == [True, False, True]
+    assert way_out(world, aside, around) is not None
+
+
 def test_an_arm_that_is_free_stays():
     world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
     assert way_out(world, {"block": BLOCK.pose}, np.array(world.robot.home)) is None

@@ -16,7 +16,7 @@ from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tamp.task.files.load import load_task
-from tamp.world.geometry import convex_union
+from tamp.world.geometry import separating_faces
 from tamp.world.kinematics import levenberg_marquardt
 from tamp.world.robot.model import robot_model
 
@@ -274,6 +274,7 @@ def test_a_spoon_may_lie_deep_in_what_carries_it(tmp_path):
 def test_what_is_compiled_is_compiled_before_any_limit_runs():
     warm_up(robot_model(load_robot("panda")))
     loops = (
-        levenberg_marquardt._iterate, convex_union._sieve, antipodal._exits, hand_boxes._points_hit, stability._apart,
+        levenberg_marquardt._iterate, separating_faces.sieve, antipodal._exits, stability._apart,
+        hand_boxes._points_hit, hand_boxes._clear_of_slab,
     )  # fmt: skip
     assert all(len(loop.signatures) for loop in loops)

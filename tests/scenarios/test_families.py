@@ -8,16 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.scenarios.families import BASE, FAMILIES, RIGHT, clutter, permutation, sort, stack
+from tamp.scenarios.families import BASE, FAMILIES, RIGHT, clutter, dense, permutation, sort, stack, towers
 from tamp.task import At, On, Task
 from tamp.task.validate import validate
 
 from .solids import bottom, overlap, placed
 
-CASES = [("sort", 40), ("stack", 40), ("clutter", 9), ("permutation", 20)]
+SPREAD = [("sort", 40), ("stack", 40), ("clutter", 9), ("permutation", 20)]
+CASES = [*SPREAD, ("dense", 40), ("towers", 40)]
 
 
-@pytest.mark.parametrize(("family", "most"), CASES)
+@pytest.mark.parametrize(("family", "most"), SPREAD)
 @settings(max_examples=12, deadline=None)
 @given(data=st.data())
 def test_starts_are_apart_supported_reachable_and_off_the_region(family, most, data):
@@ -85,6 +86,18 @@ def test_clutter_rings_the_short_box_at_the_pitch():
     middle = np.array(task.object("short").pose.xyz[:2])
     away = sorted(float(np.linalg.norm(np.array(o.pose.xyz[:2]) - middle)) for o in task.objects[1:])
     assert away == pytest.approx([0.08] * 4 + [0.08 * math.sqrt(2)] * 4)
+
+
+def test_dense_boxes_stand_apart_on_a_grid_and_towers_are_two_high():
+    for task in (dense(40, 3), towers(40, 3)):
+        validate(task)
+        assert len(task.objects) == 40
+        assert sizes(task) == {(0.04, 0.04, 0.08)}
+        assert all(o.goal == On("right") for o in task.objects)
+        bodies = [placed(o.shape, o.pose) for o in task.objects]
+        assert all(overlap(a, b) < 1e-6 for a, b in combinations(bodies, 2))
+        assert all(body[0][:, 1].min() > RIGHT.center[1] + RIGHT.size[1] / 2 for body in bodies)
+    assert {round(o.pose.xyz[2], 9) for o in towers(40, 3).objects} == {0.04, 0.12}
 
 
 def test_permutation_permutes():

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
+HALF_TURN = 0.99  # cosine, but for its sign, from which on a turn is nearly one to the opposite
+MOST_LOOKS = 4096  # at a fall, however far it goes
 LOOKS = 90  # at what is lowest while a body rolls over
 
 
@@ -46,7 +48,10 @@ def check_fall(
     if straight:
         check_strayed(scene, state, name, before, after, allow, report)
     path = _turned(before, after)
-    while travelled(scene.solids[name], path).max(initial=0.0) > allow.step:
+    while (step := travelled(scene.solids[name], path).max(initial=0.0)) > allow.step:
+        if len(path) > MOST_LOOKS:
+            report("fall", f"{name} is said to fall so far that nobody can look at its way", bodies=(name,), depth=step)
+            return
         path = _turned(before, after, 2 * len(path))
     body = Mover(scene.solids[name], path)
     others = [mover for mover in standing(scene.solids, state.standing(scene)) if mover.solid.name != name]
@@ -142,8 +147,14 @@ def _turn(before: Array, after: Array) -> tuple[Array, float]:
     """Axis, a unit vector in the world, and angle of the turn between two poses [rad]."""
     R = after[:3, :3] @ before[:3, :3].T
     skew = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
-    sine = float(np.linalg.norm(skew))
-    return skew / max(sine, 1e-12), float(np.arctan2(sine, (np.trace(R) - 1) / 2))
+    sine, cosine = float(np.linalg.norm(skew)), (np.trace(R) - 1) / 2
+    if cosine < -HALF_TURN:  # there the skew part fades, and the symmetric one is 2 a a' - 1
+        lengths, axes = np.linalg.eigh(R + R.T)
+        axis = axes[:, lengths.argmax()]
+        axis = axis if axis @ skew >= 0.0 else -axis
+    else:
+        axis = skew / max(sine, 1e-12)
+    return axis, float(np.arctan2(sine, cosine))
 
 
 def _turned(before: Array, after: Array, count: int = 8) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -121,12 +122,17 @@ STEP = 0.001
 def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerances) -> bool:
     """Whether an object that `leaving` carried tilts by no more than `allow.slump` until the rest carries it.
 
-    It tilts over the edge of what still carries it, to where its centre of mass lies, as every body does at first.
+    It gives by no more than `allow.slack` until something near carries it, as a plate does in a rack; or it tilts over
+    the edge of what still carries it, to where its centre of mass lies, as every body does at first.
     What carries a third object is not let slump.
     """
     without = State({o: T for o, T in state.poses.items() if o != leaving}, state.q)
     if _carries(scene, without, name, allow):
         return False
+    wider = replace(allow, standing=allow.standing + allow.slack)
+    near = carriers(scene, replace(without, touching={}), name, wider)
+    if balanced(scene, without, name, near, allow) >= allow.balance:
+        return True
     T = state.poses[name]
     found = _tipping(carriers(scene, without, name, allow), scene.center_of_mass(name, T))
     if found is None:
@@ -146,9 +152,9 @@ def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerance
 
 
 def _carries(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
-    """Whether anything stands on an object."""
+    """Whether anything stands on an object, but for what that stands in: a rack's bars touch a plate from above too."""
     below = {name: (scene.solids[name], state.poses[name])}
-    for other in sorted(state.poses):
+    for other in sorted(state.poses.keys() - set(carriers(scene, state, name, allow).bodies)):
         T = inverse(state.poses[name]) @ state.poses[other]
         if other == name or clearance(scene.solids[name], scene.solids[other], T, allow.contact) > allow.standing:
             continue

@@ -25,8 +25,10 @@ from tamp.planning import Report, combined
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
-from tamp.task import In, On
+from tamp.streams.workspace import Workspace
+from tamp.task import Goal, In, On
 
 
 @dataclass
@@ -196,8 +198,7 @@ class Ordering:
 
     def _reach_objects(self, persistent: bool) -> None:
         begin, task = self.progress.now, self.progress.now.setup.task
-        if task.goal or any(isinstance(obj.goal, On | In) for obj in task.objects):
-            # Where such a goal is reached is open, and one that is reached alone may take the room of the next.
+        if task.goal or any(_takes_room(begin.workspace, obj.goal) for obj in task.objects):
             with self._asker.within(self._asker.tuning.together_share):
                 if self._all_together(self._asker.tuning.together_iterations):
                     return
@@ -316,3 +317,13 @@ class Ordering:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""
         asker = self._asker
         return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed, asker.deadline)
+
+
+def _takes_room(workspace: Workspace, goal: Goal | None) -> bool:
+    """Whether it is open where a goal is reached, so that one that is reached alone may take the room of the next.
+
+    Where a region is filled in rows it does not: there a jam shall cost one object and not the plan for all.
+    """
+    regions = {region.name: region for region in workspace.task.regions}
+    in_rows = isinstance(goal, On) and goal.target in regions and crowded(workspace, regions[goal.target])
+    return isinstance(goal, On | In) and not in_rows

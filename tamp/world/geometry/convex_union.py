@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import coal
 import numpy as np
 
-from tamp.compiled import compiled
 from tamp.task.mesh.parts import Part, convex_hull
 from tamp.world.geometry.half_spaces import half_spaces, joined
+from tamp.world.geometry.separating_faces import CLEAR, HIT, UNKNOWN, sieve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.world.geometry.half_spaces import Planes
+    from tamp.world.geometry.separating_faces import Corners
 
     Matrix = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class Solid:
         pieces: the parts.
         parts: a `coal.Convex` for each of them.
         hull: the `coal.Convex` hull of all of them; the part itself where there is one.
-        corners: the vertices of the hull, shape (k, 3) [m], in the solid's frame.
+        outline: the hull, in the solid's frame.
         tree: a `coal.DynamicAABBTreeCollisionManager` of the parts in the solid's frame.
         center: centre of each part's bounding box, shape (n, 3) [m], in the solid's frame.
         half: half the size of each part's bounding box, shape (n, 3) [m].
@@ -39,7 +39,7 @@ class Solid:
     pieces: tuple[Part, ...]
     parts: tuple[Any, ...]
     hull: Any
-    corners: Matrix
+    outline: Part
     tree: Any
     center: Matrix
     half: Matrix
@@ -62,7 +62,7 @@ def solid(parts: Sequence[Part]) -> Solid:
         tree.registerObject(coal.CollisionObject(shape))
     tree.setup()
     box = (lower + upper) / 2, (upper - lower) / 2
-    return Solid(tuple(parts), shapes, hull, np.array(outline.vertices), tree, *box)
+    return Solid(tuple(parts), shapes, hull, outline, tree, *box)
 
 
 def overlap(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> bool:
@@ -150,14 +150,17 @@ class Crowd:
         self._callback.data.request.security_margin = margin
         self._tree = coal.DynamicAABBTreeCollisionManager()
         planes: list[tuple[Matrix, Matrix]] = []
+        corners = [np.zeros((0, 3))]
         for one, T in standing:
             pose = coal.Transform3s(T[:3, :3], T[:3, 3])
             for part, shape in zip(one.pieces, one.parts, strict=True):
                 self._tree.registerObject(coal.CollisionObject(shape, pose))
                 A, b = half_spaces(part)
                 planes.append((A @ T[:3, :3].T, b + A @ (T[:3, :3].T @ T[:3, 3])))
+                corners.append(part.vertices @ T[:3, :3].T + T[:3, 3])
         self._tree.setup()
         self._planes = joined(planes)
+        self._corners: Corners = np.concatenate(corners), np.cumsum([len(each) for each in corners[1:]], dtype=np.int64)
 
     def meets(self, probe: Probe, R: Matrix, t: Matrix) -> NDArray[np.bool_]:
         """Whether a body at each of some poses in the world comes too close to any of them, shape (n,).
@@ -167,7 +170,8 @@ class Crowd:
             R: its orientations, shape (n, 3, 3).
             t: its positions, shape (n, 3) [m].
         """
-        verdicts = _sieve(self._planes, probe.corners, np.array(R, order="C"), np.array(t, order="C"), self._margin)
+        poses = np.array(R, order="C"), np.array(t, order="C")
+        verdicts = sieve(self._planes, self._corners, probe.corners, probe.faces, *poses, self._margin)
         for index in np.flatnonzero(verdicts == UNKNOWN):
             verdicts[index] = HIT if self._collides(probe.body, R[index], t[index]) else CLEAR
         hit: NDArray[np.bool_] = verdicts == HIT
@@ -185,62 +189,9 @@ class Probe:
     """A body that is moved about in a crowd: the hull of a solid."""
 
     def __init__(self, one: Solid) -> None:
-        self.body, self.corners = coal.CollisionObject(one.hull), one.corners
-
-
-CLEAR, HIT, UNKNOWN = 0, 1, 2
-
-
-@compiled
-def _sieve(planes: Planes, corners: Matrix, R: Matrix, t: Matrix, margin: float) -> NDArray[np.int8]:
-    """What planes and corners alone say of a convex body at each of some poses, (n, 3, 3) and (n, 3); shape (n,).
-
-    It is clear of a part where one of the part's planes parts it from all corners, and hits it where a corner is in it.
-    """
-    A, b, ends = planes
-    verdicts, points = np.zeros(len(t), np.int8), np.empty(corners.shape)
-    for k in range(len(t)):
-        for v in range(len(corners)):
-            for i in range(3):
-                points[v, i] = t[k, i]
-                for j in range(3):
-                    points[v, i] += R[k, i, j] * corners[v, j]
-        first = 0
-        for end in ends:
-            if not _parted(A[first:end], b[first:end], points, margin):
-                verdicts[k] = HIT if _any_inside(A[first:end], b[first:end], points) else UNKNOWN
-                if verdicts[k] == HIT:
-                    break
-            first = end
-    return verdicts
-
-
-@compiled
-def _parted(A: Matrix, b: Matrix, points: Matrix, margin: float) -> bool:
-    """Whether all points are beyond one and the same of the planes A x = b, by more than `margin`."""
-    for m in range(len(A)):
-        beyond = True
-        for v in range(len(points)):
-            if A[m, 0] * points[v, 0] + A[m, 1] * points[v, 1] + A[m, 2] * points[v, 2] <= b[m] + margin:
-                beyond = False
-                break
-        if beyond:
-            return True
-    return False
-
-
-@compiled
-def _any_inside(A: Matrix, b: Matrix, points: Matrix) -> bool:
-    """Whether any point is in the body A x <= b."""
-    for v in range(len(points)):
-        inside = True
-        for m in range(len(A)):
-            if A[m, 0] * points[v, 0] + A[m, 1] * points[v, 1] + A[m, 2] * points[v, 2] > b[m]:
-                inside = False
-                break
-        if inside:
-            return True
-    return False
+        self.body, self.corners = coal.CollisionObject(one.hull), np.array(one.outline.vertices)
+        A, b = half_spaces(one.outline)
+        self.faces = np.array(A), np.array(b)
 
 
 def _box_gaps(a: Solid, b: Solid, T_a_b: Matrix) -> Matrix:

@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import tamp
 from tamp.checking import check
-from tamp.checking.actions.fall import check_fall
+from tamp.checking.actions.fall import _turn, _turned, check_fall
 from tamp.checking.geometry.solids import Solid
+from tamp.checking.geometry.transforms import rotation
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
@@ -51,6 +54,24 @@ def said(task, plan):
 def test_a_book_laid_on_its_edge_falls_flat(task, plan):
     assert plan.actions[-1].name == "lay"
     assert check(task, plan).accepted
+
+
+@given(seed=st.integers(0, 2**32 - 1), angle=st.one_of(st.floats(0.01, np.pi), st.just(np.pi)))
+@settings(max_examples=60, deadline=None)
+def test_a_turn_takes_a_pose_to_the_other_about_a_unit_axis(seed, angle):
+    axis = np.random.default_rng(seed).normal(size=3)
+    axis /= np.linalg.norm(axis)
+    before, after = np.eye(4), np.eye(4)
+    after[:3, :3] = rotation(axis, angle)
+    found, turned = _turn(before, after)
+    assert np.linalg.norm(found) == pytest.approx(1.0)
+    np.testing.assert_allclose(rotation(found, turned), after[:3, :3], atol=1e-7)
+    np.testing.assert_allclose(_turned(before, after)[-1], after, atol=1e-7)
+
+
+@pytest.mark.parametrize("pose", [Pose((0.0, 0.0, -1e6)), Pose.from_rpy((1e6, 0.0, 0.0), (np.pi, 0.0, 0.0))])
+def test_a_fall_from_beyond_all_bounds_is_refused_and_not_followed(task, plan, pose):
+    assert "so far that nobody can look" in said(task, with_fall(plan, replace(fallen(plan), pose=pose)))
 
 
 def test_a_fall_does_not_carry_an_object_elsewhere(task, plan):

@@ -17,7 +17,7 @@ from tamp.pipeline.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.serialization.subproblem import EFFORTS, Asker
 from tamp.pipeline.solve import Job
 from tamp.planning import Report, Solution
-from tamp.task import At, Box, Object, Pose, Release, Task, load_robot
+from tamp.task import At, Box, Object, On, Pose, Region, Release, Task, load_robot
 from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
 from tests.streams.tables import CRATE
 
@@ -93,6 +93,20 @@ def test_what_rests_on_something_that_counts_as_there_is_brought_to_its_goal():
     plan = search(Task("rest", (board, red)), 300.0).run()
     assert plan.report["left"] == {}
     assert [action.arguments[0] for action in plan.actions if action.name == "stack"] == ["red"]
+
+
+def test_objects_that_fill_their_region_are_brought_there_one_by_one_and_leave_each_other_room():
+    narrow = Region("narrow", (0.05, -0.25), (0.12, 0.14))
+    boxes = [
+        Object(f"box_{k}", Box((0.04, 0.04, 0.08)), Pose((-0.1 + 0.08 * k, 0.2, 0.04)), On("narrow")) for k in range(5)
+    ]
+    setup = prepare(Task("narrow", tuple(boxes), regions=(narrow,)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    search = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive")
+    search.run()
+    assert not search.left
+    assert len(search.progress.pieces) == len(boxes)
+    assert [action.name for action in search.progress.actions].count("pick") == len(boxes)
 
 
 def test_what_can_be_done_leaves_nothing():
