@@ -172,7 +172,7 @@ def _robot(name: str) -> Iterator[str]:
     data = yaml.safe_load((DOCS.parent / "robots" / name / "robot.yaml").read_text(encoding="utf-8"))
     arm, gripper = data["arm"], data["gripper"]
     near, far = arm["reach"]
-    yield "| | |\n|---|---|"
+    yield "| what | value |\n|---|---|"
     yield f"| joints of the arm | {len(arm['joints'])} |"
     yield f"| it works well from above | {near} to {far} m from the base's axis |"
     yield f"| base | at {tuple(data['base']['xyz'])}, nothing is put within {data['base']['radius']} m of its axis |"
@@ -221,13 +221,13 @@ def _tuning(prefix: str = "") -> Iterator[str]:
     """The numbers that a user may change; those whose meaning begins with a prefix."""
     from tamp.pipeline.options.tuning import Tuning
 
-    yield "| name | default | from | to | meaning |\n|---|---|---|---|---|"
+    yield "| name | default | valid | meaning |\n|---|---|---|---|"
     for field in dataclasses.fields(Tuning):
         low, high, text = (field.metadata[key] for key in ("low", "high", "help"))
         if text.startswith(prefix):
             default = field.default
             told = ",".join(f"{n:g}" for n in default) if isinstance(default, tuple) else f"{default:g}"
-            yield f"| `{field.name}` | {told} | {low:g} | {high:g} | {text.removeprefix(f'{prefix}: ')} |"
+            yield f"| `{field.name}` | {told} | {low:g} to {high:g} | {text.removeprefix(f'{prefix}: ')} |"
 
 
 PARTS = {

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import platform
+import re
+from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import PackageNotFoundError, requires, version
+from itertools import chain
 
 DISTRIBUTION = "tabletop-tamp"
 DISTRIBUTIONS = (
@@ -31,13 +34,29 @@ def versions() -> dict[str, str]:
 
 
 def needs(extra: str) -> tuple[str, ...]:
-    """What an extra of this program consists of, as requirements; empty where the program is not installed."""
+    """What an extra of this program consists of, as requirements; empty where the program is not installed.
+
+    Another extra of this program that it names is given by what that consists of: pip may not know the program's name.
+    """
+    own = (what for what, among in _extras() if among == extra)
+    parts = ((what, re.fullmatch(rf"{DISTRIBUTION}\[([^\]]*)\]", what)) for what in own)
+    return tuple(
+        one
+        for what, inner in parts
+        for one in (chain(*map(needs, re.split(r"\s*,\s*", inner[1]))) if inner else (what,))
+    )
+
+
+def _extras() -> Iterator[tuple[str, str]]:
+    """Each requirement of an extra with the extra's name."""
     try:
         requirements = requires(DISTRIBUTION) or ()
     except PackageNotFoundError:
-        return ()
-    parted = (requirement.partition(";") for requirement in requirements)
-    return tuple(what.strip() for what, _, where in parted if where.replace("'", '"').endswith(f'extra == "{extra}"'))
+        return
+    for requirement in requirements:
+        found = re.fullmatch(r"([^;]*?)\s*;.*extra == ['\"]([^'\"]+)['\"]", requirement)
+        if found:
+            yield found[1], found[2]
 
 
 def how_to_install(extra: str) -> str:

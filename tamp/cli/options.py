@@ -51,7 +51,9 @@ def add_settings(parser: Parser) -> None:
                 **({"nargs": "?", "const": field.metadata["bare"], "type": name} if field.metadata["bare"] else {}),
                 help=field.metadata["help"] + (f"; default {field.default}" if field.default else ""),
             )
-    tuning = "a number that a user may change, a field of tamp.pipeline.options.tuning.Tuning"
+    tuning = (
+        "a number that a user may change, such as carrying_speed=0.3; docs/tuning.md has them, as has any wrong NAME"
+    )
     parser.add_argument("--tuning", type=number, action="append", default=[], metavar="NAME=VALUE", help=tuning)
 
 
@@ -149,7 +151,7 @@ def number(text: str) -> tuple[str, float | tuple[float, ...]]:
     except ValueError:
         found = (math.nan,)
     if not all(map(math.isfinite, found)):
-        raise argparse.ArgumentTypeError(f"{text} is not of the form NAME=NUMBER")
+        raise argparse.ArgumentTypeError(f"{text} is not of the form NAME=NUMBER or NAME=NUMBER,NUMBER")
     return name, found if len(found) > 1 else found[0]
 
 

@@ -52,7 +52,7 @@ def prepare(
     )
     setup = set_up(task, deadline, settings)
     situation = observe(task, setup.start, setup.goals, deadline, simulator)
-    return Workspace(task, setup.world, situation.start, situation.goals, setup.cache, setup.settings.tuning.hand)
+    return Workspace(task, setup.world, situation.start, situation.goals, setup.cache, hand=setup.settings.tuning.hand)
 
 
 def sampler_context(

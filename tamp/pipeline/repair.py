@@ -150,7 +150,7 @@ def _way(setup: Setup, piece: Plan, approach: Move, deadline: float) -> Action |
     ]
     facts = tuple(("AtPose", name, place) for name, place in places.items())
     rng = generator_for(piece.seed, "plan-free-motion", map(repr, ends))
-    workspace = Workspace(setup.task, setup.world, places, {}, setup.cache, setup.settings.tuning.hand)
+    workspace = Workspace(setup.task, setup.world, places, {}, setup.cache, hand=setup.settings.tuning.hand)
     poses = {name: pose.matrix for name, pose in piece.start.items()}
     path = next(plan_free_motion(Context(workspace, lambda: rng, deadline, facts, piece.seed), *ends), None)
     if path is None:

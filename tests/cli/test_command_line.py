@@ -16,7 +16,7 @@ from tamp.cli.options import settings_given
 from tamp.errors import TaskError
 from tamp.pipeline.options.settings import Settings
 from tamp.results import read_results
-from tamp.versions import versions
+from tamp.versions import how_to_install, versions
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -255,3 +255,8 @@ def test_a_perceiver_that_is_none_is_refused(task: Path, capsys: pytest.CaptureF
 def test_a_plan_is_made_from_given_poses_only(task: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", str(task), "--perceive"]) == 2
     assert "perceive belongs to `tamp solve`" in capsys.readouterr().err
+
+
+def test_an_extra_that_names_another_is_told_by_what_that_consists_of() -> None:
+    told = how_to_install("contest")
+    assert "fastapi" in told and "embreex" in told and "tabletop-tamp" not in told

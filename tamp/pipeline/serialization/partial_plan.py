@@ -57,7 +57,7 @@ class Attempt:
         """
         situation = setup.observe(poses, deadline)
         workspace = Workspace(
-            setup.task, setup.world, situation.start, situation.goals, setup.cache, setup.settings.tuning.hand
+            setup.task, setup.world, situation.start, situation.goals, setup.cache, hand=setup.settings.tuning.hand
         )
         own = {**setup.task.samplers, **(samplers or {})}
         functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)

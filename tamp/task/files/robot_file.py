@@ -172,7 +172,8 @@ class _Reader:
             except ModuleNotFoundError:
                 found = None
             if found is None or not found.submodule_search_locations:
-                raise self._refused(field, f"the Python package {name!r} is not installed")
+                told = f"the Python package {name!r} is not installed; `tamp doctor` says what brings the extras"
+                raise self._refused(field, told)
             return Path(next(iter(found.submodule_search_locations))) / inner
         if scheme == "dist":
             try:

@@ -6,13 +6,13 @@ import argparse
 import re
 import time
 from collections.abc import Callable, Iterator
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import PackageNotFoundError, metadata, version
 from typing import TYPE_CHECKING, Any
 
 from tamp.cli.options import add_json, command
 from tamp.cli.output import to_stdout, write_json
 from tamp.cli.status import SOLVED, UNSOLVED
-from tamp.versions import DISTRIBUTION, how_to_install, versions
+from tamp.versions import DISTRIBUTION, how_to_install, needs, versions
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -66,13 +66,10 @@ def _tested(title: str, check: Callable[[], str]) -> dict[str, Any]:
 
 def _missing_of_extras() -> Iterator[tuple[str, list[str]]]:
     """Each extra for users and what of it is not installed; those for developers are left out."""
-    needs: dict[str, list[str]] = {}
-    for requirement in requires(DISTRIBUTION) or ():
-        found = re.match(r"([A-Za-z0-9_.-]+).*;.*extra == ['\"]([a-z0-9]+)['\"]", requirement)
-        if found and found[2] not in ("dev", "test", "docs"):
-            needs.setdefault(found[2], []).append(found[1])
-    for extra, names in sorted(needs.items()):
-        yield extra, [name for name in names if not _installed(name)]
+    for extra in sorted(metadata(DISTRIBUTION).get_all("Provides-Extra") or ()):
+        if extra not in ("dev", "test", "docs"):
+            names = [re.split(r"[^A-Za-z0-9_.-]", what, maxsplit=1)[0] for what in needs(extra)]
+            yield extra, [name for name in names if not _installed(name)]
 
 
 def _installed(name: str) -> bool:
