@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
-GRAZED_DEPTH = 0.0  # all else it keeps clear of [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
 
@@ -143,12 +142,12 @@ def lift_contact(
 ) -> Contact | None:
     """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
 
-    What the object touches where it begins, it may touch on.
+    What the object touches where it begins, it may touch on; all else it keeps clear of.
     """
     scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
     T_start = workspace.world.robot.forward(path[0]) @ grasp.T_object_tool.inverse().matrix
     touch = touched(workspace.world, obj, T_start, others)
-    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=-GRAZED_DEPTH, held_touch=touch)
+    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
     return checker.first_contact(path)
 
 

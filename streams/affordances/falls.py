@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import held
+from tamp.streams.affordances.friction_cones import in_equilibrium
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import layable, tilts
@@ -59,7 +59,9 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[
 
     def firm(height: float) -> bool:
         rocks = _rocks(workspace, obj, placement, height)
-        return rocks < inside or held(workspace, {obj: placement}, below, rocks)  # walls hold what they lean on
+        return rocks < inside or in_equilibrium(
+            workspace, {obj: placement}, below, rocks
+        )  # walls hold what they lean on
 
     counts = (round(height / PASSED) + 1 for height in takewhile(firm, HEIGHTS))
     return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)

@@ -34,7 +34,7 @@ LENGTH = 0.05  # by which moments are divided, so that they are of the order of 
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
 
-def held(
+def in_equilibrium(
     workspace: Workspace,
     places: Mapping[str, Placement],
     fixed: Mapping[str, Placement] = MappingProxyType({}),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import held, least
+from tamp.streams.affordances.friction_cones import in_equilibrium, least
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
@@ -60,7 +60,7 @@ def _upset(
     stood, stands = (
         at_rest(context.scene, {n: there[n] for n in sorted(pile & there.keys())}) for there in (before, after)
     )
-    if stands or not stood or held(context.scene, {n: after[n] for n in sorted(pile & after.keys())}):
+    if stands or not stood or in_equilibrium(context.scene, {n: after[n] for n in sorted(pile & after.keys())}):
         return False
     because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
     context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)

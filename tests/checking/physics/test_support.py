@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tamp import load_task
+from tamp.checking.actions.grip_and_release import check_uncovered
 from tamp.checking.physics.contacts import Contacts, Patch
 from tamp.checking.physics.support import balanced, carriers, slumps, without_part
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
+from tamp.execution.settling import settle
+from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.task import Box, Object, Pose, Task
+
+DATA = Path(__file__).parents[4] / "shared" / "ocrtoc"
 
 
 def plank_on_two_blocks(height, *more):
@@ -81,3 +90,27 @@ def test_what_it_does_not_touch_has_no_part_in_that(touching):
 def test_nothing_leans_that_stands_on_nothing():
     beside = Patch(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]))
     assert without_part(Contacts({"wall": beside}), ["wall"]) == ["wall"]
+
+
+RACK = {
+    "plate_holder": Pose((0.09949, 0.19966, 0.00111), (0.68492, 0.17595, 0.17591, 0.68483)),
+    "round_plate_1_2": Pose((0.06537, 0.20482, 0.09596), (-0.14774, 0.74631, 0.17614, 0.62464)),
+    "round_plate_2": Pose((0.10389, 0.18914, 0.08434), (-0.08104, 0.70042, 0.24384, 0.66587)),
+    "round_plate_2_2": Pose((0.13789, 0.20641, 0.08417), (-0.14502, 0.67423, 0.19095, 0.69851)),
+}
+"""Plates as they stood in their rack after one had been taken out of it."""
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="OCRTOC's data is not at ../shared/ocrtoc")
+def test_plates_in_a_rack_may_give_a_little_and_the_rack_may_not_leave(tmp_path):
+    paths = import_ocrtoc(DATA / "2021", tmp_path).paths
+    task = load_task(next(path for path in paths if path.stem == "4-3-1"))
+    objects = tuple(replace(obj, pose=RACK[obj.name], goal=None) for obj in task.objects if obj.name in RACK)
+    task = replace(task, objects=objects)
+    scene, poses = Scene.of(task), {name: pose.matrix for name, pose in RACK.items()}
+    for name, falls in (("round_plate_1_2", False), ("round_plate_2", False), ("plate_holder", True)):
+        said: list[str] = []
+        check_uncovered(scene, State(dict(poses), np.zeros(7)), name, DEFAULT, lambda _, told, **__: said.append(told))
+        rest = settle(task, {other: pose for other, pose in RACK.items() if other != name}).poses
+        moved = max(scene.displacement(other, poses[other], pose.matrix) for other, pose in rest.items())
+        assert bool(said) == falls == (moved > DEFAULT.slump)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.friction_cones import held
+from tamp.streams.affordances.friction_cones import in_equilibrium
 from tamp.streams.affordances.stack_balance import at_rest, balance_with, balance_without, pile_of
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
@@ -90,4 +90,4 @@ def test_a_ladder_stays_just_where_friction_holds_it(steepness, friction):
     pose = Pose((x, 0.0, z), (0.0, np.sin(angle / 2), 0.0, np.cos(angle / 2)))
     ladder = Object("ladder", Box((0.01, 0.08, 0.3)), pose, mass=0.2, friction=friction)
     places = {"wall": Placement(wall.pose, ("table",)), "ladder": Placement(pose, ("table",))}
-    assert held(workspace_of(wall, ladder), places) == (steepness < 1.0)
+    assert in_equilibrium(workspace_of(wall, ladder), places) == (steepness < 1.0)
