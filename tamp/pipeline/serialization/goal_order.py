@@ -272,12 +272,13 @@ class Ordering:
         names = supports_first(workspace, [name for name in self._left if name not in spared])
         if effort.others_move:
             names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
+        # Those whose goals rest on others that are not there yet take no time, and leave theirs to the rest.
+        able = sum(not self._missing(name) for name in names)
+        share = max(asker.tuning.one_goal_share, 1 / max(able, 1)) if effort.others_move else 1.0
         for name in names:
             if asker.late:
                 break
-            with asker.within(
-                asker.tuning.one_goal_share if effort.others_move else 1.0, asker.tuning.one_goal_least_s
-            ):
+            with asker.within(share, asker.tuning.one_goal_least_s):
                 progress |= self._try(name, effort)
             if progress and effort.others_move:
                 break
@@ -287,8 +288,7 @@ class Ordering:
         """Plan for one more goal; whether it was reached."""
         workspace = self._asker.workspace
         start, goals = workspace.start, workspace.goals
-        missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
-        if missing:
+        if missing := self._missing(name):
             self._left[name] = f"its goal rests on {missing[0]}, which is not at its own"
             return effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
         if name in goals and start[name] == goals[name]:
@@ -315,6 +315,12 @@ class Ordering:
             return False
         self._ledger.reach(name)
         return True
+
+    def _missing(self, name: str) -> list[str]:
+        """Objects that an object's goal rests on and that are not at their own."""
+        workspace = self._asker.workspace
+        supports = goal_supports(workspace, name)
+        return [lower for lower in supports if workspace.start[lower] != workspace.goals[lower]]
 
     def _barred(self, name: str) -> str | None:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""
