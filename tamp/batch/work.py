@@ -16,9 +16,7 @@ from tamp.versions import versions
 WORK = "tamp.batch.work:solve_file"
 log = logging.getLogger("tamp")
 
-PRELOAD = (
-    "tamp.pipeline.run", "ompl.base", "ompl.geometric", "pinocchio", "tamp.world.timing.path_rates", "trimesh", "fcl",
-)  # fmt: skip
+PRELOAD = ("tamp.batch.warm",)
 
 
 def solve_file(

@@ -12,13 +12,14 @@ from types import MappingProxyType
 import numpy as np
 
 from tamp.checking import Verdict, check
+from tamp.checking.robot.links import read_links
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
 from tamp.domains.learned import load_models
 from tamp.domains.samplers import resolve_samplers
 from tamp.errors import DomainError
 from tamp.execution.settling import settle
-from tamp.execution.simulators import DEFAULT
+from tamp.execution.simulators import DEFAULT, load_simulator
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
@@ -32,6 +33,7 @@ from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Box, Object, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
+from tamp.threads import one_thread
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.world import World
@@ -260,6 +262,22 @@ def load_samplers(task: Task, settings: Settings) -> None:
     domain = domain_of(task, settings.domain)
     load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
     warm_up(robot_model(task_robot(task)))
+
+
+def preload() -> None:
+    """Load what every run needs and no task decides: compiled loops, the default robot's tables, the physics engine.
+
+    No thread is started by it, no simulation opened, and no generator of a run's used: a process forked afterwards
+    computes what a fresh one would, sooner.
+
+    Raises:
+        TampError: where something cannot be had.
+    """
+    nothing = Task("nothing", ())
+    with one_thread():
+        load_samplers(nothing, DEFAULT_SETTINGS)
+        read_links(task_robot(nothing))
+    load_simulator(DEFAULT)
 
 
 @cache

@@ -1,0 +1,22 @@
+"""What the server that workers are forked from imports, and becomes: all that runs have in common is loaded and made.
+
+A worker begins at its task then, not at its imports. It is a copy of a process that has run nothing: what a run
+computes does not depend on those before it.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import tamp.pipeline.run
+import tamp.pipeline.solve
+import tamp.task.files.load
+import tamp.world.motion.ompl
+import tamp.world.timing.path_rates  # noqa: F401
+from tamp.errors import TampError
+from tamp.pipeline.prepare import preload
+from tamp.versions import versions
+
+with suppress(TampError):  # the run that needs what cannot be had says so
+    preload()
+versions()

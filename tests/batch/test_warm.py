@@ -1,0 +1,59 @@
+"""The process that workers are forked from: it has loaded what runs need, and nothing of it shows in a plan."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tamp.batch.pool import SINGLE_THREADED
+from tamp.batch.processes import available
+
+ROOT = Path(__file__).parents[2]
+
+RUNS = """
+import json, os, sys
+FRESH, TASK = sys.argv[1] == "fresh", sys.argv[2]
+if not FRESH:
+    import tamp.batch.warm
+from tamp.batch.work import solve_file
+threads = len(os.listdir("/proc/self/task"))
+loaded = set(sys.modules)
+found = {}
+for times in (0, 2):  # forked from the same process: after no run of its own, and after two
+    read, write = os.pipe()
+    if os.fork() == 0:
+        for seed in range(times):
+            solve_file("before", TASK, 7 + seed, execute=False)
+        result = solve_file("one", TASK, 0, execute=False)
+        new = sorted(set(sys.modules) - loaded)
+        os.write(write, json.dumps({"plan": result["plan_sha256"], "threads": threads, "new": new}).encode())
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read) as answer:
+        found[times] = json.load(answer)
+    os.wait()
+print(json.dumps(found))
+"""
+
+
+def _runs(kind: str) -> Any:
+    """What a run finds that is forked from a fresh process, or a warm one."""
+    environment = {**os.environ, **dict.fromkeys(SINGLE_THREADED, "1"), "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", RUNS, kind, str(ROOT / "scenarios" / "one_object.yaml")]
+    done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True, cwd=ROOT)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.skipif(not available(), reason="this system has no /proc")
+def test_a_warm_process_lends_its_libraries_and_nothing_else() -> None:
+    fresh, warm = _runs("fresh"), _runs("warm")
+    assert warm["0"]["threads"] == 1, "a fork copies the thread that forks, and the locks of all others"
+    assert warm["0"]["new"] == [], "imported anew in every run"
+    assert len({run["plan"] for runs in (fresh, warm) for run in runs.values()}) == 1
+    assert warm["0"]["plan"]
