@@ -10,9 +10,7 @@ from contextlib import suppress
 
 import tamp.pipeline.run
 import tamp.pipeline.solve
-import tamp.task.files.load
-import tamp.world.motion.ompl
-import tamp.world.timing.path_rates  # noqa: F401
+import tamp.task.files.load  # noqa: F401
 from tamp.errors import TampError
 from tamp.pipeline.prepare import preload
 from tamp.versions import versions

@@ -273,6 +273,9 @@ def preload() -> None:
     Raises:
         TampError: where something cannot be had.
     """
+    import tamp.world.motion.ompl
+    import tamp.world.timing.path_rates  # noqa: F401  # both are slow to load, and wait elsewhere until they are needed
+
     nothing = Task("nothing", ())
     with one_thread():
         load_samplers(nothing, DEFAULT_SETTINGS)
