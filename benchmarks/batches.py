@@ -29,9 +29,9 @@ from tamp.task.files.save import save_task
 ASKED = "overhead_s under 0.5, 1,000 tasks under 300 s on two cores, memory at the end as after a tenth"
 
 
-def run(quick: bool, tasks: int, workers: int) -> Sequence[Row]:
+def run(quick: bool, tasks: int, workers: int, robot: str | None) -> Sequence[Row]:
     with tempfile.TemporaryDirectory() as folder:
-        return [_batch(_one_box(20 if quick else tasks, Path(folder)), workers, Path(folder) / "out")]
+        return [_batch(_one_box(20 if quick else tasks, Path(folder)), workers, robot, Path(folder) / "out")]
 
 
 def _one_box(count: int, folder: Path) -> list[Task]:
@@ -44,10 +44,11 @@ def _one_box(count: int, folder: Path) -> list[Task]:
     return [load_task(file) for file in files]
 
 
-def _batch(tasks: Sequence[Task], workers: int, output: Path) -> Row:
+def _batch(tasks: Sequence[Task], workers: int, robot: str | None, output: Path) -> Row:
     watched = _Watched()
     began = time.monotonic()
-    batch = Batch(tasks, options={"execute": False}, workers=workers, output=output, executor=watched.run)
+    options = {"execute": False, "robot": robot}
+    batch = Batch(tasks, options=options, workers=workers, output=output, executor=watched.run)
     results = list(batch.run())
     passed = time.monotonic() - began
     overheads = [outcome.wall_s - made["wall_s"] for outcome, made in watched.ended]
@@ -105,4 +106,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--tasks", type=int, default=1000, metavar="N")
     parser.add_argument("--workers", type=int, default=2, metavar="N")
+    parser.add_argument("--robot", metavar="NAME", help="in place of the tasks' own")
     main("batches", run, extra=parser, asked=ASKED)

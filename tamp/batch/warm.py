@@ -11,10 +11,12 @@ from contextlib import suppress
 import tamp.pipeline.run
 import tamp.pipeline.solve
 import tamp.task.files.load  # noqa: F401
+from tamp.batch.robots import told
 from tamp.errors import TampError
 from tamp.pipeline.prepare import preload
 from tamp.versions import versions
 
-with suppress(TampError):  # the run that needs what cannot be had says so
-    preload()
+for nothing in told():
+    with suppress(TampError):  # the run that needs what cannot be had says so
+        preload(nothing)
 versions()

@@ -264,11 +264,14 @@ def load_samplers(task: Task, settings: Settings) -> None:
     warm_up(robot_model(task_robot(task)))
 
 
-def preload() -> None:
-    """Load what every run needs and no task decides: compiled loops, the default robot's tables, the physics engine.
+def preload(nothing: Task) -> None:
+    """Load what every run of a robot needs and no object decides: compiled loops, the robot's tables, physics engine.
 
     No thread is started by it, no simulation opened, and no generator of a run's used: a process forked afterwards
     computes what a fresh one would, sooner.
+
+    Args:
+        nothing: a task without objects, for the robot.
 
     Raises:
         TampError: where something cannot be had.
@@ -276,7 +279,6 @@ def preload() -> None:
     import tamp.world.motion.ompl
     import tamp.world.timing.path_rates  # noqa: F401  # both are slow to load, and wait elsewhere until they are needed
 
-    nothing = Task("nothing", ())
     with one_thread():
         load_samplers(nothing, DEFAULT_SETTINGS)
         read_links(task_robot(nothing))
