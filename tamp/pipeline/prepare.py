@@ -19,6 +19,7 @@ from tamp.domains.learned import load_models
 from tamp.domains.samplers import resolve_samplers
 from tamp.errors import DomainError
 from tamp.execution.settling import settle
+from tamp.execution.settling_cache import settle_once
 from tamp.execution.simulators import DEFAULT, load_simulator
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
@@ -120,7 +121,7 @@ def settled_goals(
         for obj in task.objects
         if obj.goal is None and not any(_overlap(world, obj.name, now[obj.name], *other) for other in wanted.items())
     }
-    settled = settle(task, {**bystanders, **wanted}, deadline=deadline, simulator=simulator)
+    settled = settle_once(task, {**bystanders, **wanted}, deadline=deadline, simulator=simulator)
     resting = placements(settled.poses, settled.supports)
     return {name: raised(resting[name]) for name in wanted}
 
@@ -244,7 +245,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
         robot_model(task_robot(task)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )
     check_geometry(task, world)
-    settled = settle(task, deadline=deadline, simulator=simulator)
+    settled = settle_once(task, deadline=deadline, simulator=simulator)
     start = settled.poses
     goals = settled_goals(task, world, start, deadline, simulator)
     check_settled(task, world, start, goals)

@@ -32,6 +32,7 @@ def cached(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     that cannot be written to costs the speed, not the result.
     """
     import zipfile
+    import zlib
 
     import numpy as np
 
@@ -39,7 +40,7 @@ def cached(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     try:
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, zipfile.BadZipFile):
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
         pass
     arrays = compute()
     try:
