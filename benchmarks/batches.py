@@ -11,7 +11,7 @@ import argparse
 import os
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -49,18 +49,16 @@ def _batch(tasks: Sequence[Task], workers: int, robot: str | None, output: Path)
     began = time.monotonic()
     options = {"execute": False, "robot": robot}
     batch = Batch(tasks, options=options, workers=workers, output=output, executor=watched.run)
-    results = list(batch.run())
-    passed = time.monotonic() - began
-    overheads = [outcome.wall_s - made["wall_s"] for outcome, made in watched.ended]
+    planned = sum(result.status == "planned" for result in batch.run())
     return {
         "tasks": len(tasks),
-        "planned": sum(result.status == "planned" for result in results),
-        "wall_s": passed,
+        "planned": planned,
+        "wall_s": time.monotonic() - began,
         "processor_s": _processor_s(),
         "beside_s": _processor_s(own=True),
-        "overhead_s": median(overheads),
-        "overhead_95_s": percentile(overheads, 95),
-        "planning_s": median(result.planning_s for result in results),
+        "overhead_s": median(watched.overheads),
+        "overhead_95_s": percentile(watched.overheads, 95),
+        "planning_s": median(watched.planning),
         "memory_tenth_mib": watched.memory[len(watched.memory) // 10] / 2**20,
         "memory_end_mib": watched.memory[-1] / 2**20,
     }
@@ -68,16 +66,19 @@ def _batch(tasks: Sequence[Task], workers: int, robot: str | None, output: Path)
 
 @dataclass
 class _Watched:
-    """Runs jobs as a batch does, and looks at each outcome as it comes."""
+    """Runs jobs as a batch does, and looks at each outcome as it comes; keeps numbers only."""
 
-    ended: list[tuple[Outcome, Mapping[str, Any]]] = field(default_factory=list)
+    overheads: list[float] = field(default_factory=list)
+    planning: list[float] = field(default_factory=list)
     memory: list[int] = field(default_factory=list)
 
-    def run(self, jobs: Sequence[Job], work: str, **bounds: Any) -> Iterator[Outcome]:
+    def run(self, jobs: Iterable[Job], work: str, **bounds: Any) -> Iterator[Outcome]:
         for outcome in run_jobs(jobs, work, **bounds):
             if outcome.value is not None:
-                self.ended.append((outcome, outcome.value))
-            self.memory.append(sum(tree(os.getpid())[pid] for pid in _lasting()))
+                self.overheads.append(outcome.wall_s - outcome.value["wall_s"])
+                self.planning.append(outcome.value["planning_s"])
+            resident = tree(os.getpid())
+            self.memory.append(sum(resident.get(pid, 0) for pid in _lasting()))
             yield outcome
 
 
