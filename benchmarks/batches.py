@@ -77,14 +77,14 @@ class _Watched:
             if outcome.value is not None:
                 self.overheads.append(outcome.wall_s - outcome.value["wall_s"])
                 self.planning.append(outcome.value["planning_s"])
-            resident = tree(os.getpid())
-            self.memory.append(sum(resident.get(pid, 0) for pid in _lasting()))
+            self.memory.append(sum(_lasting().values()))
             yield outcome
 
 
-def _lasting() -> list[int]:
-    """This process, and those below it that are no workers: a worker leads a session of its own."""
-    return [pid for pid in tree(os.getpid()) if pid == os.getpid() or _session(pid) == os.getsid(0)]
+def _lasting() -> dict[int, int]:
+    """This process, and those below it that are no workers, with their memory: a worker leads a session of its own."""
+    own = os.getpid(), os.getsid(0)
+    return {pid: memory for pid, memory in tree(own[0]).items() if pid == own[0] or _session(pid) == own[1]}
 
 
 def _session(pid: int) -> int | None:
