@@ -239,16 +239,19 @@ class Ordering:
         """Reach one goal after the other, with growing effort, but with little for what is nearly there."""
         level = 0
         while self._left and level < len(efforts) and not self._asker.late:
-            advanced = self._advance(efforts[level]) or self._ledger.reach_near(list(self._left))
-            level = 0 if advanced else level + 1
+            level = 0 if self._advance(efforts[level]) else level + 1
         self._ledger.reach_near(list(self._left))
 
     def _advance(self, effort: Effort) -> bool:
-        """Reach goals, or make room where hands lack it; whether anything came of it. Crowded objects come last."""
+        """Reach goals, or count as reached what is near, or make room where hands lack it; whether anything came of it.
+
+        Crowded objects come last. That they look stuck is a guess: to try each takes less time than to seek a nudge.
+        """
         crowded = set() if effort.others_move else stuck(self._asker.workspace, self._left)
-        if self._sweep(effort, crowded):
+        if self._sweep(effort, crowded) or (crowded and self._sweep(effort, self._left.keys() - crowded)):
             return True
-        return bool(crowded) and (make_room(self._asker, crowded, self._ledger.reached) or self._sweep(effort))
+        near = self._ledger.reach_near(list(self._left))
+        return near or (bool(crowded) and make_room(self._asker, crowded, self._ledger.reached))
 
     def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
         """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
