@@ -61,20 +61,15 @@ def test_a_warm_process_lends_its_libraries_and_nothing_else() -> None:
     assert warm["0"]["plan"]
 
 
-def test_the_robots_of_a_batch_are_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_robots_of_a_batch_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """As their own tasks would read them, to the last bit: tables are kept by what a robot is and where it stands."""
     monkeypatch.setenv(VARIABLE, "[]")
     assert [task.robot for task in told()] == [Task("one", ()).robot]
     base = Pose((-0.41, 0.1, 0.003), (0.0, 0.0, 0.3, 0.9))
-    file = ROOT / "robots" / "panda" / "robot.yaml"
-    tasks = [
-        Task("a", ()), Task("b", (), base=base), Task("a again", ()), Task("unknown", (), robot="nobody"),
-        Task("by its path", (), robot=os.path.relpath(file, tmp_path), path=tmp_path / "task.yaml"),
-    ]  # fmt: skip
+    tasks = [Task("a", ()), Task("b", (), base=base), Task("a again", ()), Task("c", (), robot="./mine/robot.yaml")]
     tell(tasks, None)
-    known = [task for task in told() if task.robot != "nobody"]
-    assert [task_robot(task) for task in known] == [task_robot(tasks[0]), task_robot(tasks[1]), task_robot(tasks[4])]
+    assert [task_robot(task) for task in told()] == [task_robot(tasks[0]), task_robot(tasks[1])]
     tell(tasks, "nobody")
-    assert len(told()) == 1, "its runs say what is wrong with it"
+    assert {task.robot for task in told()} == {"nobody"}, "its runs say what is wrong with it"
     tell([Task(str(i), (), base=Pose((i / 10, 0.0, 0.0))) for i in range(9)], None)
     assert len(told()) == MOST
