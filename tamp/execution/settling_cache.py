@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CPUINFO = Path("/proc/cpuinfo")
+WORTH_S = 0.05
+"""A scene that settles in less processor time settles again: thousands of small ones would fill the folder [s]."""
 
 
 def settle_once(
@@ -63,7 +65,11 @@ def settle_once(
     scene = [_said_of(item, start[item.name]) for item in objects]
     key = content_key("settled-1", _program(simulator), repr(task.table), *scene)
     names = [item.name for item in objects]
-    found = cached("settled", key, lambda: _arrays(settle(task, start, deadline=deadline, simulator=simulator), names))
+
+    def simulated() -> dict[str, NDArray[Any]]:
+        return _arrays(settle(task, start, deadline=deadline, simulator=simulator), names)
+
+    found = cached("settled", key, simulated, worth_s=WORTH_S)
     return _settled(found, names, start)
 
 

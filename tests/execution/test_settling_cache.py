@@ -23,6 +23,7 @@ BLOCK = Object("block", Box((0.05, 0.06, 0.08)), Pose.from_rpy((0.05, 0.2, 0.05)
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv("TAMP_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(settling_cache, "WORTH_S", 0.0)
     return tmp_path / "cache" / "settled"
 
 
@@ -52,6 +53,8 @@ def test_it_is_what_settling_gives_to_the_last_bit(cache: Path, simulated: list[
     assert len(simulated) == 2, "once each"
     assert len([*cache.iterdir()]) == 2
     assert settle_once(task, {}) == settle(task, {})
+    again, anew = settle_once(task, goals), settle(task, goals)
+    assert repr(again) == repr(anew), "order and signs too"
 
 
 def test_whatever_decides_it_makes_another_scene(cache: Path, simulated: list[Task], tmp_path: Path) -> None:
@@ -99,6 +102,12 @@ def test_a_folder_that_is_spoilt_or_cannot_be_used_costs_time_only(
     (tmp_path / "file").write_text("", encoding="utf-8")
     monkeypatch.setenv("TAMP_CACHE", str(tmp_path / "file"))
     assert settle_once(task) == good
+
+
+def test_what_settles_at_once_fills_no_disk(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(settling_cache, "WORTH_S", 60.0)
+    assert settle_once(Task("one", (BLOCK,))) == settle(Task("one", (BLOCK,)))
+    assert not cache.exists()
 
 
 def test_past_the_deadline_nothing_is_remembered(cache: Path) -> None:
