@@ -16,7 +16,8 @@ from tamp.versions import versions
 WORK = "tamp.batch.work:solve_file"
 log = logging.getLogger("tamp")
 
-PRELOAD = ("tamp.batch.warm",)
+PRELOAD = ("tamp.batch.warm", "scipy.optimize")
+"""What workers find loaded: what every run needs, and what many do."""
 
 
 def solve_file(

@@ -262,7 +262,8 @@ def load_samplers(task: Task, settings: Settings) -> None:
     """
     domain = domain_of(task, settings.domain)
     load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
-    warm_up(robot_model(task_robot(task)))
+    with one_thread():
+        warm_up(robot_model(task_robot(task)))
 
 
 def preload(nothing: Task) -> None:
