@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any
 
 from tamp.language import Constant
+from tamp.planning.model.content import content
 
 Fact = tuple[Any, ...]
 """A predicate's name in lower case, followed by handles."""
@@ -18,20 +20,32 @@ class Objects:
 
     def __init__(self) -> None:
         self._handles: dict[Constant, int] = {}
+        self._alike: dict[Hashable, int] = {}
         self._values: list[Any] = []
         self._keys: list[str] = []
         self._origins: list[Any] = []
 
     def intern(self, value: Any, key: str | None = None) -> int:
-        """The handle of a value; equal values share one, values without a hash only with themselves.
+        """The handle of a value; equal values share one.
 
-        A string is its own key: what is sampled for it does not depend on what else a problem speaks of.
+        Values without a hash, such as arrays, share one where streams gave them and they consist of the same; those
+        that the problem gives stand for themselves alone.
+
+        Args:
+            value: any object.
+            key: of a value that a stream gave. A string is its own key: what is sampled for it does not depend on what
+                else a problem speaks of.
         """
         constant = Constant(value)
         handle = self._handles.get(constant)
         if handle is None:
-            given = value if isinstance(value, str) else f"given {len(self._values)}"
-            handle = self._new(value, given if key is None else key, None)
+            inside = content(value) if key is not None and constant.by_identity else None
+            handle = self._alike.get(inside) if inside is not None else None
+            if handle is None:
+                given = value if isinstance(value, str) else f"given {len(self._values)}"
+                handle = self._new(value, given if key is None else key, None)
+            if inside is not None:
+                self._alike[inside] = handle
             self._handles[constant] = handle
         return handle
 
