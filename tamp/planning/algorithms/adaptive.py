@@ -16,6 +16,9 @@ AHEAD = 6
 HOPEFUL, SOBER = 4, 2
 """Plans under hopes that may fail before real values alone have a turn, and then between two such turns."""
 
+SEARCH_CALLS = 20
+"""How many calls of streams a search among real values is worth, where turns are compared."""
+
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
 
@@ -28,6 +31,7 @@ def adaptive(session: Session) -> None:
     and again while its streams have values left.
     """
     budget = Budget()
+    sobriety = Sobriety(session, budget)
     failures = 0
     earlier = session.earlier_plan()
     if earlier is not None:
@@ -41,30 +45,47 @@ def adaptive(session: Session) -> None:
         if failures % 4 == 0:
             _bind_oldest(session, skeleton, budget)
         if failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0:
-            _be_sober(session, budget, rounds=1 + (failures - HOPEFUL) // SOBER)
+            sobriety.take_turn()
 
 
-def _be_sober(session: Session, budget: Budget, rounds: int) -> None:
-    """Draw from every stream in turn, and search among real values alone after each round, as `incremental` does.
+class Sobriety:
+    """Turns of real values alone: draw from every stream, and search after each round, as `incremental` does.
 
-    Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them.
+    Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them. Hopes and real
+    values share the calls of streams equally, so that neither costs more than twice what the other alone would.
     """
-    for _ in range(rounds):
-        session.grounder.be_shallow(sober=True)
-        if not session.rounds.expand(tests=True):
-            return
-        result = session.search(sure=True)
-        if result.plan is not None and session.bind(session.skeleton_of(result.plan), budget):
-            return
+
+    def __init__(self, session: Session, budget: Budget) -> None:
+        self._session = session
+        self._budget = budget
+        self._spent = 0
+
+    def take_turn(self) -> None:
+        """At least one round, and as many as it takes to spend what hopes have spent."""
+        session, sampling = self._session, self._session.sampling
+        others = sampling.calls - self._spent
+        worth = 0
+        while not worth or self._spent + worth < others:
+            before = sampling.calls
+            session.grounder.be_shallow(sober=True)
+            if not session.rounds.expand(tests=True):
+                return
+            result = session.search(sure=True)
+            if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
+                return
+            self._spent += sampling.calls - before
+            worth += SEARCH_CALLS
 
 
 def focused(session: Session) -> None:
     """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
 
     Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
-    would try them in ever new combinations instead. Where hopes crowd the search, real values alone have their turn.
+    would try them in ever new combinations instead. Real values alone have their turn later than in `adaptive`, unless
+    hopes crowd the search.
     """
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
+    sobriety = Sobriety(session, budget)
     failures = 0
     while True:
         skeleton = _next_skeleton(session)
@@ -73,8 +94,8 @@ def focused(session: Session) -> None:
             failures += 1
             if failures % 8 == 0:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
-            if session.grounder.crowded and failures % SOBER == 0:
-                _be_sober(session, budget, rounds=1)
+            if failures % (SOBER if session.grounder.crowded else HOPEFUL) == 0:
+                sobriety.take_turn()
 
 
 def incremental(session: Session) -> None:

@@ -135,6 +135,7 @@ class Sampling:
         self._counts = {name: Count() for name in names}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
+        self.calls = 0  # calls of streams and tests
         self.wild = False  # whether any stream may certify more than it promises
         self.tame: set[str] = set()  # streams that are known not to
 
@@ -148,6 +149,7 @@ class Sampling:
             return False
         external = instance.external
         self.draws += bool(external.outputs)
+        self.calls += 1
         context = self._context(instance)
         context.bound = tuple(map(self._knowledge.objects.values_of, bound))
         counter = self._counts[external.name]
