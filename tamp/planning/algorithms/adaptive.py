@@ -16,9 +16,6 @@ AHEAD = 6
 HOPEFUL, SOBER = 4, 2
 """Plans under hopes that may fail before real values alone have a turn, and then between two such turns."""
 
-SEARCH_CALLS = 20
-"""How many calls of streams a search among real values is worth, where turns are compared."""
-
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
 
@@ -39,6 +36,8 @@ def adaptive(session: Session) -> None:
     while True:
         skeleton = _next_skeleton(session)
         if skeleton is None:
+            if failures >= HOPEFUL:
+                sobriety.catch_up()
             continue
         _bind(session, skeleton, budget)
         failures += 1
@@ -52,7 +51,7 @@ class Sobriety:
     """Turns of real values alone: draw from every stream, and search after each round, as `incremental` does.
 
     Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them. Hopes and real
-    values share the calls of streams equally, so that neither costs more than twice what the other alone would.
+    values share the work equally, so that neither costs more than twice what the other alone would.
     """
 
     def __init__(self, session: Session, budget: Budget) -> None:
@@ -62,19 +61,25 @@ class Sobriety:
 
     def take_turn(self) -> None:
         """At least one round, and as many as it takes to spend what hopes have spent."""
-        session, sampling = self._session, self._session.sampling
-        others = sampling.calls - self._spent
-        worth = 0
-        while not worth or self._spent + worth < others:
-            before = sampling.calls
-            session.grounder.be_shallow(sober=True)
-            if not session.rounds.expand(tests=True):
-                return
-            result = session.search(sure=True)
-            if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
-                return
-            self._spent += sampling.calls - before
-            worth += SEARCH_CALLS
+        if self._round():
+            self.catch_up()
+
+    def catch_up(self) -> None:
+        """As many rounds as it takes to spend what hopes have spent."""
+        while 2 * self._spent < self._session.work and self._round():
+            pass
+
+    def _round(self) -> bool:
+        """Draw, and search; whether it is worth going on."""
+        session, before = self._session, self._session.work
+        session.grounder.be_shallow(sober=True)
+        if not session.rounds.expand(tests=True):
+            return False
+        result = session.search(sure=True)
+        if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
+            return False
+        self._spent += session.work - before
+        return True
 
 
 def focused(session: Session) -> None:
@@ -96,6 +101,8 @@ def focused(session: Session) -> None:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
             if failures % (SOBER if session.grounder.crowded else HOPEFUL) == 0:
                 sobriety.take_turn()
+        elif failures >= HOPEFUL:
+            sobriety.catch_up()
 
 
 def incremental(session: Session) -> None:

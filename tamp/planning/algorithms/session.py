@@ -127,6 +127,10 @@ MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
 
 
+SEARCH_CALLS, OPERATORS_A_CALL = 20, 5
+"""How many calls of streams a search counts for at least, where work is compared, and how many operators for one."""
+
+
 class Session:
     """The parts of a run, and the steps that the algorithms are made of."""
 
@@ -173,6 +177,7 @@ class Session:
         self.found = Found(options, self.costs)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises)
+        self._searching = 0
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         builder = TaskBuilder(
             self.knowledge,
@@ -267,6 +272,11 @@ class Session:
         found = [step for step in steps if step is not None]
         return self.skeleton(found) if len(found) == len(steps) else None
 
+    @property
+    def work(self) -> int:
+        """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
+        return self.sampling.calls + len(self.knowledge.templates) + self._searching
+
     def search(self, novel: bool = False, sure: bool = False) -> SearchResult:
         """Search for a plan under the hopes of this moment.
 
@@ -282,6 +292,7 @@ class Session:
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             task = self.symbolic.task(self.lessons.blames, novel, sure)
+        self._searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
             return SearchResult(None, proven=True)
         bound = self.found.bound()
