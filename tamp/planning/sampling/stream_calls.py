@@ -164,6 +164,9 @@ class Sampling:
                 instance.exhausted = True
                 instance.gave_up |= info is not None and not info.complete
             output = None
+        if output is not None or not (instance.exhausted and instance.results):  # the end of all that there is
+            instance.record.calls += 1
+            instance.record.successes += output is not None
         self._take_failures(instance, context, counter, failed=output is None)
         if output is None:
             return False
