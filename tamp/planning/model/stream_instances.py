@@ -10,7 +10,6 @@ from tamp.planning.context import Context
 from tamp.planning.model.external import External
 from tamp.planning.model.objects import Fact, Pattern
 
-
 LEAST_ODDS = 0.02
 """The least success that is ever expected of a call."""
 

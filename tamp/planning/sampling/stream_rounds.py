@@ -10,7 +10,6 @@ from tamp.planning.options import Limits
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
 
-
 SHOWN = 3
 """How many values of a stream that plans have drawn the search sees before any round."""
 
