@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import dataclass
 from typing import Any
 
 from tamp.language import Constant
@@ -13,6 +14,29 @@ Fact = tuple[Any, ...]
 
 Pattern = tuple[str | int, ...]
 """A predicate followed by terms: variables are strings, objects are handles."""
+
+
+PART = " "
+"""Between a fluent's name and what tells a part of it from the rest: see `Part`."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The atoms of a fluent that have one of some objects at a position; the planner has its own name for them."""
+
+    fluent: str
+    position: int
+    things: frozenset[int]
+
+    @property
+    def name(self) -> str:
+        """What the planner calls them."""
+        return f"{self.fluent}{PART}{self.position}"
+
+    def inner(self, fact: Fact) -> Fact:
+        """A fact by the name that it has inside the planner."""
+        mine = fact[0] == self.fluent and fact[self.position] in self.things
+        return (self.name, *fact[1:]) if mine else fact
 
 
 class Objects:
@@ -84,12 +108,12 @@ class Objects:
         return self._origins[handle] is None
 
     def values_of(self, fact: Fact) -> Fact:
-        """A fact with values in place of handles."""
-        return (fact[0], *(self._values[handle] for handle in fact[1:]))
+        """A fact by the problem's names, with values in place of handles."""
+        return (fact[0].partition(PART)[0], *(self._values[handle] for handle in fact[1:]))
 
     def text(self, fact: Fact) -> str:
         """A fact for people to read; placeholders begin with a hash sign."""
-        return f"({' '.join((str(fact[0]), *map(self.name, fact[1:])))})"
+        return f"({' '.join((str(fact[0]).partition(PART)[0], *map(self.name, fact[1:])))})"
 
     def name(self, handle: int) -> str:
         """An object for people to read: short values as they are, others by their type and handle."""

@@ -244,6 +244,7 @@ class Sampling:
     def _fluent(self, instance: Instance, raw: Any) -> Fact | None:
         """A fact that a sampler names as a cause, by handles."""
         fact = (str(raw[0]).lower(), *map(self._knowledge.objects.intern, raw[1:]))
+        fact = self._knowledge.schema.inner(fact)
         return fact if not instance.fluents or fact in instance.fluents else None
 
     def _record(self, instance: Instance, output: Any) -> bool:
