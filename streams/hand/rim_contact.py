@@ -57,7 +57,8 @@ def _reaches(points: Array, half: Array) -> bool:
 def _pressed(parts: list[Part], R: Array, t: Array, half: Array, side: float) -> float:
     """The same of the pad on one side of the closing axis.
 
-    Rays along the axis from all over the pad meet the object; of those that meet it first, the flattest counts.
+    Rays along the axis from all over the pad meet the object. Where all that meet it first are at the rim the steepest
+    counts: between rays the rim may meet any of these faces.
     """
     sides = [np.linspace(-1.0, 1.0, RAYS) * (h - INSET) for h in half[1:]]
     across = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -70,7 +71,7 @@ def _pressed(parts: list[Part], R: Array, t: Array, half: Array, side: float) ->
     normals = np.stack([found[p][1][r] for p, r in zip(part, ray, strict=True)])
     at_rim = (np.abs(across[ray]) >= half[1:] - INSET - 1e-9).any(axis=1)
     steep = np.hypot(normals[:, 1], normals[:, 2]) / np.maximum(side * normals[:, 0], 1e-9)
-    return float(np.where(at_rim, steep, 0.0).min())
+    return float(steep.max()) if at_rim.all() else 0.0
 
 
 def _height(A: Array, b: Array, R: Array, t: Array, across: Array, side: float) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""The edge over which something falls: whether it slides away, meets a rim, or is dragged along by the finger."""
+"""The edge over which something falls: whether it slides away, meets a rim, or is taken along by a finger."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.task.model import TABLE_FRICTION
 from tamp.task.robot import PAD_FRICTION
+from tamp.world.scene import Scene
 from tamp.world.transforms import moved
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def _distance(a: Array, b: Array) -> float:
     return float(np.linalg.norm(a + share * along))
 
 
-BENEATH = 0.7  # a finger is below the object where its upward side and the closing axis are this near (cosine)
+BENEATH = 0.6  # a finger is below the object where its upward side and the closing axis are this near (cosine)
 
 
 def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, tilted: Pose) -> bool:
@@ -172,6 +173,30 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     force = pressed * (normal + pull * along / np.linalg.norm(along))
     held = friction_beneath(workspace, obj, placement) * (1.0 - force[2])
     return bool(force[:2] @ along[:2] > held * np.linalg.norm(along[:2]))
+
+
+GRAZED = 1  # poses of a fall at which a finger may be met: it is passed, and stops nothing
+
+
+def hooked(workspace: Workspace, obj: str, grasp: Grasp, fall: tuple[Pose, ...]) -> bool:
+    """Whether an object, let go on one edge, stays hanging on a finger and goes with it.
+
+    It falls sooner than the hand is gone. A finger beneath the side that it shall lie on keeps it up too, but leaves
+    along it (see `dragged`); one that is in a bowl, say, which turns over it, does not.
+
+    Args:
+        workspace: where the object is.
+        obj: the object.
+        grasp: how it was held.
+        fall: its poses (world frame), from where it is let go to where it lies.
+    """
+    gripper, T_tool = workspace.world.robot.spec.gripper, fall[0].matrix @ grasp.T_object_tool.matrix
+    up = fall[0].matrix[:3, :3] @ fall[-1].matrix[2, :3]
+    if abs(up @ T_tool[:3, :3] @ np.array(gripper.axis)) >= BENEATH:
+        return False
+    hand = workspace.world.free_hand(Scene(poses={obj: np.eye(4)}), 0.0, ignore={TABLE})
+    seen = np.array([np.linalg.inv(pose.matrix) @ T_tool for pose in fall])  # from the object
+    return bool(hand.hits(seen, np.full(len(seen), opening_for(gripper, grasp))).sum() > GRAZED)
 
 
 def _levers(workspace: Workspace, obj: str, tilted: Pose, T_pads: Array, rising: Array) -> tuple[float, float, float]:

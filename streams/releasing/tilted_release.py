@@ -12,7 +12,7 @@ from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.context import Context
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
-from tamp.streams.releasing.edge_contact import aimed, dragged, held_up
+from tamp.streams.releasing.edge_contact import aimed, dragged, held_up, hooked
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -78,12 +78,19 @@ def _roomy(
         straight = drops(workspace, obj, placement)
         ways = [*straight, *(_over_edges(workspace, obj, placement) if able else ())]
         roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
-        left = roomy if straight else [fall for fall in roomy if not dragged(workspace, obj, placement, grasp, fall[0])]
+        left = (
+            roomy if straight else [fall for fall in roomy if not _taken_along(workspace, obj, placement, grasp, fall)]
+        )
         reason = f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
         return left, f"the hand would drag {obj} along as it draws back" if roomy else reason
 
     below = carriers(workspace, obj, placement)
     return workspace.cache.value(("falls", obj, placement, grasp, able, *below.items()), found)
+
+
+def _taken_along(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]) -> bool:
+    """Whether an object that turns over its edge goes with the hand that draws back."""
+    return dragged(workspace, obj, placement, grasp, fall[0]) or hooked(workspace, obj, grasp, fall)
 
 
 def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[tuple[Pose, ...], ...]:

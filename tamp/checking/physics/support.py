@@ -52,7 +52,7 @@ def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator
     if not carried.bodies:
         yield f"{name} stands in the air: nothing carries it", (name,), 0.0
         return
-    balance = balanced(scene, state, name, carried, allow)
+    balance = sunk_balance(scene, state, name, allow, allow.balance)
     if balance < allow.balance:
         outside = "on the edge of" if balance >= 0.0 else f"{-1000 * balance:.0f} mm outside"
         sentence = f"{name} tips over: its centre of mass is {outside} what carries it ({', '.join(carried.bodies)})"
@@ -79,6 +79,40 @@ def balanced(
     return touching.balance(center, friction, allow.balance if wanted is None else wanted)
 
 
+SINK = 5e-4
+"""How far an object sinks between two looks at what carries it, and so deep it may touch what stops it [m]."""
+
+
+def sunk_balance(scene: Scene, state: State, name: str, allow: Tolerances, wanted: float) -> float:
+    """How well an object rests once it has sunk to where something stops it, by no more than counts as standing [m].
+
+    What is let go a millimetre above its place drops by that, and only then touches the walls that it leans on.
+    """
+    best, at = balanced(scene, state, name, carriers(scene, state, name, allow), allow, wanted), state.poses[name]
+    if best >= wanted:
+        return best
+    apart = _apart(scene, state, name, allow)
+    for sunk in np.arange(SINK, allow.standing + SINK / 2, SINK):
+        lowered = at.copy()
+        lowered[2, 3] -= sunk
+        there = replace(state, poses={**state.poses, name: lowered}, touching={})
+        lower = _apart(scene, there, name, allow)
+        if any(lower[other] < min(apart[other], -SINK) for other in apart):
+            break
+        best = max(best, balanced(scene, there, name, carriers(scene, there, name, allow), allow, wanted))
+    return best
+
+
+def _apart(scene: Scene, state: State, name: str, allow: Tolerances) -> dict[str, float]:
+    """How far an object is from each other body that stands, up to what counts as standing on it [m]."""
+    T = state.poses[name]
+    return {
+        other: clearance(scene.solids[other], scene.solids[name], inverse(T_other) @ T, allow.standing)
+        for other, T_other in state.standing(scene).items()
+        if other != name
+    }
+
+
 def stays_after(scene: Scene, state: State, name: str, lift: float, allow: Tolerances, least: float = 0.0) -> bool:
     """Whether an object that has fallen straight down stays where it is.
 
@@ -94,7 +128,7 @@ def stays_after(scene: Scene, state: State, name: str, lift: float, allow: Toler
     """
     height = height_above(scene, name, state.poses[name])
     margin = max(least, float(np.sqrt((height + lift) ** 2 - height**2)))
-    return balanced(scene, state, name, carriers(scene, state, name, allow), allow, margin) >= margin
+    return sunk_balance(scene, state, name, allow, margin) >= margin
 
 
 def height_above(scene: Scene, name: str, T: Array) -> float:

@@ -13,9 +13,13 @@ from tamp.pipeline.serialization.subproblem import Asker, reason
 from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.flat_faces import lies_flat
+from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
+
+
+BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do, which are longer
 
 
 @dataclass
@@ -52,9 +56,10 @@ class Prospects:
         if name in self.hopeless:
             return self.known_against(name)
         workspace = alone(self.asker.workspace, name)
-        solution = self.asker.ask(
-            workspace, self.asker.tuning.alone_iterations, {name, *supports_in_the_way(workspace, name)}
-        )
+        iterations = self.asker.tuning.alone_iterations
+        if to_be_pushed(workspace, name, workspace.start[name]):
+            iterations *= BEGINNING_WITH_A_SLIDE
+        solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)})
         if solution.plan is not None or self._regrasp_helps(name):
             self._hopeful.add(name)
             return None

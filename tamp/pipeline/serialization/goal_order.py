@@ -239,16 +239,19 @@ class Ordering:
         """Reach one goal after the other, with growing effort, but with little for what is nearly there."""
         level = 0
         while self._left and level < len(efforts) and not self._asker.late:
-            advanced = self._advance(efforts[level]) or self._ledger.reach_near(list(self._left))
-            level = 0 if advanced else level + 1
+            level = 0 if self._advance(efforts[level]) else level + 1
         self._ledger.reach_near(list(self._left))
 
     def _advance(self, effort: Effort) -> bool:
-        """Reach goals, or make room where hands lack it; whether anything came of it. Crowded objects come last."""
+        """Reach goals, or count as reached what is near, or make room where hands lack it; whether anything came of it.
+
+        Crowded objects come last. That they look stuck is a guess: to try each takes less time than to seek a nudge.
+        """
         crowded = set() if effort.others_move else stuck(self._asker.workspace, self._left)
-        if self._sweep(effort, crowded):
+        if self._sweep(effort, crowded) or (crowded and self._sweep(effort, self._left.keys() - crowded)):
             return True
-        return bool(crowded) and (make_room(self._asker, crowded, self._ledger.reached) or self._sweep(effort))
+        near = self._ledger.reach_near(list(self._left))
+        return near or (bool(crowded) and make_room(self._asker, crowded, self._ledger.reached))
 
     def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
         """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
@@ -269,12 +272,13 @@ class Ordering:
         names = supports_first(workspace, [name for name in self._left if name not in spared])
         if effort.others_move:
             names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
+        # Those whose goals rest on others that are not there yet take no time, and leave theirs to the rest.
+        able = sum(not self._missing(name) for name in names)
+        share = max(asker.tuning.one_goal_share, 1 / max(able, 1)) if effort.others_move else 1.0
         for name in names:
             if asker.late:
                 break
-            with asker.within(
-                asker.tuning.one_goal_share if effort.others_move else 1.0, asker.tuning.one_goal_least_s
-            ):
+            with asker.within(share, asker.tuning.one_goal_least_s):
                 progress |= self._try(name, effort)
             if progress and effort.others_move:
                 break
@@ -284,8 +288,7 @@ class Ordering:
         """Plan for one more goal; whether it was reached."""
         workspace = self._asker.workspace
         start, goals = workspace.start, workspace.goals
-        missing = [lower for lower in goal_supports(workspace, name) if start[lower] != goals[lower]]
-        if missing:
+        if missing := self._missing(name):
             self._left[name] = f"its goal rests on {missing[0]}, which is not at its own"
             return effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
         if name in goals and start[name] == goals[name]:
@@ -312,6 +315,12 @@ class Ordering:
             return False
         self._ledger.reach(name)
         return True
+
+    def _missing(self, name: str) -> list[str]:
+        """Objects that an object's goal rests on and that are not at their own."""
+        workspace = self._asker.workspace
+        supports = goal_supports(workspace, name)
+        return [lower for lower in supports if workspace.start[lower] != workspace.goals[lower]]
 
     def _barred(self, name: str) -> str | None:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""

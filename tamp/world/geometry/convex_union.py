@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import coal
 import numpy as np
 
 from tamp.task.mesh.parts import Part, convex_hull
-from tamp.world.geometry.half_spaces import half_spaces, joined
+from tamp.world.geometry.half_spaces import half_spaces, joined, placed_planes, shifted_ends
 from tamp.world.geometry.separating_faces import CLEAR, HIT, UNKNOWN, sieve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.world.geometry.half_spaces import Planes
     from tamp.world.geometry.separating_faces import Corners
 
     Matrix = NDArray[np.float64]
@@ -48,6 +49,17 @@ class Solid:
     def convex(self) -> bool:
         """Whether the solid is one convex part, and so its own hull."""
         return len(self.parts) == 1
+
+    @cached_property
+    def planes(self) -> Planes:
+        """The parts as half-spaces, in the solid's frame."""
+        return joined(half_spaces(part) for part in self.pieces)
+
+    @cached_property
+    def corners(self) -> Corners:
+        """The parts' vertices, in the solid's frame."""
+        each = [part.vertices for part in self.pieces]
+        return np.concatenate(each), np.cumsum([len(one) for one in each], dtype=np.int64)
 
 
 def solid(parts: Sequence[Part]) -> Solid:
@@ -145,22 +157,22 @@ class Crowd:
 
     def __init__(self, standing: Iterable[tuple[Solid, Matrix]], margin: float) -> None:
         """Take solids, each with its `T_world_solid`, and how near is too near [m], 0 or more."""
-        self._margin = margin
+        self._standing, self._margin = tuple(standing), margin
         self._callback = coal.CollisionCallBackDefault()
         self._callback.data.request.security_margin = margin
-        self._tree = coal.DynamicAABBTreeCollisionManager()
-        planes: list[tuple[Matrix, Matrix]] = []
-        corners = [np.zeros((0, 3))]
-        for one, T in standing:
+        self._planes = placed_planes([(one.planes, T) for one, T in self._standing])
+        self._corners = _placed_corners([(one.corners, T) for one, T in self._standing])
+        self._boxes = _boxes(self._corners)
+
+    @cached_property
+    def _tree(self) -> Any:
+        tree = coal.DynamicAABBTreeCollisionManager()
+        for one, T in self._standing:
             pose = coal.Transform3s(T[:3, :3], T[:3, 3])
-            for part, shape in zip(one.pieces, one.parts, strict=True):
-                self._tree.registerObject(coal.CollisionObject(shape, pose))
-                A, b = half_spaces(part)
-                planes.append((A @ T[:3, :3].T, b + A @ (T[:3, :3].T @ T[:3, 3])))
-                corners.append(part.vertices @ T[:3, :3].T + T[:3, 3])
-        self._tree.setup()
-        self._planes = joined(planes)
-        self._corners: Corners = np.concatenate(corners), np.cumsum([len(each) for each in corners[1:]], dtype=np.int64)
+            for shape in one.parts:
+                tree.registerObject(coal.CollisionObject(shape, pose))
+        tree.setup()
+        return tree
 
     def meets(self, probe: Probe, R: Matrix, t: Matrix) -> NDArray[np.bool_]:
         """Whether a body at each of some poses in the world comes too close to any of them, shape (n,).
@@ -171,7 +183,8 @@ class Crowd:
             t: its positions, shape (n, 3) [m].
         """
         poses = np.array(R, order="C"), np.array(t, order="C")
-        verdicts = sieve(self._planes, self._corners, probe.corners, probe.faces, *poses, self._margin)
+        standing = self._planes, self._corners, self._boxes
+        verdicts = sieve(*standing, probe.ball, probe.corners, probe.faces, *poses, self._margin)
         for index in np.flatnonzero(verdicts == UNKNOWN):
             verdicts[index] = HIT if self._collides(probe.body, R[index], t[index]) else CLEAR
         hit: NDArray[np.bool_] = verdicts == HIT
@@ -192,6 +205,22 @@ class Probe:
         self.body, self.corners = coal.CollisionObject(one.hull), np.array(one.outline.vertices)
         A, b = half_spaces(one.outline)
         self.faces = np.array(A), np.array(b)
+        center = (self.corners.min(axis=0) + self.corners.max(axis=0)) / 2
+        self.ball = center, float(np.linalg.norm(self.corners - center, axis=1).max())
+
+
+def _placed_corners(each: Sequence[tuple[Corners, Matrix]]) -> Corners:
+    points = [corners @ T[:3, :3].T + T[:3, 3] for (corners, _), T in each]
+    return np.concatenate([np.zeros((0, 3)), *points]), shifted_ends([ends for (_, ends), _ in each])
+
+
+def _boxes(corners: Corners) -> tuple[Matrix, Matrix]:
+    """Lower and upper corners of the boxes round parts, shape (parts, 3) each."""
+    points, ends = corners
+    if not len(ends):
+        return np.empty((0, 3)), np.empty((0, 3))
+    first = np.concatenate([[0], ends[:-1]])
+    return np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
 
 
 def _box_gaps(a: Solid, b: Solid, T_a_b: Matrix) -> Matrix:

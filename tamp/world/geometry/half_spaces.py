@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -40,3 +40,18 @@ def joined(each: Iterable[tuple[Array, Array]]) -> Planes:
     A = np.concatenate([np.empty((0, 3)), *(A for A, _ in several)])
     b = np.concatenate([np.empty(0), *(b for _, b in several)])
     return A, b, np.cumsum([len(b) for _, b in several], dtype=np.int64)
+
+
+def placed_planes(each: Sequence[tuple[Planes, Array]]) -> Planes:
+    """The planes of several bodies, each with its `T_world_body`, shape (4, 4), in the world."""
+    turned = [A @ T[:3, :3].T for (A, _, _), T in each]
+    offsets = [b + A @ T[:3, 3] for A, ((_, b, _), T) in zip(turned, each, strict=True)]
+    ends = shifted_ends([ends for (_, _, ends), _ in each])
+    return np.concatenate([np.empty((0, 3)), *turned]), np.concatenate([np.empty(0), *offsets]), ends
+
+
+def shifted_ends(each: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Where parts end in an array that joins several, of each of which it is known where its parts end in it."""
+    first = np.cumsum([0, *(int(ends[-1]) for ends in each)])
+    shifted = [ends + start for ends, start in zip(each, first, strict=False)]
+    return np.concatenate([np.empty(0, np.int64), *shifted])

@@ -29,6 +29,8 @@ CLEAR, HIT, UNKNOWN = 0, 1, 2
 def sieve(
     planes: Planes,
     standing: Corners,
+    boxes: tuple[Matrix, Matrix],
+    ball: tuple[Matrix, float],
     corners: Matrix,
     faces: tuple[Matrix, Matrix],
     R: Matrix,
@@ -40,6 +42,8 @@ def sieve(
     Args:
         planes: the others as half-spaces.
         standing: their corners.
+        boxes: lower and upper corners of the boxes round them, shape (parts, 3) each [m].
+        ball: centre and radius of a ball round the body, in its own frame [m].
         corners: of the body in its own frame, shape (k, 3) [m].
         faces: the body as half-spaces A x <= b there, shapes (m, 3) and (m,).
         R: its orientations, shape (n, 3, 3).
@@ -49,25 +53,22 @@ def sieve(
     A, b, ends = planes
     others, other_ends = standing
     verdicts, points = np.zeros(len(t), np.int8), np.empty(corners.shape)
-    turned, offsets = np.empty(faces[0].shape), np.empty(len(faces[1]))
+    turned, offsets, middle = np.empty(faces[0].shape), np.empty(len(faces[1])), np.empty(3)
     for k in range(len(t)):
-        for v in range(len(corners)):
-            for i in range(3):
-                points[v, i] = t[k, i]
-                for j in range(3):
-                    points[v, i] += R[k, i, j] * corners[v, j]
-        for m in range(len(offsets)):
-            offsets[m] = faces[1][m]
-            for i in range(3):
-                turned[m, i] = 0.0
-                for j in range(3):
-                    turned[m, i] += R[k, i, j] * faces[0][m, j]
-                offsets[m] += turned[m, i] * t[k, i]
+        _move(middle, ball[0], R[k], t[k])
         first = start = 0
+        placed = False
         for part in range(len(ends)):
             planes_of, offsets_of = A[first : ends[part]], b[first : ends[part]]
             corners_of = others[start : other_ends[part]]
             first, start = ends[part], other_ends[part]
+            if _beside(boxes[0][part], boxes[1][part], middle, ball[1] + margin):
+                continue
+            if not placed:
+                placed = True
+                for v in range(len(corners)):
+                    _move(points[v], corners[v], R[k], t[k])
+                _turn(turned, offsets, faces, R[k], t[k])
             if _parted(planes_of, offsets_of, points, margin) or _parted(turned, offsets, corners_of, margin):
                 continue
             verdicts[k] = UNKNOWN
@@ -75,6 +76,37 @@ def sieve(
                 verdicts[k] = HIT
                 break
     return verdicts
+
+
+@compiled
+def _move(moved: Matrix, point: Matrix, R: Matrix, t: Matrix) -> None:
+    """Write R p + t, shape (3,)."""
+    for i in range(3):
+        moved[i] = t[i]
+        for j in range(3):
+            moved[i] += R[i, j] * point[j]
+
+
+@compiled
+def _turn(turned: Matrix, offsets: Matrix, faces: tuple[Matrix, Matrix], R: Matrix, t: Matrix) -> None:
+    """Write the half-spaces of a body that is moved to where R and t take it."""
+    for m in range(len(offsets)):
+        offsets[m] = faces[1][m]
+        for i in range(3):
+            turned[m, i] = 0.0
+            for j in range(3):
+                turned[m, i] += R[i, j] * faces[0][m, j]
+            offsets[m] += turned[m, i] * t[i]
+
+
+@compiled
+def _beside(lower: Matrix, upper: Matrix, center: Matrix, radius: float) -> bool:
+    """Whether a ball does not reach a box."""
+    square = 0.0
+    for i in range(3):
+        beyond = max(lower[i] - center[i], center[i] - upper[i], 0.0)
+        square += beyond * beyond
+    return square > radius * radius
 
 
 @compiled
