@@ -45,7 +45,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "field, lines of 0.5 to an area": lambda: field(0.5),
     "tea, 3 cups, no samplers": lambda: tea(3),
 }
-ALGORITHMS = ("adaptive", "focused", "incremental")
+ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)
 LIMIT_S = 20.0
 

@@ -10,7 +10,7 @@ from typing import Any
 from tamp import clock
 from tamp.errors import DomainError
 from tamp.language import Constant, Formula, atoms
-from tamp.planning.algorithms.adaptive import adaptive, focused, incremental
+from tamp.planning.algorithms.adaptive import adaptive, binding, focused, incremental
 from tamp.planning.algorithms.plan_graph import draw_plan
 from tamp.planning.algorithms.session import Known, Session
 from tamp.planning.model.awaited import OWN_MARK
@@ -25,6 +25,7 @@ from tamp.planning.search.fast_downward import FastDownward
 
 ALGORITHMS: dict[str, Callable[[Session], None]] = {
     "adaptive": adaptive,
+    "binding": binding,
     "focused": focused,
     "incremental": incremental,
 }

@@ -18,7 +18,6 @@ from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 
-
 BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do, which are longer
 
 

@@ -1,4 +1,4 @@
-"""The algorithms by name: how search for skeletons and sampling of values take turns."""
+"""The algorithms: how search for skeletons and sampling of values take turns."""
 
 from __future__ import annotations
 
@@ -27,6 +27,16 @@ def adaptive(session: Session) -> None:
     again is bound with twice the budget. Every few failures an old skeleton has a turn, so that each is tried again
     and again while its streams have values left.
     """
+    _search_and_bind(session, revisit=4)
+
+
+def binding(session: Session) -> None:
+    """As `adaptive`, with twice as many turns for the skeletons that were found before."""
+    _search_and_bind(session, revisit=2)
+
+
+def _search_and_bind(session: Session, revisit: int) -> None:
+    """Search and bind in turns; after every `revisit` failures an old skeleton has a turn."""
     budget = Budget()
     sobriety = Sobriety(session, budget)
     failures = 0
@@ -41,7 +51,7 @@ def adaptive(session: Session) -> None:
             continue
         _bind(session, skeleton, budget)
         failures += 1
-        if failures % 4 == 0:
+        if failures % revisit == 0:
             _bind_oldest(session, skeleton, budget)
         if failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0:
             sobriety.take_turn()
