@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -53,10 +54,9 @@ def out_of_reach(schema: Schema, knowledge: Knowledge, effort: int = 100_000) ->
     """
     goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
     try:
-        reached = _Relaxation(schema, knowledge, {str(p[0]) for p in goal}, effort).facts()
+        return next(iter(_Relaxation(schema, knowledge, goal, effort).lost()), None)
     except _Exhausted:
         return None
-    return next((f for f in goal if not any(_fits(f, hope) for hope in reached.get(str(f[0]), ()))), None)
 
 
 def _fits(pattern: Pattern, hope: _Hope) -> bool:
@@ -64,40 +64,54 @@ def _fits(pattern: Pattern, hope: _Hope) -> bool:
 
 
 class _Relaxation:
-    """The relaxed problem's facts, as far as the goal may depend on them (Datalog, evaluated fact by fact)."""
+    """The relaxed problem's facts, as far as the goal may depend on them (Datalog, evaluated fact by fact).
 
-    def __init__(self, schema: Schema, knowledge: Knowledge, wanted: set[str], effort: int) -> None:
+    What speaks of unknown objects has its turn first, the latest before the others: most goals are within reach by
+    that, and there is no need to go on once all of the goal is.
+    """
+
+    def __init__(self, schema: Schema, knowledge: Knowledge, goal: list[Pattern], effort: int) -> None:
         self._knowledge = knowledge
-        self._rules = list(_relevant(list(_rules(schema)), wanted))
+        self._goal = dict.fromkeys(goal)
+        self._rules = list(_relevant(list(_rules(schema)), {str(p[0]) for p in goal}))
         self._reached: dict[str, dict[_Hope, None]] = {}
         self._having: dict[tuple[str, int, int], list[_Hope]] = {}
-        self._queue: list[_Hope] = []
+        self._known: deque[_Hope] = deque()
+        self._unknown: list[_Hope] = []
         self._left = effort
 
-    def facts(self) -> dict[str, dict[_Hope, None]]:
-        """Everything within reach, by predicate."""
+    def lost(self) -> tuple[Pattern, ...]:
+        """What is out of reach of the goal."""
         objects = [*self._knowledge.objects.real(), ANY, NEW]
         for fact in (*self._knowledge.real, *self._knowledge.state, *(("object", handle) for handle in objects)):
             self._add(_Hope(fact))
         for number, rule in enumerate(self._rules):
             if not rule.body:
                 self._conclude(number, {})
-        for hope in self._queue:  # grows while it is walked through
-            for number, rule in enumerate(self._rules):
-                for i, pattern in enumerate(rule.body):
-                    if pattern[0] == hope.fact[0] and (binding := _bind(pattern, hope.fact, {})) is not None:
-                        for found, used in self._matches(rule.body[:i] + rule.body[i + 1 :], binding):
-                            if self._possible([(pattern, hope), *used], found):
-                                self._conclude(number, found)
-        return self._reached
+        while self._goal and (self._unknown or self._known):
+            self._follow(self._unknown.pop() if self._unknown else self._known.popleft())
+        return tuple(self._goal)
+
+    def _follow(self, hope: _Hope) -> None:
+        """Conclude what a fact brings with those that were reached before."""
+        for number, rule in enumerate(self._rules):
+            for i, pattern in enumerate(rule.body):
+                if pattern[0] == hope.fact[0] and (binding := _bind(pattern, hope.fact, {})) is not None:
+                    for found, used in self._matches(rule.body[:i] + rule.body[i + 1 :], binding):
+                        if self._possible([(pattern, hope), *used], found):
+                            self._conclude(number, found)
+                        if not self._goal:
+                            return
 
     def _add(self, hope: _Hope) -> None:
         known = self._reached.setdefault(str(hope.fact[0]), {})
         if hope not in known:
             known[hope] = None
-            self._queue.append(hope)
+            (self._unknown if min(hope.fact[1:], default=0) < 0 else self._known).append(hope)
             for position, handle in enumerate(hope.fact[1:], start=1):
                 self._having.setdefault((str(hope.fact[0]), position, handle), []).append(hope)
+            for pattern in [p for p in self._goal if p[0] == hope.fact[0] and _fits(p, hope)]:
+                del self._goal[pattern]
 
     def _matches(
         self, body: tuple[Pattern, ...], binding: dict[str, int]
