@@ -21,7 +21,7 @@ from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Literal
 
-from tamp.batch.processes import available, kill_tree, tree
+from tamp.batch.processes import Processes, available, kill_group, kill_tree, processes
 from tamp.batch.worker import run_job
 from tamp.errors import TampError
 
@@ -105,6 +105,7 @@ def run_jobs(
     _start_server()
     waiting = deque((job, 1) for job in jobs)
     running: list[_Worker] = []
+    looked = -math.inf
     try:
         while waiting or running:
             while waiting and len(running) < workers:
@@ -113,8 +114,11 @@ def run_jobs(
                 [w.process.sentinel for w in running] + [w.connection for w in running],
                 _patience(running, memory_limit),
             )
+            seen = None
+            if memory_limit is not None and time.monotonic() >= looked + MEMORY_WATCH_S:
+                seen, looked = processes(), time.monotonic()
             for worker in list(running):
-                outcome = worker.outcome()
+                outcome = worker.outcome(seen)
                 if outcome is None:
                     continue
                 running.remove(worker)
@@ -172,8 +176,8 @@ class _Worker:
         """Whether the worker died with its fork server."""
         return bool(self.process.exitcode == NO_SERVER)
 
-    def outcome(self) -> Outcome | None:
-        """How the job ended; None while it runs."""
+    def outcome(self, seen: Processes | None) -> Outcome | None:
+        """How the job ended; None while it runs. Its memory counts where it is limited and somebody has looked."""
         alive = self.process.is_alive()  # asked first: what has ended has said all that it will say
         message = self._message()
         if message is not None:
@@ -184,7 +188,8 @@ class _Worker:
                 self.kill()
                 said = "planning did not end with its limit" if late else f"ended from outside after {self._limit:g} s"
                 return self._ended("timeout", f"{said}, and was ended from outside" if late else said)
-            if self._memory_limit is not None and sum(tree(self.process.pid).values()) > self._memory_limit:
+            used = 0 if seen is None else sum(seen.tree(self.process.pid).values())
+            if self._memory_limit is not None and used > self._memory_limit:
                 self.kill()
                 return self._ended("memory", f"ended from outside at {self._memory_limit / 2**30:.3g} GiB of memory")
             return None
@@ -199,7 +204,7 @@ class _Worker:
 
     def kill(self) -> None:
         """End the process and everything it started."""
-        kill_tree(self.process.pid)
+        (kill_tree if self.process.is_alive() else kill_group)(self.process.pid)
         self.process.join()
         self.connection.close()
 

@@ -14,6 +14,7 @@ from typing import Any
 from tamp.batch.identity import Making
 from tamp.batch.journal import Journal
 from tamp.batch.pool import Job, Outcome, run_jobs
+from tamp.batch.robots import tell
 from tamp.batch.work import PRELOAD, WORK
 from tamp.errors import TampError
 from tamp.results import Result, Status, from_json
@@ -138,6 +139,7 @@ class Batch:
 
     def outcomes(self, jobs: Iterable[Job]) -> Iterator[Outcome]:
         """Run jobs as this batch would."""
+        tell(self.tasks, self.options.get("robot"))
         return self.executor(
             jobs,
             self.work,

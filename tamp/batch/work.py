@@ -16,9 +16,8 @@ from tamp.versions import versions
 WORK = "tamp.batch.work:solve_file"
 log = logging.getLogger("tamp")
 
-PRELOAD = (
-    "tamp.pipeline.run", "ompl.base", "ompl.geometric", "pinocchio", "tamp.world.timing.path_rates", "trimesh", "fcl",
-)  # fmt: skip
+PRELOAD = ("tamp.batch.warm", "scipy.optimize")
+"""What workers find loaded: what every run needs, and what many do."""
 
 
 def solve_file(

@@ -85,6 +85,7 @@ def batch(
         SamplerError: for a stream or a function that does not exist, before anything runs.
     """
     from tamp.batch import Batch
+    from tamp.batch.work import PRELOAD
 
     given = {**settings_given(options), **settings}
     Settings(**given)
@@ -110,6 +111,7 @@ def batch(
         resume=options.resume,
         overwrite=options.overwrite,
         executor=_executor(options, output if options.output_given else None),
+        preload=(*PRELOAD, "tamp.cli"),  # a worker imports the module that its parent was started with
     )
 
 

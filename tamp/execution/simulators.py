@@ -102,9 +102,17 @@ def make_simulator(
     Raises:
         TampError: where there is no such simulator.
     """
+    return cast("Simulator", load_simulator(name)(objects, poses, table=table, robot=robot, q=q))
+
+
+def load_simulator(name: str) -> type:
+    """Import the engine of a simulator; its class, whose instances are worlds in it.
+
+    Raises:
+        TampError: where there is no such simulator.
+    """
     require(name)
-    address = SIMULATORS[name].address if name in SIMULATORS else name
-    return cast("Simulator", _class(address)(objects, poses, table=table, robot=robot, q=q))
+    return _class(SIMULATORS[name].address if name in SIMULATORS else name)
 
 
 def can_draw() -> bool:

@@ -12,13 +12,15 @@ from types import MappingProxyType
 import numpy as np
 
 from tamp.checking import Verdict, check
+from tamp.checking.robot.links import read_links
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
 from tamp.domains.learned import load_models
 from tamp.domains.samplers import resolve_samplers
 from tamp.errors import DomainError
 from tamp.execution.settling import settle
-from tamp.execution.simulators import DEFAULT
+from tamp.execution.settling_cache import settle_once
+from tamp.execution.simulators import DEFAULT, load_simulator
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
@@ -32,6 +34,7 @@ from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Box, Object, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
+from tamp.threads import one_thread
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.world import World
@@ -118,7 +121,7 @@ def settled_goals(
         for obj in task.objects
         if obj.goal is None and not any(_overlap(world, obj.name, now[obj.name], *other) for other in wanted.items())
     }
-    settled = settle(task, {**bystanders, **wanted}, deadline=deadline, simulator=simulator)
+    settled = settle_once(task, {**bystanders, **wanted}, deadline=deadline, simulator=simulator)
     resting = placements(settled.poses, settled.supports)
     return {name: raised(resting[name]) for name in wanted}
 
@@ -242,7 +245,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
         robot_model(task_robot(task)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )
     check_geometry(task, world)
-    settled = settle(task, deadline=deadline, simulator=simulator)
+    settled = settle_once(task, deadline=deadline, simulator=simulator)
     start = settled.poses
     goals = settled_goals(task, world, start, deadline, simulator)
     check_settled(task, world, start, goals)
@@ -259,7 +262,29 @@ def load_samplers(task: Task, settings: Settings) -> None:
     """
     domain = domain_of(task, settings.domain)
     load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
-    warm_up(robot_model(task_robot(task)))
+    with one_thread():
+        warm_up(robot_model(task_robot(task)))
+
+
+def preload(nothing: Task) -> None:
+    """Load what every run of a robot needs and no object decides: compiled loops, the robot's tables, physics engine.
+
+    No thread is started by it, no simulation opened, and no generator of a run's used: a process forked afterwards
+    computes what a fresh one would, sooner.
+
+    Args:
+        nothing: a task without objects, for the robot.
+
+    Raises:
+        TampError: where something cannot be had.
+    """
+    import tamp.world.motion.ompl
+    import tamp.world.timing.path_rates  # noqa: F401  # both are slow to load, and wait elsewhere until they are needed
+
+    with one_thread():
+        load_samplers(nothing, DEFAULT_SETTINGS)
+        read_links(task_robot(nothing))
+    load_simulator(DEFAULT)
 
 
 @cache

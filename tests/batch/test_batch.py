@@ -1,4 +1,7 @@
-"""Batches: what goes wrong in one job stays there, and every result is written exactly once."""
+"""Batches: what goes wrong in one job stays there, and every result is written exactly once.
+
+All batches of a process fork from the server that the first of them started: it is the usual one here too.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,7 @@ def _tasks(*names: str) -> list[Task]:
 
 
 def _run(*names: str, options: dict[str, Any] | None = None, **bounds: Any) -> dict[tuple[str, int], Result]:
-    batch = Batch(_tasks(*names), options=options or {}, work=WORK, preload=(), **bounds)
+    batch = Batch(_tasks(*names), options=options or {}, work=WORK, **bounds)
     results = list(batch.run())
     assert len({(r.task, r.seed) for r in results}) == len(results)
     return {(r.task, r.seed): r for r in results}
@@ -150,7 +153,7 @@ def test_what_was_made_otherwise_is_run_again(
     task = Task("a", (), path=file)
 
     def run(**options: Any) -> None:
-        bounds: dict[str, Any] = {"output": tmp_path / "out", "resume": True, "work": WORK, "preload": ()}
+        bounds: dict[str, Any] = {"output": tmp_path / "out", "resume": True, "work": WORK}
         results = list(Batch([task], options={"ran": str(ran), **options}, **bounds).run())
         assert len(results) == len(read_results(tmp_path / "out" / RESULTS)) == 1
 
@@ -180,10 +183,7 @@ def test_files_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:
 def test_batches_run_by_turns_and_each_is_first_as_often(tmp_path: Path) -> None:
     ran = tmp_path / "ran"
     tasks = _tasks("ok_1", "ok_2", "ok_3", "ok_4")
-    both = [
-        Batch(tasks, options={"ran": str(ran), "as": who}, output=tmp_path / who, work=WORK, preload=())
-        for who in ("a", "b")
-    ]
+    both = [Batch(tasks, options={"ran": str(ran), "as": who}, output=tmp_path / who, work=WORK) for who in ("a", "b")]
     found = [(place, result.task) for place, result in run_together(both)]
     assert [task for _, task in found] == [name for i in range(1, 5) for name in (f"ok_{i}",) * 2]
     assert [place for place, _ in found[::2]] == [0, 1, 0, 1]
@@ -192,21 +192,21 @@ def test_batches_run_by_turns_and_each_is_first_as_often(tmp_path: Path) -> None
         assert {r.configuration["as"] for r in made} == {who}
         assert len(made) == 4
     with pytest.raises(TampError, match="has results already"):
-        list(run_together([Batch(tasks, output=tmp_path / "c", work=WORK, preload=()), both[1]]))
+        list(run_together([Batch(tasks, output=tmp_path / "c", work=WORK), both[1]]))
     assert not (tmp_path / "c").exists(), "nothing is touched"
 
 
 def test_two_batches_do_not_share_a_results_file(tmp_path: Path) -> None:
-    first = Batch(_tasks("a", "b"), output=tmp_path, work=WORK, preload=()).run()
+    first = Batch(_tasks("a", "b"), output=tmp_path, work=WORK).run()
     next(first)
     with pytest.raises(TampError, match="another batch"):
-        next(Batch(_tasks("a"), output=tmp_path, work=WORK, preload=(), overwrite=True).run())
+        next(Batch(_tasks("a"), output=tmp_path, work=WORK, overwrite=True).run())
     assert len(read_results(tmp_path / RESULTS)) == 1
     first.close()
 
 
 def test_a_full_disk_is_reported_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = Batch(_tasks("a", "b"), output=tmp_path, work=WORK, preload=()).run()
+    runs = Batch(_tasks("a", "b"), output=tmp_path, work=WORK).run()
     next(runs)
     write = os.write
     monkeypatch.setattr(os, "write", lambda fd, data: write(fd, data[:10]) if b"task" in data[:10] else write(fd, data))
@@ -229,7 +229,7 @@ def test_tasks_of_the_same_name_are_refused() -> None:
 def test_an_unwritable_output_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(TampError, match="cannot be written"):
-        next(Batch(_tasks("a"), output=tmp_path / "file", work=WORK, preload=()).run())
+        next(Batch(_tasks("a"), output=tmp_path / "file", work=WORK).run())
 
 
 SCRIPT = """
@@ -276,7 +276,7 @@ def test_a_batch_that_is_ended_leaves_a_file_that_can_be_resumed(tmp_path: Path,
 def test_under_a_killer_every_task_has_one_result(tmp_path: Path) -> None:
     """Worker after worker is killed at random moments; nothing is lost and nothing counted twice."""
     names = [f"slow_{i}" for i in range(20)]
-    batch = Batch(_tasks(*names), options={"sleep": 0.2}, output=tmp_path, work=WORK, preload=(), workers=2)
+    batch = Batch(_tasks(*names), options={"sleep": 0.2}, output=tmp_path, work=WORK, workers=2)
     seen: list[str] = []
     ended = threading.Event()
     with ThreadPoolExecutor(1) as pool:

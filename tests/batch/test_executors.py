@@ -30,7 +30,7 @@ needs_submitit = pytest.mark.skipif(importlib.util.find_spec("submitit") is None
 
 def run(executor: Callable[..., Iterator[Outcome]], names: list[str], output: Path, **more: Any) -> dict[str, Result]:
     tasks = [Task(name, (), path=Path(f"{name}.yaml")) for name in names]
-    batch = Batch(tasks, work=WORK, preload=(), output=output, executor=executor, **more)
+    batch = Batch(tasks, work=WORK, output=output, executor=executor, **more)
     results = list(batch.run())
     assert sorted(r.task for r in results) == sorted(names), "every task has exactly one result"
     return {result.task: result for result in results}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tamp.errors import TampError
+from tamp.perception.cameras.setup import OCRTOC_2021
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.model import object_model
 from tamp.perception.evaluation import pose_error, pose_errors
@@ -51,7 +52,9 @@ def test_perceived_poses_are_a_poses_file(tmp_path: Path) -> None:
 
 
 def test_what_was_not_seen_is_null(tmp_path: Path) -> None:
-    sight = perceive_task(TASK, perceiver=f"{__name__}:nobody")
+    small = tmp_path / "small.yaml"
+    small.write_text(OCRTOC_2021.read_text(encoding="utf-8").replace("[1280, 720]", "[320, 180]"), encoding="utf-8")
+    sight = perceive_task(TASK, perceiver=f"{__name__}:nobody", setup=small)
     save_sight(sight, tmp_path / "poses.json")
     assert load_poses(tmp_path / "poses.json") == {"brick": None, "can": None}
     assert np.array_equal(overlay(sight.frames[0], sight.objects, sight.estimates), sight.frames[0].color)

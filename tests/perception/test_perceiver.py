@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
 import pytest
 
 from tamp.errors import TampError
+from tamp.perception import conformance
 from tamp.perception.conformance import POSES, check_perceiver
 from tamp.perception.estimate import Estimate
 from tamp.perception.perceiver import load_perceiver
@@ -51,6 +53,14 @@ def listing(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -
 
 def narrow(frames: Any) -> Any:
     return {}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def pictures_taken_once() -> Iterator[None]:
+    """The kit's scene is rendered for the first perceiver only; none here writes into it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(conformance, "_frames", cache(conformance._frames))
+        yield
 
 
 @pytest.mark.parametrize("name", ["fit", f"{__name__}:blind"])

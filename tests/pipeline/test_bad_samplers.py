@@ -78,6 +78,6 @@ def test_nothing_for_ever_is_a_timeout_and_prints_are_not_results(tmp_path: Path
     nothing = tamp_("plan", str(ONE), *unending, *no_regrasp)
     assert "no plan (timeout)" in nothing.stderr
     for command in (["plan", str(ONE)], ["solve", str(ONE), "--output", str(tmp_path / "out")]):
-        printed = tamp_(*command, "--timeout", "5", "--sampler", f"sample-grasp={HERE}:prints", "--json", "-")
+        printed = tamp_(*command, "--timeout", "2", "--sampler", f"sample-grasp={HERE}:prints", "--json", "-")
         assert json.loads(printed.stdout), "nothing but what was asked for"
         assert {"a sampler's print", "a native print"} <= set(printed.stderr.splitlines())

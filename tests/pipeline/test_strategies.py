@@ -21,8 +21,8 @@ def test_each_strategy_moves_a_block_with_one_pick(strategy):
 
 
 def test_where_not_all_goals_can_be_reached_net_benefit_reaches_what_it_can():
-    settings = Settings(strategy="net-benefit")
-    run = carry_out(Task("two", (RED, HUGE)), timeout=10.0, settings=settings, execute=False)
+    settings = Settings(strategy="net-benefit", clock="processor")
+    run = carry_out(Task("two", (RED, HUGE)), timeout=3.0, settings=settings, execute=False)
     (plan,) = run.plans
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
     assert set(plan.report["left"]) == {"huge"}
@@ -30,5 +30,5 @@ def test_where_not_all_goals_can_be_reached_net_benefit_reaches_what_it_can():
 
 def test_all_at_once_says_why_there_is_no_plan():
     with pytest.raises(PlanningFailure) as failed:
-        tamp.plan(Task("two", (RED, HUGE)), timeout=10.0, strategy="all-at-once")
+        tamp.plan(Task("two", (RED, HUGE)), timeout=3.0, clock="processor", strategy="all-at-once")
     assert failed.value.status in ("failed", "timeout")

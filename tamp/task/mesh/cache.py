@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,13 +26,20 @@ def content_key(*pieces: bytes | str) -> str:
     return digest.hexdigest()[:32]
 
 
-def cached(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
+def cached(kind: str, key: str, compute: Callable[[], Arrays], worth_s: float = 0.0) -> Arrays:
     """The arrays stored under `kind` and `key`, computed and stored where they are absent or unreadable.
 
     Files are written aside and moved into place, so that processes sharing the folder never read half a file. A folder
     that cannot be written to costs the speed, not the result.
+
+    Args:
+        kind: the folder's name.
+        key: what the content is filed under, from `content_key`.
+        compute: works it out.
+        worth_s: what takes less processor time than this is not stored, so that many cheap results fill no disk [s].
     """
     import zipfile
+    import zlib
 
     import numpy as np
 
@@ -39,9 +47,12 @@ def cached(kind: str, key: str, compute: Callable[[], Arrays]) -> Arrays:
     try:
         with np.load(path, allow_pickle=False) as stored:
             return {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, zipfile.BadZipFile):
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
         pass
+    began = time.process_time()
     arrays = compute()
+    if time.process_time() - began < worth_s:
+        return arrays
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         new = path.with_suffix(f".{os.getpid()}.tmp")

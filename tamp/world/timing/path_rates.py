@@ -11,7 +11,7 @@ from tamp.world.motion.paths import Array
 from tamp.world.timing.blending import RoundedPath
 from tamp.world.timing.deferred_import import deferred
 
-with deferred("matplotlib", "matplotlib.pyplot"):
+with deferred("matplotlib", "matplotlib.pyplot"), deferred("scipy.interpolate"):
     from toppra import algorithm, constraint
 
 

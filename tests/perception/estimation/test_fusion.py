@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -24,11 +25,12 @@ POSE = Pose.from_rpy((-0.05, 0.05, 0.05), (0, 0, 0.5))
 LOOKS = {"block": plain(Box((0.12, 0.08, 0.1)))}
 
 
-def _frames(calibration: CalibrationNoise | None) -> list[Frame]:
+@cache
+def _frames(calibration: CalibrationNoise | None) -> tuple[Frame, ...]:
     cameras = [
         replace(c, intrinsics=c.intrinsics.scaled(0.5), calibration=calibration, noise=None) for c in load_setup()
     ]
-    return [s.frame for s in shoot(LOOKS, {"block": POSE}, views(cameras, PANDA), PANDA, masks=True)]
+    return tuple(s.frame for s in shoot(LOOKS, {"block": POSE}, views(cameras, PANDA), PANDA, masks=True))
 
 
 def _off(points: np.ndarray) -> np.ndarray:

@@ -21,6 +21,21 @@ def test_timing_a_path_loads_no_plots() -> None:
     assert printed(f"{TIMED}; import sys; print('matplotlib' in sys.modules)") == "False"
 
 
+SPLINE = """
+import numpy as np, sys
+from toppra import SimplePath, SplineInterpolator
+print("scipy.interpolate" in sys.modules)
+rows = np.array([[0.0], [2.0], [0.0]])
+print(SplineInterpolator([0, 1, 2], rows)(1.0)[0], SimplePath([0, 1, 2], rows)(1.0)[0])
+"""
+
+
+def test_nor_does_it_load_splines_which_toppra_fits_all_the_same() -> None:
+    loaded, values = printed(f"{TIMED}\n{SPLINE}").splitlines()
+    assert loaded == "False"
+    assert list(map(float, values.split())) == pytest.approx([2.0, 2.0])
+
+
 def test_toppra_draws_once_it_is_asked_to() -> None:
     drawn = printed(f"{TIMED}; from toppra.algorithm.algorithm import plt; print(plt.figure.__module__)")
     assert drawn == "matplotlib.pyplot"
