@@ -187,7 +187,7 @@ class Session:
         self.lessons = Lessons(self.knowledge)
         self.found = Found(options, self.costs)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
-        self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises)
+        self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
         self._searching = 0
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         builder = TaskBuilder(
@@ -235,8 +235,10 @@ class Session:
         """Whether what is grounded fits another goal as well, so that it can be asked next."""
         private, hidden = self.connectors.private, self.connectors.fluent
         changing = self.schema.fluents | (self.schema.derived - private)
-        wanted = {str(p[0]) for p in goal.positive}
-        return wanted <= changing and {str(p[0]) for p in goal.negative} <= self.schema.fluents - {hidden}
+        wanted, unwanted = ({str(p[0]) for p in patterns} for patterns in (goal.positive, goal.negative))
+        if not self.connectors.spent.isdisjoint(wanted | unwanted):
+            return False
+        return wanted <= changing and unwanted <= self.schema.fluents - {hidden}
 
     def ask(self, goal: Condition, options: Options, started: float, frozen: frozenset[int]) -> None:
         """Turn to another goal, with what was learnt of streams; `begin` is not needed again.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from tamp.planning.model.external import External
@@ -19,6 +19,9 @@ ANY = -1
 
 NEW = -2
 """Some object that is not known yet."""
+
+EVERY = 1_000
+"""Facts looked at between two ticks."""
 
 EFFORT, EFFORT_A_DRAW = 5_000, 50
 """Facts looked at before the question is left open: in any case, and for each time that a stream was called."""
@@ -47,14 +50,17 @@ class _Exhausted(Exception):  # noqa: N818  control flow inside this module
     """The effort is spent."""
 
 
-def out_of_reach(schema: Schema, knowledge: Knowledge, effort: int = 100_000) -> Fact | None:
+def out_of_reach(
+    schema: Schema, knowledge: Knowledge, effort: int = 100_000, tick: Callable[[], None] = lambda: None
+) -> Fact | None:
     """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it.
 
-    The question is left open as well once `effort` facts were looked at.
+    The question is left open as well once `effort` facts were looked at; `tick` is called now and then, and may end it
+    by an exception.
     """
     goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
     try:
-        return next(iter(_Relaxation(schema, knowledge, goal, effort).lost()), None)
+        return next(iter(_Relaxation(schema, knowledge, goal, effort, tick).lost()), None)
     except _Exhausted:
         return None
 
@@ -70,7 +76,9 @@ class _Relaxation:
     that, and there is no need to go on once all of the goal is.
     """
 
-    def __init__(self, schema: Schema, knowledge: Knowledge, goal: list[Pattern], effort: int) -> None:
+    def __init__(
+        self, schema: Schema, knowledge: Knowledge, goal: list[Pattern], effort: int, tick: Callable[[], None]
+    ) -> None:
         self._knowledge = knowledge
         self._goal = dict.fromkeys(goal)
         self._rules = list(_relevant(list(_rules(schema)), {str(p[0]) for p in goal}))
@@ -79,6 +87,7 @@ class _Relaxation:
         self._known: deque[_Hope] = deque()
         self._unknown: list[_Hope] = []
         self._left = effort
+        self._tick = tick
 
     def lost(self) -> tuple[Pattern, ...]:
         """What is out of reach of the goal."""
@@ -126,6 +135,8 @@ class _Relaxation:
             self._left -= 1
             if self._left < 0:
                 raise _Exhausted
+            if self._left % EVERY == 0:
+                self._tick()
             found = _bind(body[first], hope.fact, binding)
             if found is not None:
                 for complete, used in self._matches(body[:first] + body[first + 1 :], found):
@@ -224,8 +235,17 @@ def _relevant(rules: list[_Rule], wanted: set[str]) -> Iterator[_Rule]:
 class Outlook:
     """Looks into the prospects again whenever twice as much was sampled, so that it costs little beside sampling."""
 
-    def __init__(self, schema: Schema, knowledge: Knowledge, sampling: Sampling, surprises: Surprises) -> None:
+    def __init__(
+        self,
+        schema: Schema,
+        knowledge: Knowledge,
+        sampling: Sampling,
+        surprises: Surprises,
+        tick: Callable[[], None],
+    ) -> None:
+        """`tick` is called now and then, and may end the work by an exception."""
         self._schema = schema
+        self._tick = tick
         self._surprises = surprises
         self._knowledge = knowledge
         self._sampling = sampling
@@ -240,7 +260,8 @@ class Outlook:
         if self._sampling.draws < self._next or self._may_surprise():
             return
         self._next = 2 * self._sampling.draws
-        lost = out_of_reach(self._schema, self._knowledge, EFFORT + EFFORT_A_DRAW * self._sampling.draws)
+        effort = EFFORT + EFFORT_A_DRAW * self._sampling.draws
+        lost = out_of_reach(self._schema, self._knowledge, effort, self._tick)
         if lost is not None and not self._surprises.look():
             text = self._knowledge.objects.text(lost)
             raise Ended("infeasible", f"{text} is out of reach: the streams it needs are exhausted.")

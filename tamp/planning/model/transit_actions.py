@@ -167,7 +167,7 @@ def _only_between_actions(schema: Schema, group: tuple[Connector, ...]) -> bool:
         return False
     elsewhere = [*effects, schema.goal, *(action.condition for action in others)]
     elsewhere += [axiom.condition for axiom in schema.axioms if axiom.head[0] not in _private(schema, group)]
-    if any(p[0] in outputs for c in elsewhere for p in c.positive + c.negative):
+    if any(p[0] in outputs | spent for c in elsewhere for p in c.positive + c.negative):
         return False
     return all(_tolerates(action, fluent, spent) for action in others)
 
