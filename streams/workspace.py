@@ -54,7 +54,7 @@ class Workspace:
         goals: object -> the placement that its goal pose means; only objects whose goal is a pose.
         cache: what samplers keep, for all workspaces of the same run; it belongs to this world.
         hand: how the hand comes and goes, the same for all workspaces that share a cache.
-        whole: the task with all its goals, where `task` asks for some of them only.
+        all_goals: the task with all its goals, where `task` asks for some of them only; None where it asks for all.
     """
 
     task: Task
@@ -63,13 +63,16 @@ class Workspace:
     goals: Mapping[str, Placement]
     cache: SampleCache = field(default_factory=SampleCache, repr=False)
     hand: HandMotion = HandMotion()
-    whole: Task = field(default=None, repr=False)  # type: ignore[assignment]
+    all_goals: Task | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        if self.whole is None:
-            object.__setattr__(self, "whole", self.task)
         for name in ("start", "goals"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    @property
+    def whole(self) -> Task:
+        """The task with all its goals."""
+        return self.all_goals or self.task
 
     def part(self, names: Collection[str]) -> Workspace:
         """The same table with no objects but some, in order of their names."""

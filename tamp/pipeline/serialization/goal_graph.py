@@ -82,7 +82,7 @@ def asking_for(workspace: Workspace, names: Collection[str]) -> Workspace:
     """
     objects = tuple(obj if obj.name in names else replace(obj, goal=None) for obj in workspace.task.objects)
     facts = tuple(fact for fact in workspace.task.goal if fact_text(fact) in names)
-    return replace(workspace, task=replace(workspace.task, objects=objects, goal=facts))
+    return replace(workspace, task=replace(workspace.task, objects=objects, goal=facts), all_goals=workspace.whole)
 
 
 def alone(workspace: Workspace, name: str) -> Workspace:
