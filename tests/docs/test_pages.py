@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 
 from tamp.cli import main, parser
-from tests.docs.manual import PAGES, ROOT, blocks, commands, files, named
+from tests.docs.manual import PAGES, ROOT, TUTORIALS, blocks, commands, files, named
+
+BESIDE = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "scenarios/README.md")]
+"""What else is written for readers."""
 
 
 def test_pages_are_found() -> None:
@@ -39,7 +42,7 @@ def test_commands_are_understood(page: Path) -> None:
 
 
 def test_the_tour_is_walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = ROOT / "docs" / "tour.md"
+    page = ROOT / "docs" / "start" / "tour.md"
     monkeypatch.chdir(tmp_path)
     for name, text in files(page, "yaml").items():
         Path(name).write_text(text, encoding="utf-8")
@@ -52,7 +55,7 @@ def test_the_tour_is_walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_samplers_of_the_manual_fit(tmp_path: Path) -> None:
     """The page's module as a file, checked by the page's own command, in a process that stands beside it."""
-    page = ROOT / "docs" / "samplers.md"
+    page = ROOT / "docs" / "guides" / "samplers.md"
     ((name, text),) = files(page, "python").items()
     (tmp_path / name).write_text(text, encoding="utf-8")
     (check,) = [arguments for arguments in commands(page) if arguments[:2] == ["samplers", "check"]]
@@ -82,8 +85,15 @@ def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     pages = list((tmp_path / "site").rglob("*.html"))
     assert len(pages) > 15
-    score = (tmp_path / "site" / "score.html").read_text(encoding="utf-8")
+    score = (tmp_path / "site" / "reference" / "score.html").read_text(encoding="utf-8")
     assert "<math" in score
+
+
+@pytest.mark.parametrize("page", [*PAGES, *TUTORIALS, *BESIDE], ids=named)
+def test_links_lead_to_files(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)", page.read_text(encoding="utf-8")):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{named(page)} links to {target}, which is not there"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=named)
