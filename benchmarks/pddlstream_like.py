@@ -8,10 +8,15 @@ from statistics import median
 
 from benchmarks.harness import Row, main
 from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, roadmap, searching, teams
+from benchmarks.pddlstream_shapes import field, shelf, states, tea
 from tamp import clock
 from tamp.planning import Problem, solve
 
 FAR = {"left": (-1.0, 5.5), "right": (2.5, 30.0)}
+
+LINE = {"floor": (-10.0, 10.0), "goal": (5.0, 10.0), "slit": (-10.0, -8.5), "stove": (5.0, 10.0), "middle": (-2.0, 2.0)}
+
+EITHER = ["slit", "goal"]
 
 PROBLEMS: dict[str, Callable[[], Problem]] = {
     "pick and place, 3 blocks": lambda: packing(3, (8.0, 1.0)),
@@ -29,8 +34,18 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "filling, 50 litres": lambda: filling(50.0),
     "rovers, 3 tasks, 2 rovers": lambda: teams(3, 2),
     "rovers, 6 tasks, 3 rovers": lambda: teams(6, 3),
+    "line, 2 blocks into 5 cells": lambda: shelf([0.0, -3.0], {"A": "goal", "B": "goal"}, LINE),
+    "line, region blocked by one of 3": lambda: shelf([0.0, 7.5, -9.0], {"A": "goal"}, LINE),
+    "line, 2 arms, 2 blocks mirrored": lambda: shelf([-2.0, -5.0], {"A": 2.0, "B": 5.0}, LINE, arms=2),
+    "line, one of two regions is too narrow": lambda: shelf([0.0, -3.0], {"A": EITHER, "B": EITHER}, LINE),
+    "line, cooked and put elsewhere": lambda: shelf([-7.0, 0.3], {"A": ["stove", "middle"]}, LINE),
+    "states as values": lambda: states(5.0),
+    "field, lines of 0.25 to an area": lambda: field(0.25),
+    "field, lines of 0.25 to a corner": lambda: field(0.25, area=False),
+    "field, lines of 0.5 to an area": lambda: field(0.5),
+    "tea, 3 cups, no samplers": lambda: tea(3),
 }
-ALGORITHMS = ("adaptive", "focused", "incremental")
+ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)
 LIMIT_S = 20.0
 

@@ -175,6 +175,7 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     return bool(force[:2] @ along[:2] > held * np.linalg.norm(along[:2]))
 
 
+CARRYING = 0.3  # a finger carries where the closing axis points so far up or down (cosine); else they are beside
 GRAZED = 1  # poses of a fall at which a finger may be met: it is passed, and stops nothing
 
 
@@ -191,8 +192,8 @@ def hooked(workspace: Workspace, obj: str, grasp: Grasp, fall: tuple[Pose, ...])
         fall: its poses (world frame), from where it is let go to where it lies.
     """
     gripper, T_tool = workspace.world.robot.spec.gripper, fall[0].matrix @ grasp.T_object_tool.matrix
-    up = fall[0].matrix[:3, :3] @ fall[-1].matrix[2, :3]
-    if abs(up @ T_tool[:3, :3] @ np.array(gripper.axis)) >= BENEATH:
+    closing, up = T_tool[:3, :3] @ np.array(gripper.axis), fall[0].matrix[:3, :3] @ fall[-1].matrix[2, :3]
+    if abs(closing[2]) < CARRYING or abs(up @ closing) >= BENEATH:
         return False
     hand = workspace.world.free_hand(Scene(poses={obj: np.eye(4)}), 0.0, ignore={TABLE})
     seen = np.array([np.linalg.inv(pose.matrix) @ T_tool for pose in fall])  # from the object

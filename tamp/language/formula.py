@@ -45,6 +45,11 @@ class Constant:
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError("a Constant is immutable")
 
+    @property
+    def by_identity(self) -> bool:
+        """Whether the value has no hash."""
+        return self._identity
+
     def __hash__(self) -> int:
         return self._hash
 

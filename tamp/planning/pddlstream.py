@@ -69,7 +69,7 @@ DEBUG, SHARED_DEBUG = "debug", "shared-debug"
 """Names in place of a stream map: plan without samplers, with values of each instance's own or of each stream's."""
 
 DEBUG_VALUES = 4
-"""How many values each stream gives for its inputs when it is planned without samplers."""
+"""How many values a stream without inputs gives when it is planned without samplers; others give one, as there."""
 
 
 def debug_samplers(streams: StreamFile, shared: bool = False) -> dict[str, Adapted]:
@@ -78,7 +78,7 @@ def debug_samplers(streams: StreamFile, shared: bool = False) -> dict[str, Adapt
     def generate(name: str, outputs: tuple[str, ...]) -> Adapted:
         def values(*inputs: Any, **fluents: Any) -> Iterator[Outputs]:
             own = () if shared else inputs
-            for number in range(DEBUG_VALUES):
+            for number in range(1 if inputs else DEBUG_VALUES):
                 yield tuple(DebugValue(name, own, output, number) for output in outputs)
 
         return from_gen_fn(values)

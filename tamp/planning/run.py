@@ -10,11 +10,11 @@ from typing import Any
 from tamp import clock
 from tamp.errors import DomainError
 from tamp.language import Constant, Formula, atoms
-from tamp.planning.algorithms.adaptive import adaptive, focused, incremental
+from tamp.planning.algorithms.adaptive import adaptive, binding, focused, incremental
 from tamp.planning.algorithms.plan_graph import draw_plan
 from tamp.planning.algorithms.session import Known, Session
 from tamp.planning.model.awaited import OWN_MARK
-from tamp.planning.model.normal_form import literals_of
+from tamp.planning.model.normal_form import Condition, literals_of
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import ground
 from tamp.planning.options import Ended, Options, Restart, Settings
@@ -25,6 +25,7 @@ from tamp.planning.search.fast_downward import FastDownward
 
 ALGORITHMS: dict[str, Callable[[Session], None]] = {
     "adaptive": adaptive,
+    "binding": binding,
     "focused": focused,
     "incremental": incremental,
 }
@@ -125,13 +126,16 @@ class PlanningRun:
         session = self._session
         if session is None or not self._usable:
             return None
-        wanted = literals_of(goal, session.objects)
-        if wanted is None or not session.answers(wanted):
+        wanted, inner = literals_of(goal, session.objects), session.schema.inner
+        if wanted is None:
+            return None
+        wanted = Condition(tuple(map(inner, wanted.positive)), tuple(map(inner, wanted.negative)))
+        if not session.answers(wanted):
             return None
         intern, brought = session.objects.intern, list(session.knowledge.brought)
         if self._committed:
             now = self._committed[-1]
-            session.move_to([*((f[0], *map(intern, f[1:])) for f in now.state), *brought[now.brought :]])
+            session.move_to([*(inner((f[0], *map(intern, f[1:]))) for f in now.state), *brought[now.brought :]])
         else:
             session.move_to([*session.given_state, *brought])
         kept = replace(session.options, timeout=options.timeout)

@@ -40,7 +40,7 @@ def solve(
 
     Args:
         problem: what to solve.
-        algorithm: "adaptive", "focused" or "incremental".
+        algorithm: "adaptive", "binding", "focused" or "incremental".
         timeout: when to end [s]; the best plan found by then is returned.
         seed: decides every random choice.
         max_cost: plans that cost more do not count.

@@ -18,7 +18,7 @@ from tests.planning.problems import (
 )
 from tests.planning.validator import validate
 
-ALGORITHMS = ("incremental", "focused", "adaptive")
+ALGORITHMS = ("incremental", "focused", "binding", "adaptive")
 
 SOLVABLE = {
     "blocksworld 3": lambda: blocksworld.inversion(3),

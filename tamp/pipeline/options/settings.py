@@ -50,7 +50,7 @@ class Settings:
         strategy: which part of a task the planner is asked next: "serialized" goals, "all-at-once", or "net-benefit",
             which reaches what it can; None is the domain's own.
         samplers: stream name -> function or "package.module:function", in place of the domain's and the task's own.
-        algorithm: of the stream planner: "adaptive", "focused" or "incremental".
+        algorithm: of the stream planner: "adaptive", "binding", "focused" or "incremental".
         search: the classical search behind it: a configuration of Fast Downward, or "builtin"; None is the
             task's own, as for motion_planner and simulator, or the default.
         motion_planner: of OMPL's, by name; "portfolio" takes turns between two that complement each other.
@@ -73,7 +73,7 @@ class Settings:
     )
     samplers: Samplers = field(default_factory=dict)
     algorithm: str = field(
-        default="adaptive", metadata=option("of the stream planner", ("adaptive", "focused", "incremental"))
+        default="adaptive", metadata=option("of the stream planner", ("adaptive", "binding", "focused", "incremental"))
     )
     search: str | None = field(default=None, metadata=option("the classical search behind it; default ff", SEARCHES))
     motion_planner: str | None = field(

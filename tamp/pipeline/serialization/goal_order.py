@@ -272,9 +272,7 @@ class Ordering:
         names = supports_first(workspace, [name for name in self._left if name not in spared])
         if effort.others_move:
             names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
-        # Those whose goals rest on others that are not there yet take no time, and leave theirs to the rest.
-        able = sum(not self._missing(name) for name in names)
-        share = max(asker.tuning.one_goal_share, 1 / max(able, 1)) if effort.others_move else 1.0
+        share = self._share(names, effort)
         for name in names:
             if asker.late:
                 break
@@ -315,6 +313,15 @@ class Ordering:
             return False
         self._ledger.reach(name)
         return True
+
+    def _share(self, names: Sequence[str], effort: Effort) -> float:
+        """Of the time that is left, what goes to one of the goals at most: the more, the fewer wait for theirs.
+
+        Those whose goals rest on others that are not there yet take no time; what is hopeless shall not take all.
+        """
+        able = sum(not self._missing(name) for name in names)
+        fair = 0.0 if effort.hopeless_too else 1 / max(able, 1)
+        return max(self._asker.tuning.one_goal_share, fair) if effort.others_move else 1.0
 
     def _missing(self, name: str) -> list[str]:
         """Objects that an object's goal rests on and that are not at their own."""

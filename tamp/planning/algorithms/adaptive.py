@@ -1,4 +1,4 @@
-"""The algorithms by name: how search for skeletons and sampling of values take turns."""
+"""The algorithms: how search for skeletons and sampling of values take turns."""
 
 from __future__ import annotations
 
@@ -27,7 +27,18 @@ def adaptive(session: Session) -> None:
     again is bound with twice the budget. Every few failures an old skeleton has a turn, so that each is tried again
     and again while its streams have values left.
     """
+    _search_and_bind(session, revisit=4)
+
+
+def binding(session: Session) -> None:
+    """As `adaptive`, with twice as many turns for the skeletons that were found before."""
+    _search_and_bind(session, revisit=2)
+
+
+def _search_and_bind(session: Session, revisit: int) -> None:
+    """Search and bind in turns; after every `revisit` failures an old skeleton has a turn."""
     budget = Budget()
+    sobriety = Sobriety(session, budget)
     failures = 0
     earlier = session.earlier_plan()
     if earlier is not None:
@@ -35,36 +46,61 @@ def adaptive(session: Session) -> None:
     while True:
         skeleton = _next_skeleton(session)
         if skeleton is None:
+            if failures >= HOPEFUL:
+                sobriety.catch_up()
             continue
         _bind(session, skeleton, budget)
         failures += 1
-        if failures % 4 == 0:
+        if failures % revisit == 0:
             _bind_oldest(session, skeleton, budget)
         if failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0:
-            _be_sober(session, budget, rounds=1 + (failures - HOPEFUL) // SOBER)
+            sobriety.take_turn()
 
 
-def _be_sober(session: Session, budget: Budget, rounds: int) -> None:
-    """Draw from every stream in turn, and search among real values alone after each round, as `incremental` does.
+class Sobriety:
+    """Turns of real values alone: draw from every stream, and search after each round, as `incremental` does.
 
-    Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them.
+    Where tests mostly say no, as in a roadmap, each plan under hopes would fail at the next of them. Hopes and real
+    values share the work equally, so that neither costs more than twice what the other alone would.
     """
-    for _ in range(rounds):
+
+    def __init__(self, session: Session, budget: Budget) -> None:
+        self._session = session
+        self._budget = budget
+        self._spent = 0
+
+    def take_turn(self) -> None:
+        """At least one round, and as many as it takes to spend what hopes have spent."""
+        if self._round():
+            self.catch_up()
+
+    def catch_up(self) -> None:
+        """As many rounds as it takes to spend what hopes have spent."""
+        while 2 * self._spent < self._session.work and self._round():
+            pass
+
+    def _round(self) -> bool:
+        """Draw, and search; whether it is worth going on."""
+        session, before = self._session, self._session.work
         session.grounder.be_shallow(sober=True)
         if not session.rounds.expand(tests=True):
-            return
+            return False
         result = session.search(sure=True)
-        if result.plan is not None and session.bind(session.skeleton_of(result.plan), budget):
-            return
+        if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
+            return False
+        self._spent += session.work - before
+        return True
 
 
 def focused(session: Session) -> None:
     """Search under hopes and bind with few samples, a few more as failures add up; what failed is avoided.
 
     Each time that samples become more, an old skeleton has a turn with them: where values are what fails, the search
-    would try them in ever new combinations instead. Where hopes crowd the search, real values alone have their turn.
+    would try them in ever new combinations instead. Real values alone have their turn later than in `adaptive`, unless
+    hopes crowd the search.
     """
     budget = Budget(values=2, draws=60, patience=2, jumps=400)
+    sobriety = Sobriety(session, budget)
     failures = 0
     while True:
         skeleton = _next_skeleton(session)
@@ -73,8 +109,10 @@ def focused(session: Session) -> None:
             failures += 1
             if failures % 8 == 0:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
-            if session.grounder.crowded and failures % SOBER == 0:
-                _be_sober(session, budget, rounds=1)
+            if failures % (SOBER if session.grounder.crowded else HOPEFUL) == 0:
+                sobriety.take_turn()
+        elif failures >= HOPEFUL:
+            sobriety.catch_up()
 
 
 def incremental(session: Session) -> None:

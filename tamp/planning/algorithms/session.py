@@ -24,6 +24,7 @@ from tamp.planning.model.invariants import find_invariants, groups
 from tamp.planning.model.normal_form import Condition
 from tamp.planning.model.objects import Fact, Objects
 from tamp.planning.model.schema import Schema
+from tamp.planning.model.separation import separated, separations
 from tamp.planning.model.state import State
 from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.options import Ended, Limits, Options, Restart, Reuse
@@ -89,7 +90,7 @@ def initial_facts(schema: Schema, objects: Objects, reuse: Reuse | None) -> Iter
         for kind in types:
             yield from ((t, handle) for t in (kind, *domain.supertypes(kind)) if t != "object")
     for atom in schema.problem.initial_state.facts:
-        fact = given_fact(atom, objects)
+        fact = schema.inner(given_fact(atom, objects))
         yield fact
         if atom.predicate in domain.types:
             yield from ((above, fact[1]) for above in domain.supertypes(atom.predicate) if above != "object")
@@ -123,8 +124,29 @@ def _reused(schema: Schema, objects: Objects, reuse: Reuse) -> Iterator[Fact]:
             yield fact
 
 
+def _seen(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
+    """A problem as the search sees it, and the moves that are left out of it."""
+    bounded = min(options.max_cost, options.success_cost) < math.inf
+    hide = options.connectors and (not bounded or options.unit_costs or not schema.domain.uses_costs)
+    forbidden = {str(p[0]).lower() for p in options.constraints.forbidden}
+    plain = Connectors(schema, hide)
+    made = [(schema, plain)]
+    if hide and not plain.connectors:
+        given = list(initial_facts(schema, objects, None))
+        parts = [separated(schema, part, given) for part in separations(schema, given)]
+        made = [(part, Connectors(part)) for part in parts] + made
+    for part, connectors in made:
+        if connectors.connectors and not any(c.schema.name in forbidden for c in connectors.connectors):
+            return part, connectors
+    return schema, Connectors(schema, enabled=False)
+
+
 MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
+
+
+SEARCH_CALLS, OPERATORS_A_CALL = 20, 5
+"""How many calls of streams a search counts for at least, where work is compared, and how many operators for one."""
 
 
 class Session:
@@ -132,17 +154,10 @@ class Session:
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.objects = Objects()
-        self.schema = Schema(problem, self.objects)
+        self.schema, self.connectors = _seen(Schema(problem, self.objects), self.objects, options)
         self.knowledge = Knowledge(self.schema, self.objects)
         self.sampling = Sampling(self.knowledge, options.seed, started + options.timeout)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
-        bounded = min(options.max_cost, options.success_cost) < math.inf
-        unit = options.unit_costs or not self.schema.domain.uses_costs
-        forbids = {str(p[0]).lower() for p in options.constraints.forbidden}
-        hide = options.connectors and (unit or not bounded)
-        self.connectors = Connectors(self.schema, hide)
-        if any(c.schema.name in forbids for c in self.connectors.connectors):
-            self.connectors = Connectors(self.schema, enabled=False)
         self.given_state: list[Fact] = []
         self._search = search
         self._eager = eager
@@ -172,7 +187,8 @@ class Session:
         self.lessons = Lessons(self.knowledge)
         self.found = Found(options, self.costs)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
-        self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises)
+        self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
+        self._searching = 0
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         builder = TaskBuilder(
             self.knowledge,
@@ -201,12 +217,13 @@ class Session:
                 if known is None or fact[0] not in self.schema.fluents:
                     self.knowledge.give(fact)
             for raw in (*known.facts, *known.state) if known is not None else ():
-                self.knowledge.give((raw[0], *map(self.objects.intern, raw[1:])))
+                self.knowledge.give(self.schema.inner((raw[0], *map(self.objects.intern, raw[1:]))))
             for raw in known.brought if known is not None else ():
                 self.knowledge.brought[(raw[0], *map(self.objects.intern, raw[1:]))] = None
             for atom in self.schema.problem.initial_state.negated:
                 self.knowledge.refute(given_fact(atom, self.objects))
-        given = (given_fact(atom, self.objects) for atom in self.schema.problem.initial_state.facts)
+        inner = self.schema.inner
+        given = (inner(given_fact(atom, self.objects)) for atom in self.schema.problem.initial_state.facts)
         self.given_state = [fact for fact in given if fact[0] in self.schema.fluents]
 
     def freeze(self, frozen: frozenset[int]) -> None:
@@ -218,8 +235,10 @@ class Session:
         """Whether what is grounded fits another goal as well, so that it can be asked next."""
         private, hidden = self.connectors.private, self.connectors.fluent
         changing = self.schema.fluents | (self.schema.derived - private)
-        wanted = {str(p[0]) for p in goal.positive}
-        return wanted <= changing and {str(p[0]) for p in goal.negative} <= self.schema.fluents - {hidden}
+        wanted, unwanted = ({str(p[0]) for p in patterns} for patterns in (goal.positive, goal.negative))
+        if not self.connectors.spent.isdisjoint(wanted | unwanted):
+            return False
+        return wanted <= changing and unwanted <= self.schema.fluents - {hidden}
 
     def ask(self, goal: Condition, options: Options, started: float, frozen: frozenset[int]) -> None:
         """Turn to another goal, with what was learnt of streams; `begin` is not needed again.
@@ -267,6 +286,11 @@ class Session:
         found = [step for step in steps if step is not None]
         return self.skeleton(found) if len(found) == len(steps) else None
 
+    @property
+    def work(self) -> int:
+        """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
+        return self.sampling.calls + len(self.knowledge.templates) + self._searching
+
     def search(self, novel: bool = False, sure: bool = False) -> SearchResult:
         """Search for a plan under the hopes of this moment.
 
@@ -282,6 +306,7 @@ class Session:
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             task = self.symbolic.task(self.lessons.blames, novel, sure)
+        self._searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
             return SearchResult(None, proven=True)
         bound = self.found.bound()
@@ -349,12 +374,16 @@ class Session:
     def check_surprises(self) -> None:
         """Begin again with every stream where one has certified more than it promises, and some were left out.
 
+        So too where a fluent was told apart by what streams promise.
+
         Raises:
             Restart: then.
         """
         rest = self.schema.externals.keys() - self.grounder.joined - self.connectors.streams
         if self.sampling.wild and rest and not self.options.every_stream:
             raise Restart(replace(self.options, every_stream=True))
+        if self.sampling.wild and self.schema.part is not None:
+            raise Restart(replace(self.options, connectors=False))
 
     def few_values(self) -> bool:
         """Whether the search could as well see the moves that were left out of it."""

@@ -24,7 +24,7 @@ SHARE = 500
 """How many instances of streams whose inputs are real may come up before they are all drawn from in turn."""
 
 PATIENCE = 16_000
-"""How many hopes one more stream in a row may bring before sampling has another turn."""
+"""How many hopes one more stream in a row may bring at most before sampling has another turn."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ class Grounder:
 
         Args:
             most: streams in a row that may be hoped for at most.
-            patient: bring a few thousand hopes at once, and nothing before sampling has had a turn after that.
+            patient: bring about as many hopes as there are at once, and nothing before sampling has had a turn then.
         """
         unfinished = self._real.unfinished
         self._most_admitted = len(self._admitted) + SHARE
@@ -209,7 +209,8 @@ class Grounder:
         if level > most or level == math.inf or sated:
             return unfinished
         self.limit = int(level)
-        self._room = len(self.knowledge.templates) + PATIENCE if patient else math.inf
+        hopes = len(self.knowledge.templates)
+        self._room = hopes + min(max(hopes, MANY_HOPES), PATIENCE) if patient else math.inf
         pending, self._pending = self._pending, []
         facts, self._waiting = self._waiting, []
         self._chains.run()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from tamp.planning.model.external import External
@@ -18,6 +19,9 @@ ANY = -1
 
 NEW = -2
 """Some object that is not known yet."""
+
+EVERY = 1_000
+"""Facts looked at between two ticks."""
 
 EFFORT, EFFORT_A_DRAW = 5_000, 50
 """Facts looked at before the question is left open: in any case, and for each time that a stream was called."""
@@ -46,17 +50,19 @@ class _Exhausted(Exception):  # noqa: N818  control flow inside this module
     """The effort is spent."""
 
 
-def out_of_reach(schema: Schema, knowledge: Knowledge, effort: int = 100_000) -> Fact | None:
+def out_of_reach(
+    schema: Schema, knowledge: Knowledge, effort: int = 100_000, tick: Callable[[], None] = lambda: None
+) -> Fact | None:
     """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it.
 
-    The question is left open as well once `effort` facts were looked at.
+    The question is left open as well once `effort` facts were looked at; `tick` is called now and then, and may end it
+    by an exception.
     """
     goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
     try:
-        reached = _Relaxation(schema, knowledge, {str(p[0]) for p in goal}, effort).facts()
+        return next(iter(_Relaxation(schema, knowledge, goal, effort, tick).lost()), None)
     except _Exhausted:
         return None
-    return next((f for f in goal if not any(_fits(f, hope) for hope in reached.get(str(f[0]), ()))), None)
 
 
 def _fits(pattern: Pattern, hope: _Hope) -> bool:
@@ -64,40 +70,57 @@ def _fits(pattern: Pattern, hope: _Hope) -> bool:
 
 
 class _Relaxation:
-    """The relaxed problem's facts, as far as the goal may depend on them (Datalog, evaluated fact by fact)."""
+    """The relaxed problem's facts, as far as the goal may depend on them (Datalog, evaluated fact by fact).
 
-    def __init__(self, schema: Schema, knowledge: Knowledge, wanted: set[str], effort: int) -> None:
+    What speaks of unknown objects has its turn first, the latest before the others: most goals are within reach by
+    that, and there is no need to go on once all of the goal is.
+    """
+
+    def __init__(
+        self, schema: Schema, knowledge: Knowledge, goal: list[Pattern], effort: int, tick: Callable[[], None]
+    ) -> None:
         self._knowledge = knowledge
-        self._rules = list(_relevant(list(_rules(schema)), wanted))
+        self._goal = dict.fromkeys(goal)
+        self._rules = list(_relevant(list(_rules(schema)), {str(p[0]) for p in goal}))
         self._reached: dict[str, dict[_Hope, None]] = {}
         self._having: dict[tuple[str, int, int], list[_Hope]] = {}
-        self._queue: list[_Hope] = []
+        self._known: deque[_Hope] = deque()
+        self._unknown: list[_Hope] = []
         self._left = effort
+        self._tick = tick
 
-    def facts(self) -> dict[str, dict[_Hope, None]]:
-        """Everything within reach, by predicate."""
+    def lost(self) -> tuple[Pattern, ...]:
+        """What is out of reach of the goal."""
         objects = [*self._knowledge.objects.real(), ANY, NEW]
         for fact in (*self._knowledge.real, *self._knowledge.state, *(("object", handle) for handle in objects)):
             self._add(_Hope(fact))
         for number, rule in enumerate(self._rules):
             if not rule.body:
                 self._conclude(number, {})
-        for hope in self._queue:  # grows while it is walked through
-            for number, rule in enumerate(self._rules):
-                for i, pattern in enumerate(rule.body):
-                    if pattern[0] == hope.fact[0] and (binding := _bind(pattern, hope.fact, {})) is not None:
-                        for found, used in self._matches(rule.body[:i] + rule.body[i + 1 :], binding):
-                            if self._possible([(pattern, hope), *used], found):
-                                self._conclude(number, found)
-        return self._reached
+        while self._goal and (self._unknown or self._known):
+            self._follow(self._unknown.pop() if self._unknown else self._known.popleft())
+        return tuple(self._goal)
+
+    def _follow(self, hope: _Hope) -> None:
+        """Conclude what a fact brings with those that were reached before."""
+        for number, rule in enumerate(self._rules):
+            for i, pattern in enumerate(rule.body):
+                if pattern[0] == hope.fact[0] and (binding := _bind(pattern, hope.fact, {})) is not None:
+                    for found, used in self._matches(rule.body[:i] + rule.body[i + 1 :], binding):
+                        if self._possible([(pattern, hope), *used], found):
+                            self._conclude(number, found)
+                        if not self._goal:
+                            return
 
     def _add(self, hope: _Hope) -> None:
         known = self._reached.setdefault(str(hope.fact[0]), {})
         if hope not in known:
             known[hope] = None
-            self._queue.append(hope)
+            (self._unknown if min(hope.fact[1:], default=0) < 0 else self._known).append(hope)
             for position, handle in enumerate(hope.fact[1:], start=1):
                 self._having.setdefault((str(hope.fact[0]), position, handle), []).append(hope)
+            for pattern in [p for p in self._goal if p[0] == hope.fact[0] and _fits(p, hope)]:
+                del self._goal[pattern]
 
     def _matches(
         self, body: tuple[Pattern, ...], binding: dict[str, int]
@@ -112,6 +135,8 @@ class _Relaxation:
             self._left -= 1
             if self._left < 0:
                 raise _Exhausted
+            if self._left % EVERY == 0:
+                self._tick()
             found = _bind(body[first], hope.fact, binding)
             if found is not None:
                 for complete, used in self._matches(body[:first] + body[first + 1 :], found):
@@ -210,8 +235,17 @@ def _relevant(rules: list[_Rule], wanted: set[str]) -> Iterator[_Rule]:
 class Outlook:
     """Looks into the prospects again whenever twice as much was sampled, so that it costs little beside sampling."""
 
-    def __init__(self, schema: Schema, knowledge: Knowledge, sampling: Sampling, surprises: Surprises) -> None:
+    def __init__(
+        self,
+        schema: Schema,
+        knowledge: Knowledge,
+        sampling: Sampling,
+        surprises: Surprises,
+        tick: Callable[[], None],
+    ) -> None:
+        """`tick` is called now and then, and may end the work by an exception."""
         self._schema = schema
+        self._tick = tick
         self._surprises = surprises
         self._knowledge = knowledge
         self._sampling = sampling
@@ -226,7 +260,8 @@ class Outlook:
         if self._sampling.draws < self._next or self._may_surprise():
             return
         self._next = 2 * self._sampling.draws
-        lost = out_of_reach(self._schema, self._knowledge, EFFORT + EFFORT_A_DRAW * self._sampling.draws)
+        effort = EFFORT + EFFORT_A_DRAW * self._sampling.draws
+        lost = out_of_reach(self._schema, self._knowledge, effort, self._tick)
         if lost is not None and not self._surprises.look():
             text = self._knowledge.objects.text(lost)
             raise Ended("infeasible", f"{text} is out of reach: the streams it needs are exhausted.")

@@ -34,6 +34,7 @@ class GroundOperator:
         absent: facts without fluents that must not hold.
         positive, negative: fluent and derived atoms of its precondition.
         needs: the instances that it hopes for, supports first.
+        certain: whether it is known to rest on nothing that is hoped for, and on nothing that must be absent.
     """
 
     schema: ActionSchema
@@ -44,6 +45,7 @@ class GroundOperator:
     negative: tuple[Fact, ...]
     effects: list[GroundEffect] = field(default_factory=list)
     needs: tuple[Instance, ...] = ()
+    certain: bool = False
 
     @property
     def args(self) -> tuple[int, ...]:
@@ -51,12 +53,13 @@ class GroundOperator:
         return tuple(self.binding[t] if isinstance(t, str) else t for t in self.schema.parameters)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class GroundAxiom:
-    """`head` holds where the literals do."""
+    """`head` holds where the literals do; `certain` as for operators."""
 
     head: Fact
     static: tuple[Fact, ...]
     absent: tuple[Fact, ...]
     positive: tuple[Fact, ...]
     negative: tuple[Fact, ...]
+    certain: bool = False

@@ -137,21 +137,22 @@ class TaskBuilder:
         With `novel` those blamed for a failure are, too; with `sure` everything that hopes for anything.
         """
         knowledge = self._knowledge
+        self._note_certain(operators, axioms)
         if sure:
-            operators = [op for op in operators if self._is_sure(op.static, op.binding.values())]
-            axioms = [axiom for axiom in axioms if self._is_sure(axiom.static, axiom.head[1:])]
+            operators = [op for op in operators if op.certain or self._is_sure(op.static, op.binding.values())]
+            axioms = [axiom for axiom in axioms if axiom.certain or self._is_sure(axiom.static, axiom.head[1:])]
         given = [*knowledge.state, *(() if sure else knowledge.hoped_state())]
         state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
-        usable = [op for op in operators if self._exist(op.binding.values()) and self._holds(op.static, op.absent)]
+        usable = [op for op in operators if op.certain or self._is_usable(op)]
         usable = [self._in_effect(op) for op in usable if not self._forbidden(op.schema.name, op.args)]
         if self._frozen:
             usable = [op for op in usable if not any(self._thaws(effect) for effect in op.effects)]
         if novel:
             usable = [op for op in usable if not any(instance.failures for instance in op.needs)]
         hopes: dict[Fact, Instance] = {}
-        valid = [axiom for axiom in axioms if self._holds(axiom.static, axiom.absent)]
+        valid = [axiom for axiom in axioms if axiom.certain or self._holds(axiom.static, axiom.absent)]
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
-        valid = self._surest(valid) if novel else [self._priced(axiom, hopes) for axiom in valid]
+        valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
         number = Numbering(state, reached, bodies, knowledge)
         wanted = number.literals(*goal)
@@ -189,6 +190,20 @@ class TaskBuilder:
                 if promised and all(p.external.is_test for p in promised):
                     yield fact, promised[0]
 
+    def _note_certain(self, operators: Iterable[GroundOperator], axioms: Iterable[GroundAxiom]) -> None:
+        """Note what will be usable whatever streams may give: it need not be looked at again in every search."""
+        real, is_real = self._knowledge.real, self._knowledge.objects.is_real
+        for op in operators:
+            if not op.certain and not op.absent and all(map(is_real, op.binding.values())):
+                op.certain = all(fact in real for fact in op.static)
+        for axiom in axioms:
+            if not axiom.certain and not axiom.absent and all(map(is_real, axiom.head[1:])):
+                axiom.certain = all(fact in real for fact in axiom.static)
+
+    def _is_usable(self, op: GroundOperator) -> bool:
+        """Whether what an operator rests on may hold, as far as it is known."""
+        return self._exist(op.binding.values()) and self._holds(op.static, op.absent)
+
     def _is_sure(self, static: tuple[Fact, ...], handles: Iterable[int]) -> bool:
         """Whether static facts are known to hold, of real objects alone."""
         knowledge = self._knowledge
@@ -202,7 +217,7 @@ class TaskBuilder:
 
     def _surest(self, axioms: list[GroundAxiom]) -> list[GroundAxiom]:
         """Axioms without those that hope for a test where there are others with the same head."""
-        doubtful = [any(True for _ in self._hoped_tests(axiom)) for axiom in axioms]
+        doubtful = [not axiom.certain and any(True for _ in self._hoped_tests(axiom)) for axiom in axioms]
         sure = {axiom.head for axiom, doubt in zip(axioms, doubtful, strict=True) if not doubt}
         return [a for a, doubt in zip(axioms, doubtful, strict=True) if not doubt or a.head not in sure]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from tamp.planning.model.external import External
 from tamp.planning.model.objects import Fact, Objects
 from tamp.planning.model.schema import FALSE_MARK, TRUE_MARK, Schema
-from tamp.planning.model.stream_instances import Instance, ground
+from tamp.planning.model.stream_instances import Instance, Record, ground
 
 
 class FactIndex:
@@ -72,6 +72,9 @@ class Knowledge:
         self._unsupported = schema.derived | schema.fluents | {"object"}
         self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...]], Instance] = {}
         self._sources: dict[int, tuple[Instance, int]] = {}
+        self._records: dict[tuple[str, tuple[int, ...]], Record] = {}
+        self._lineages: dict[tuple[str, tuple[int, ...]], int] = {}
+        self._lineage_of: dict[int, int] = {}
         self._tell: Callable[[Fact], None] = lambda fact: None
 
     def on_fact(self, tell: Callable[[Fact], None]) -> None:
@@ -86,7 +89,19 @@ class Knowledge:
             found = self._instances[key] = Instance(external, inputs, fluents)
             binding = found.binding()
             found.domain = tuple(ground(pattern, binding) for pattern in external.domain)
+            kind = (external.name, tuple(map(self._lineage, inputs)))
+            found.record = self._records.setdefault(kind, found.record)
         return found
+
+    def _lineage(self, handle: int) -> int:
+        """What objects share that came, or may come, from one stream for inputs of the same lineage; below 0."""
+        if handle not in self._lineage_of:
+            self._lineage_of[handle] = handle  # a stream may give what it was called for
+            source = self.source(handle) or self.objects.origin(handle)
+            if source is not None:
+                kind = (source.external.name, tuple(map(self._lineage, source.inputs)))
+                self._lineage_of[handle] = self._lineages.setdefault(kind, -1 - len(self._lineages))
+        return self._lineage_of[handle]
 
     def find(self, external: External, inputs: tuple[int, ...]) -> Instance | None:
         """The instance of a stream without fluents for these inputs, where there is one yet."""

@@ -170,6 +170,7 @@ def free_variables(formula: Formula) -> Iterator[Variable]:
 
 
 GOAL = "@goal"
+"""Prefix of derived predicates that stand for parts of the goal that are more than literals."""
 
 
 def normalise(domain: Domain, goal: Formula, objects: Objects) -> NormalDomain:
@@ -178,14 +179,26 @@ def normalise(domain: Domain, goal: Formula, objects: Objects) -> NormalDomain:
     actions = [schema for action in domain.actions.values() for schema in normal.action(action)]
     for axiom in domain.axioms:
         normal.axiom(axiom.predicate, axiom.parameters, axiom.condition)
-    choices = [normal.closed(choice, ()) for choice in normal.conditions(goal)]
-    if len(choices) == 1 and not any(True for _ in choices[0][0].variables()):
-        goal_condition = choices[0][0]
-    else:
-        goal_condition = Condition(positive=((GOAL,),))
-        normal.axioms.extend(AxiomSchema((GOAL,), condition) for condition, _ in choices)
-    derived = frozenset(str(axiom.head[0]) for axiom in normal.axioms) | ({GOAL} if not choices else frozenset())
+    goal_condition, made = Condition(), list[str]()
+    for part in _conjuncts(goal):
+        choices = [normal.closed(choice, ()) for choice in normal.conditions(part)]
+        if len(choices) == 1 and not any(True for _ in choices[0][0].variables()):
+            goal_condition &= choices[0][0]
+            continue
+        made.append(f"{GOAL}-{len(made) + 1}")
+        goal_condition &= Condition(positive=((made[-1],),))
+        normal.axioms.extend(AxiomSchema((made[-1],), condition) for condition, _ in choices)
+    derived = frozenset(str(axiom.head[0]) for axiom in normal.axioms) | frozenset(made)
     return NormalDomain(tuple(actions), tuple(normal.axioms), goal_condition, domain.fluents, derived)
+
+
+def _conjuncts(formula: Formula) -> Iterator[Formula]:
+    """The parts of a conjunction, or the formula itself: each can be looked after by itself."""
+    if isinstance(formula, And):
+        for part in formula.parts:
+            yield from _conjuncts(part)
+    else:
+        yield formula
 
 
 def literals_of(goal: Formula, objects: Objects) -> Condition | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
@@ -10,7 +11,7 @@ from tamp.language import FunctionStream, PredicateStream, Rule, Stream
 from tamp.planning.model.awaited import await_domains
 from tamp.planning.model.external import External
 from tamp.planning.model.normal_form import ActionSchema, AxiomSchema, Condition, NormalDomain, normalise
-from tamp.planning.model.objects import Objects, Pattern
+from tamp.planning.model.objects import Fact, Objects, Part, Pattern
 from tamp.planning.problem import Problem, StreamInfo
 
 FALSE_MARK = "~"
@@ -28,6 +29,7 @@ class Schema:
         tests: predicate -> the tests that decide it; only predicates that nothing else certifies.
         askable: predicate -> the tests that may certify it, whatever else does.
         guarded: what streams certify for as long as their domain holds, which actions change.
+        part: the part of a fluent that has a name of its own inside the planner; None where there is none.
     """
 
     def __init__(self, problem: Problem, objects: Objects) -> None:
@@ -53,9 +55,30 @@ class Schema:
         self.axioms += axioms
         self.guarded = frozenset(str(axiom.head[0]) for axiom in axioms)
         self.derived |= self.guarded
+        self.part: Part | None = None
         self.tests = self._tests()
         self.askable = self._askable()
         self.normal: NormalDomain = normal
+
+    def with_part(
+        self, part: Part, actions: tuple[ActionSchema, ...], axioms: tuple[AxiomSchema, ...], goal: Condition
+    ) -> Schema:
+        """The same with a part of a fluent under its own name, as these actions, axioms and goal have it."""
+        made = copy.copy(self)
+        for name in ("doubted", "ambivalent", "recursive"):
+            made.__dict__.pop(name, None)
+        made.part, made.actions, made.axioms, made.goal = part, actions, axioms, goal
+        made.fluents = self.fluents | {part.name}
+        made.externals = {
+            name: replace(e, fluents=(*e.fluents, part.name)) if part.fluent in e.fluents else e
+            for name, e in self.externals.items()
+        }
+        made.tests, made.askable = made._tests(), made._askable()
+        return made
+
+    def inner(self, fact: Fact) -> Fact:
+        """A fact by the name that it has inside the planner."""
+        return fact if self.part is None else self.part.inner(fact)
 
     def bounds(self, axiom: AxiomSchema) -> tuple[tuple[Pattern, ...], ...]:
         """Where any object fits a variable of an axiom's head: what those who ask for the head know of such objects.

@@ -10,6 +10,25 @@ from tamp.planning.context import Context
 from tamp.planning.model.external import External
 from tamp.planning.model.objects import Fact, Pattern
 
+LEAST_ODDS = 0.02
+"""The least success that is ever expected of a call."""
+
+
+@dataclass(eq=False, slots=True)
+class Record:
+    """How calls of a stream went whose inputs came from the same streams.
+
+    What one of them fails for, such as that no pose of a region can be reached, the others mostly fail for as well.
+    """
+
+    calls: int = 0
+    successes: int = 0
+
+    @property
+    def odds(self) -> float:
+        """The success to expect of the next call, before any call 1 (a mean with two successes given in advance)."""
+        return max((self.successes + 2) / (self.calls + 2), LEAST_ODDS)
+
 
 @dataclass(eq=False, slots=True)
 class Instance:
@@ -25,6 +44,7 @@ class Instance:
         exhausted: whether it has ended.
         gave_up: whether it said that its end is no proof that there is nothing more.
         nogoods: for a stream with fluents, sets of facts in which it has nothing to give.
+        record: how calls went, shared by all instances whose inputs came from the same streams.
     """
 
     external: External
@@ -39,6 +59,7 @@ class Instance:
     activated: set[int] = field(default_factory=set)
     failures: int = 0
     nogoods: dict[tuple[Fact, ...], None] = field(default_factory=dict)
+    record: Record = field(default_factory=Record)
     calls: int = 0
     exhausted: bool = False
     gave_up: bool = False
@@ -74,7 +95,7 @@ class Instance:
     def effort(self) -> float:
         """How reluctantly the search should use it."""
         info = self.external.info
-        return info.cost / max(info.p_success, 0.001) + 60.0 * self.failures
+        return info.cost / max(info.p_success * self.record.odds, 0.001) + 60.0 * self.failures
 
 
 def ground(pattern: Pattern, binding: dict[str, int]) -> Fact:

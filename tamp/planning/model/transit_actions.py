@@ -96,9 +96,10 @@ def _recognise(schema: Schema, action: ActionSchema) -> Connector | None:
     before = next((p for p in deleted if p[0] == after[0]), None)
     if before is None or before not in action.condition.positive:
         return None
-    if any(len(p) > 1 for p in deleted if p is not before):
-        return None
     differ = [i for i in range(1, len(after)) if after[i] != before[i]]
+    kept = {t for t in before[1:] if t in after[1:]}  # what moves, as in (CanMove ?robot)
+    if not all(kept.issuperset(p[1:]) for p in deleted if p is not before):
+        return None
     if len(differ) != 1 or not all(isinstance(p[differ[0]], str) for p in (before, after)):
         return None
     if any(p[0] in schema.derived for p in action.condition.positive):
@@ -166,7 +167,7 @@ def _only_between_actions(schema: Schema, group: tuple[Connector, ...]) -> bool:
         return False
     elsewhere = [*effects, schema.goal, *(action.condition for action in others)]
     elsewhere += [axiom.condition for axiom in schema.axioms if axiom.head[0] not in _private(schema, group)]
-    if any(p[0] in outputs for c in elsewhere for p in c.positive + c.negative):
+    if any(p[0] in outputs | spent for c in elsewhere for p in c.positive + c.negative):
         return False
     return all(_tolerates(action, fluent, spent) for action in others)
 

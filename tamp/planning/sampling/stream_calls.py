@@ -135,6 +135,7 @@ class Sampling:
         self._counts = {name: Count() for name in names}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
+        self.calls = 0  # calls of streams and tests
         self.wild = False  # whether any stream may certify more than it promises
         self.tame: set[str] = set()  # streams that are known not to
 
@@ -148,6 +149,7 @@ class Sampling:
             return False
         external = instance.external
         self.draws += bool(external.outputs)
+        self.calls += 1
         context = self._context(instance)
         context.bound = tuple(map(self._knowledge.objects.values_of, bound))
         counter = self._counts[external.name]
@@ -162,6 +164,9 @@ class Sampling:
                 instance.exhausted = True
                 instance.gave_up |= info is not None and not info.complete
             output = None
+        if output is not None or not (instance.exhausted and instance.results):  # the end of all that there is
+            instance.record.calls += 1
+            instance.record.successes += output is not None
         self._take_failures(instance, context, counter, failed=output is None)
         if output is None:
             return False
@@ -239,6 +244,7 @@ class Sampling:
     def _fluent(self, instance: Instance, raw: Any) -> Fact | None:
         """A fact that a sampler names as a cause, by handles."""
         fact = (str(raw[0]).lower(), *map(self._knowledge.objects.intern, raw[1:]))
+        fact = self._knowledge.schema.inner(fact)
         return fact if not instance.fluents or fact in instance.fluents else None
 
     def _record(self, instance: Instance, output: Any) -> bool:

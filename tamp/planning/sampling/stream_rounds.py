@@ -10,6 +10,9 @@ from tamp.planning.options import Limits
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
 
+SHOWN = 3
+"""How many values of a stream that plans have drawn the search sees before any round."""
+
 
 class Rounds:
     """Calls streams whose inputs are real, and shows the search what they give.
@@ -37,12 +40,13 @@ class Rounds:
         self._stopwatch = stopwatch
         self._eager = eager
         self._lazy_tests = lazy_tests
+        self._asking = False
 
     def appear(self, instance: Instance) -> None:
         """A stream instance whose domain facts are there: call it, or hope for it."""
         knowledge = self._knowledge
         eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
-        eager |= instance.external.is_test and not self._lazy_tests
+        eager |= instance.external.is_test and (self._asking or not self._lazy_tests)
         callable_now = self._is_real(instance) and all(
             f in knowledge.real or f in knowledge.state or f[0] == "object" for f in instance.domain
         )
@@ -61,19 +65,24 @@ class Rounds:
     def expand(self, tests: bool = False) -> bool:
         """Draw once more from every stream that has more to give, and show it to the search; whether any had.
 
-        Of what plans have drawn before, the search sees twice as many values of each stream in every round.
+        Of what plans have drawn before, the search sees one more value of each stream in every round: what it must look
+        at grows with the square of that number, or worse.
 
         Args:
-            tests: ask the tests of the new values as well.
+            tests: ask the tests of the new values as well, before anything is hoped of them.
 
         Raises:
             Ended: at a limit.
         """
         self.count += 1
-        known = self._knowledge.instances()
-        any_left = self._draw(known)
-        if tests:
-            self._draw(i for i in self._knowledge.instances()[len(known) :] if i.external.is_test)
+        self._asking = tests
+        try:
+            known = self._knowledge.instances()
+            any_left = self._draw(known)
+            if tests:
+                self._draw(i for i in self._knowledge.instances()[len(known) :] if i.external.is_test)
+        finally:
+            self._asking = False
         return any_left
 
     def _draw(self, instances: Iterable[Instance]) -> bool:
@@ -89,7 +98,7 @@ class Rounds:
                 self._sampling.draw(instance)
             self._refute(instance)
             with self._stopwatch.timed("grounding"):
-                self._knowledge.activate(instance, 2**self.count)
+                self._knowledge.activate(instance, SHOWN + self.count)
         return any_left
 
     def _is_real(self, instance: Instance) -> bool:

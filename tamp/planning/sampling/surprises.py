@@ -34,7 +34,7 @@ class Surprises:
         for external in self._knowledge.schema.externals.values():
             condition = Condition(positive=external.domain + external.awaited)
             state = State(self._knowledge.state)
-            for binding, _ in list(self._evaluator.satisfy(condition, {}, state)):
+            for binding, _ in self._evaluator.satisfy(condition, {}, state):
                 if external.name in self._sampling.tame:
                     break
                 instance = self._instance(external, binding)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tamp import load_task
 from tamp.checking.actions.grip_and_release import check_uncovered
 from tamp.checking.physics.contacts import Contacts, Patch
-from tamp.checking.physics.support import balanced, carriers, slumps, without_part
+from tamp.checking.physics.support import balanced, carriers, slumps, unrest, without_part
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.execution.settling import settle
@@ -59,6 +59,26 @@ def test_what_nothing_else_carries_falls():
     scene, state = plank_on_two_blocks(0.01)
     del state.poses["left"]
     assert not slumps(scene, state, "plank", "right", DEFAULT)
+
+
+def let_go_above(raised, lower):
+    """The plank, level and a little above its blocks, of which one is lower than the other."""
+    scene, state = plank_on_two_blocks(0.05)
+    state.poses["plank"] = Pose((0.0, 0.0, 0.06 + raised)).matrix
+    state.poses["right"] = Pose((0.08, 0.0, 0.025 - lower)).matrix
+    return scene, state
+
+
+@given(raised=st.floats(0.0, 0.0028), lower=st.floats(0.0, 0.0024))
+@settings(max_examples=15, deadline=None)
+def test_what_is_let_go_sinks_to_what_stops_it_before_it_is_asked_what_carries_it(raised, lower):
+    assert not list(unrest(*let_go_above(raised, lower), "plank", DEFAULT))
+
+
+@given(raised=st.floats(0.0, 0.0028), lower=st.floats(0.0038, 0.02))
+@settings(max_examples=15, deadline=None)
+def test_it_sinks_no_further_than_to_the_first_that_stops_it(raised, lower):
+    assert list(unrest(*let_go_above(raised, lower), "plank", DEFAULT))
 
 
 @pytest.fixture(scope="module")

@@ -75,7 +75,7 @@ CERTIFIED = {
 }
 """Feature -> what its streams certify, and the number of arguments."""
 
-FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions")
+FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions", "robots")
 
 
 def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
@@ -104,6 +104,9 @@ def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
         if "transit" in features and draw.chance(0.6):
             conditions.append(f"(at {draw.pick(*variables)})")
         effects = [draw.effect(variables, inside) for _ in range(3)]
+        if "robots" in features and len(variables) == 2:
+            conditions.append(draw.pick("(and (robot ?a) (stop ?a ?b) (in ?a ?b))", "(and (thing ?a) (in ?a ?b))"))
+            effects.append(draw.pick("(forall (?r) (when (robot ?r) (ready ?r)))", "(p ?b)"))
         if "functions" in features and draw.chance(0.7):
             effects.append(f"(increase (total-cost) (price {variables[-1]}))")
         actions.append(
@@ -112,8 +115,12 @@ def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
         )
     if "transit" in features:
         actions.append(GO)
+    if "robots" in features:
+        actions.append(DRIVE)
+        axioms.append("(:derived (found ?x) (exists (?y) (and (thing ?x) (in ?x ?y) (p ?y))))")
     table = PREDICATES | derived | {"made": 2, "ok": 2, "thing": 1} | more | {"at": 1, "product": 1}
-    predicates = " ".join(f"({' '.join([name, *['?x', '?y'][:arity]])})" for name, arity in table.items())
+    table |= {"robot": 1, "stop": 2, "road": 3, "in": 2, "ready": 1, "found": 1} if "robots" in features else {}
+    predicates = " ".join(f"({' '.join([name, *['?x', '?y', '?z'][:arity]])})" for name, arity in table.items())
     costs = "(:functions (total-cost) (price ?x))" if "functions" in features else ""
     return (
         f"(define (domain chance) (:requirements :adl) (:predicates {predicates}) {costs} {' '.join(axioms + actions)})"
@@ -122,6 +129,12 @@ def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
 
 GO = """(:action go :parameters (?s1 ?s2) :precondition (and (spot ?s1) (spot ?s2) (at ?s1))
   :effect (and (at ?s2) (not (at ?s1))))"""
+
+
+DRIVE = """(:action drive :parameters (?r ?s1 ?s2)
+  :precondition (and (robot ?r) (road ?r ?s1 ?s2) (in ?r ?s1) (ready ?r))
+  :effect (and (in ?r ?s2) (not (in ?r ?s1)) (not (ready ?r))))"""
+"""Robots and things are in places by one predicate; each robot may go once until something makes it ready again."""
 
 
 STREAMS = """
@@ -138,6 +151,10 @@ MORE_STREAMS = {
       (:stream test-forge :inputs (?x ?y) :domain (and (forged ?x ?y) (thing ?x)) :certified (product ?y))""",
     "inputless": "(:stream spring :outputs (?y) :certified (free ?y))",
     "functions": "(:function (price ?x) (thing ?x))",
+    "robots": """(:stream find-stop :inputs (?r ?x) :domain (and (robot ?r) (thing ?x)) :outputs (?y)
+        :certified (stop ?r ?y))
+      (:stream test-road :inputs (?r ?y ?z) :domain (and (robot ?r) (stop ?r ?y) (stop ?r ?z))
+        :certified (road ?r ?y ?z))""",
 }
 
 
@@ -149,6 +166,11 @@ def gild(context: Any, thing: str) -> Iterator[str]:
 def find_spot(context: Any, thing: str) -> Iterator[str]:
     for i in range(1 + (ord(thing[-1]) + context.scene) % 2):
         yield f"spot-{thing}-{i}"
+
+
+def find_stop(context: Any, robot: str, thing: str) -> Iterator[str]:
+    if (ord(robot[-1]) + ord(thing[-1]) + context.scene) % 2:
+        yield f"by-{thing}"
 
 
 def forge(context: Any, thing: str) -> Iterator[str]:
@@ -207,6 +229,12 @@ def problem(seed: int, streams: bool = False, endless: bool = False, features: C
         init += [("at", "home"), ("spot", "home")]
         if draw.chance(0.5):
             goal.append(("at", f"spot-{draw.pick(*things)}-0"))
+    if "robots" in features:
+        init += [("in", "ta", "by-tb"), ("in", "tb", "home"), ("in", "tc", "by-ta")]
+        for robot in ("rx", "ry"):
+            init += [("robot", robot), ("stop", robot, "home"), ("in", robot, "home"), ("ready", robot)]
+        if draw.chance(0.5):
+            goal.append(("in", "rx", f"by-{draw.pick(*things)}"))
     extra: dict[str, Any] = {}
     if streams:
         samplers = {
@@ -216,6 +244,8 @@ def problem(seed: int, streams: bool = False, endless: bool = False, features: C
         if "wild" in features:
             samplers["make"] = make_wild
         known = {"gild": gild, "find-spot": find_spot, "forge": forge, "spring": spring}
+        known |= {"find-stop": find_stop}
+        known |= {"test-road": lambda context, robot, start, end: (len(start) + ord(end[-1]) + seed) % 3 > 0}
         known |= {"price": lambda context, thing: 1.0 + ["ta", "tb", "tc"].index(thing)}
         known |= {"test-forge": lambda context, thing, product: len(product) % 2 == 0}
         texts = [MORE_STREAMS[feature] for feature in FEATURES if feature in features and feature in MORE_STREAMS]
