@@ -66,7 +66,6 @@ def tried(python: Path, version: str, wheel: Path) -> str:
         said = run(folder, binaries / "tamp", "--version").strip()
         run(folder, binaries / "tamp", "doctor")
         run(folder, binaries / "tamp", "plan", TASK.name, *robot, "-o", "plan.json")
-        run(folder, binaries / "tamp", "check", TASK.name, "plan.json", *robot)
         run(folder, binaries / "tamp", "solve", TASK.name, *robot, "--output", "runs")
         has = run(folder, binaries / "python", "-c", "from tamp.execution.simulators import DEFAULT; print(DEFAULT)")
         ended = time.monotonic()
