@@ -91,7 +91,7 @@ def bowls():
 
 
 def bowl_hangs(bowls, side):
-    """How far the closing axis leans and whether the bowl hangs, by the tilt: its rim rises at the hand (1), or across."""
+    """How far the closing axis leans and whether the bowl hangs, by tilt: its rim rises at the hand (1), or across."""
     falls = [tilt.fall for tilt in tilts(bowls, "bowl", Placement(BOWL.goal.pose, ("table",)))]  # the least first
     there = [fall for fall in falls if side * -fall[0].matrix[0, 2] > 0.9 * np.hypot(*fall[0].matrix[:2, 2])]
     leans = [abs(float(fall[0].matrix[2, :3] @ THROUGH)) for fall in there]
