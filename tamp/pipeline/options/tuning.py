@@ -47,7 +47,7 @@ class Tuning:
     astray_m: float = _number(
         0.01, 0.0, 1.0, "an object that ends farther from its settled goal (EDE) is corrected [m]"
     )
-    together_share: float = _share(0.13, "serialized: of the time goes to the try for all goals together")
+    together_share: float = _share(0.06, "serialized: of the time goes to the try for all goals together")
     goals_share: float = _share(0.7, "serialized: of the rest goes to goals, what remains to bringing things near")
     one_goal_share: float = _share(0.4, "serialized: of that goes to one goal for which others may move")
     one_goal_least_s: float = _number(4.0, 0.0, 3600.0, "serialized: less would be of no use for such a goal [s]")
