@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 
 from benchmarks.harness import Row, main, percentile
 from tamp.planning import Problem, Solution, solve
+from tests.planning.oracles.validator import validate
 from tests.planning.problems import blocksworld, continuous, tabletop
-from tests.planning.validator import validate
 
 FAMILIES: dict[str, tuple[Callable[[int], Problem], tuple[int, ...], tuple[int, ...]]] = {
     "blocksworld inversion": (blocksworld.inversion, (10, 40), (5, 10, 20, 40)),

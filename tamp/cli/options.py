@@ -52,7 +52,8 @@ def add_settings(parser: Parser) -> None:
                 help=field.metadata["help"] + (f"; default {field.default}" if field.default else ""),
             )
     tuning = (
-        "a number that a user may change, such as carrying_speed=0.3; docs/tuning.md has them, as has any wrong NAME"
+        "a number that a user may change, such as carrying_speed=0.3; docs/reference/tuning.md has them, as has any "
+        "wrong NAME"
     )
     parser.add_argument("--tuning", type=number, action="append", default=[], metavar="NAME=VALUE", help=tuning)
 

@@ -1,4 +1,4 @@
-"""Plans that a hostile hand would write; docs/attacks.md has the whole log."""
+"""Plans that a hostile hand would write; docs/trust/attacks.md has the whole log."""
 
 from __future__ import annotations
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -14,26 +13,10 @@ from pathlib import Path
 import pytest
 
 from tamp.cli import main, parser
+from tests.docs.manual import PAGES, ROOT, TUTORIALS, blocks, commands, files, named
 
-ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
-
-
-def named(page: Path) -> str:
-    """A page, as a test's name says it."""
-    return page.relative_to(ROOT).with_suffix("").as_posix()
-
-
-def blocks(page: Path, language: str) -> list[tuple[str, str]]:
-    """(title, text) of each fenced block of a language; the title is empty where it has none."""
-    text = page.read_text(encoding="utf-8")
-    return re.findall(rf'^```{language}(?: title="(.*?)")?\n(.*?)^```', text, re.MULTILINE | re.DOTALL)
-
-
-def commands(page: Path) -> list[list[str]]:
-    """The arguments of each `tamp` command in a page's sh blocks."""
-    lines = [line for _, text in blocks(page, "sh") for line in text.splitlines()]
-    return [shlex.split(line)[1:] for line in lines if line.startswith("tamp ")]
+BESIDE = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "scenarios/README.md")]
+"""What else is written for readers."""
 
 
 def test_pages_are_found() -> None:
@@ -59,10 +42,10 @@ def test_commands_are_understood(page: Path) -> None:
 
 
 def test_the_tour_is_walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = ROOT / "docs" / "tour.md"
+    page = ROOT / "docs" / "start" / "tour.md"
     monkeypatch.chdir(tmp_path)
-    for title, text in blocks(page, "yaml"):
-        Path(title).write_text(text, encoding="utf-8")
+    for name, text in files(page, "yaml").items():
+        Path(name).write_text(text, encoding="utf-8")
     for arguments in commands(page):
         few_frames = ["--frame", "4"] if arguments[0] == "render" else []
         assert main([*arguments, *few_frames]) == 0, arguments
@@ -72,9 +55,9 @@ def test_the_tour_is_walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_samplers_of_the_manual_fit(tmp_path: Path) -> None:
     """The page's module as a file, checked by the page's own command, in a process that stands beside it."""
-    page = ROOT / "docs" / "samplers.md"
-    (module,) = [(title, text) for title, text in blocks(page, "python") if title]
-    (tmp_path / module[0]).write_text(module[1], encoding="utf-8")
+    page = ROOT / "docs" / "guides" / "samplers.md"
+    ((name, text),) = files(page, "python").items()
+    (tmp_path / name).write_text(text, encoding="utf-8")
     (check,) = [arguments for arguments in commands(page) if arguments[:2] == ["samplers", "check"]]
     done = subprocess.run(
         [sys.executable, "-m", "tamp.cli", *check, "--task", str(ROOT / "scenarios" / "one_object.yaml")],
@@ -102,8 +85,15 @@ def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     pages = list((tmp_path / "site").rglob("*.html"))
     assert len(pages) > 15
-    score = (tmp_path / "site" / "score.html").read_text(encoding="utf-8")
+    score = (tmp_path / "site" / "reference" / "score.html").read_text(encoding="utf-8")
     assert "<math" in score
+
+
+@pytest.mark.parametrize("page", [*PAGES, *TUTORIALS, *BESIDE], ids=named)
+def test_links_lead_to_files(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)", page.read_text(encoding="utf-8")):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{named(page)} links to {target}, which is not there"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=named)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import io
-import json
 import re
 import sys
 from contextlib import redirect_stdout
@@ -13,18 +12,13 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))
+from tests.docs.manual import ROOT, TUTORIALS, cells
+
 NEEDS = {"perception": "embreex", "contest": "embreex"}
 """Tutorial -> the library of its extra."""
 
 WRITTEN = ("buttons", "my_eyes")
 """Packages that tutorials write."""
-
-
-def cells(path: Path) -> list[dict[str, Any]]:
-    """The code cells of a notebook."""
-    return [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
 
 
 def printed(cell: dict[str, Any]) -> str:

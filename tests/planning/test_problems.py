@@ -3,6 +3,7 @@
 import pytest
 
 from tamp.planning import solve
+from tests.planning.oracles.validator import validate
 from tests.planning.problems import (
     blocksworld,
     continuous,
@@ -16,7 +17,6 @@ from tests.planning.problems import (
     recursive,
     unsolvable,
 )
-from tests.planning.validator import validate
 
 ALGORITHMS = ("incremental", "focused", "binding", "adaptive")
 

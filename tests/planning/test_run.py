@@ -6,9 +6,9 @@ import pytest
 
 from tamp.errors import DomainError
 from tamp.planning import Options, PlanningRun, Settings
+from tests.planning.oracles.validator import validate
 from tests.planning.problems import blocksworld, continuous, ported, tabletop, unsolvable
 from tests.planning.test_problems import ALGORITHMS
-from tests.planning.validator import validate
 
 
 def settings(algorithm="adaptive", timeout=20.0):

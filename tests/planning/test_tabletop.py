@@ -11,8 +11,8 @@ import pytest
 
 from tamp.errors import DomainError
 from tamp.planning import Constraints, Reuse, solve
+from tests.planning.oracles.validator import validate
 from tests.planning.problems import tabletop
-from tests.planning.validator import validate
 
 ANY = ...
 

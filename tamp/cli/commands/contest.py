@@ -134,7 +134,7 @@ def _add_work(parser: Parser) -> None:
 
 
 NEW = """\
-# The rules of this contest; what is left out is as the paper has it. See docs/contest.md.
+# The rules of this contest; what is left out is as the paper has it. See docs/guides/contest.md.
 name: {name}
 about: Bring every object to its goal.
 trial: [tasks/trial/*.yaml]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tamp.planning import Certified, Problem, StreamInfo, solve
-from tests.planning.exhaustive import search
+from tests.planning.oracles.exhaustive import search
 from tests.planning.problems import chance
 from tests.planning.problems.unsolvable import DOMAIN, STREAMS, out_of_reach, three_grasps
 from tests.planning.test_problems import ALGORITHMS, check

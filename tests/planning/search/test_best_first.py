@@ -9,8 +9,8 @@ from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffec
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.search.best_first import BuiltinSearch
 from tamp.planning.search.fast_downward import CONFIGURATIONS, FastDownward
+from tests.planning.oracles.validator import validate
 from tests.planning.problems import blocksworld, continuous, negation, quantified, recursive, unsolvable
-from tests.planning.validator import validate
 
 SOURCE = GroundOperator(None, {}, (), (), (), ())
 

@@ -8,7 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.streams.affordances.tilts import tilts
-from tamp.streams.releasing.edge_contact import FARTHEST, aimed, dragged, friction_beneath, held_up, skid
+from tamp.streams.releasing.edge_contact import (
+    CARRYING,
+    FARTHEST,
+    aimed,
+    dragged,
+    friction_beneath,
+    held_up,
+    hooked,
+    skid,
+)
 from tamp.streams.values import Grasp, Placement
 from tamp.task import At, Box, Mesh, Object, Pose
 from tests.streams.tables import OBJECTS, workspace_of
@@ -65,6 +74,53 @@ def test_fingers_beside_a_book_do_not_carry_it(workspace):
 
 def test_nor_does_a_hand_at_the_side_that_is_down(workspace):
     assert not is_dragged(workspace, 10, "smooth", rising=(-1.0, 0.0))
+
+
+BOWL = Object("bowl", Mesh(OBJECTS / "bowl" / "collision.obj"), Pose((0.1, 0.2, 0.0275)), At(Pose((0.1, -0.2, 0.0275))))
+
+# At its rim towards +x, along the wall that slopes by 33 degrees from upright: one finger inside, the other outside.
+SLOPE = math.radians(33.0)
+ALONG, THROUGH = (-math.sin(SLOPE), 0.0, -math.cos(SLOPE)), (-math.cos(SLOPE), 0.0, math.sin(SLOPE))
+T_RIM = np.column_stack([np.cross(THROUGH, ALONG), THROUGH, ALONG, (0.066, 0.0, 0.008)])
+RIM = Grasp(Pose.from_matrix(np.vstack([T_RIM, (0, 0, 0, 1)])), 0.005)
+
+
+@pytest.fixture(scope="module")
+def bowls():
+    return workspace_of(BOWL)
+
+
+def bowl_hangs(bowls, side):
+    """How far the closing axis leans and whether the bowl hangs, by tilt: its rim rises at the hand (1), or across."""
+    falls = [tilt.fall for tilt in tilts(bowls, "bowl", Placement(BOWL.goal.pose, ("table",)))]  # the least first
+    there = [fall for fall in falls if side * -fall[0].matrix[0, 2] > 0.9 * np.hypot(*fall[0].matrix[:2, 2])]
+    leans = [abs(float(fall[0].matrix[2, :3] @ THROUGH)) for fall in there]
+    return leans, [hooked(bowls, "bowl", RIM, fall) for fall in there]
+
+
+def test_a_bowl_that_turns_over_its_edge_hangs_on_the_finger_inside_it_but_on_none_beside_it(bowls):
+    leans, answers = bowl_hangs(bowls, 1)
+    assert answers == [lean >= CARRYING for lean in leans]
+    assert set(answers) == {False, True}
+
+
+def test_at_the_side_that_is_down_it_does_from_a_tilt_on(bowls):
+    _, answers = bowl_hangs(bowls, -1)
+    assert answers == sorted(answers)
+    assert set(answers) == {False, True}
+
+
+def test_fingers_that_are_passed_once_stop_nothing(bowls):
+    start, lower = BOWL.pose, Pose((0.1, 0.2, -0.2))
+    met = Pose((0.1 + 0.015, 0.2, 0.0275))  # a finger's room, and more, aside
+    assert not hooked(bowls, "bowl", RIM, (start, lower))
+    assert not hooked(bowls, "bowl", RIM, (start, met, lower))
+    assert hooked(bowls, "bowl", RIM, (start, met, met, lower))
+
+
+def test_what_lies_on_a_finger_beneath_it_does_not_hang(workspace):
+    for tilt in tilts(workspace, "book", Placement(BOOK.goal.pose, ("rough",))):
+        assert not hooked(workspace, "book", BEYOND, tilt.fall)
 
 
 LYING = Pose.from_rpy((0.10, -0.15, 0.0341), (0.0, np.pi / 2, 0.0))

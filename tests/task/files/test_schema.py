@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tamp.task.files.schema import TaskModel
 
-DOCS = Path(__file__).parents[3] / "docs" / "task.schema.json"
+DOCS = Path(__file__).parents[3] / "docs" / "reference" / "task.schema.json"
 
 
 def test_the_documented_schema_is_current() -> None:

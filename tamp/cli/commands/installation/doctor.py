@@ -87,20 +87,28 @@ def _fast_downward() -> str:
 
 
 def _robots() -> str:
+    """Each robot, and why it cannot be used where it cannot: one that can is enough."""
+    reasons = _why_not()
+    if all(reasons.values()):
+        told = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
+        raise RuntimeError(f"none can be used: {told}; another arm: {how_to_install('ur5e')}")
+    return ", ".join(f"{name} (cannot be used: {reason})" if reason else name for name, reason in reasons.items())
+
+
+def _why_not() -> dict[str, str]:
+    """Why a robot cannot be used, for each by name; empty where it can. The default one comes first."""
     from tamp.errors import RobotError
     from tamp.task import DEFAULT_ROBOT, load_robot, robot_names
     from tamp.world.robot.model import robot_model
 
-    def told(name: str) -> str:
+    def reason(name: str) -> str:
         try:
             robot_model(load_robot(name))
         except RobotError as error:
-            if name == DEFAULT_ROBOT:
-                raise
-            return f"{name} (cannot be used: {error})"
-        return name
+            return str(error)
+        return ""
 
-    return ", ".join(map(told, robot_names()))
+    return {name: reason(name) for name in sorted(robot_names(), key=lambda name: name != DEFAULT_ROBOT)}
 
 
 def _simulators() -> str:
@@ -119,8 +127,12 @@ def _one_block() -> str:
     from tamp.pipeline.solve import solve
     from tamp.task import At, Box, Object, Pose, Task
 
+    robot = next((name for name, reason in _why_not().items() if not reason), None)
+    if robot is None:
+        raise RuntimeError("there is no robot to do it")
     block = Object("block", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)), At(Pose((0.1, -0.2, 0.04))))
-    result = solve(Task("doctor", (block,)), timeout=30.0)
+    result = solve(Task("doctor", (block,), robot=robot), timeout=30.0)
     if not result.solved:
         raise RuntimeError(f"{result.status}: {result.message}")
-    return f"solved with {result.n_actions} actions, error {1000 * (result.ede_m or 0.0):.1f} mm"
+    error = 1000 * (result.ede_m or 0.0)
+    return f"solved by {robot} with {result.n_actions} actions, error {error:.1f} mm"

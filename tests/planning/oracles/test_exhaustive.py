@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.planning.exhaustive import sample, search
+from tests.planning.oracles.exhaustive import sample, search
+from tests.planning.oracles.validator import validate
 from tests.planning.problems import (
     blocksworld,
     continuous,
@@ -14,7 +15,6 @@ from tests.planning.problems import (
     recursive,
     unsolvable,
 )
-from tests.planning.validator import validate
 
 
 @pytest.mark.parametrize(

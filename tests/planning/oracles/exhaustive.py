@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from tamp.language import And, Constant, FunctionTerm, Parameter, Variable
-from tests.planning.semantics import Relation, State, relation_of
-from tests.planning.validator import add_types, ask_again, guard, known_objects, successor
+from tests.planning.oracles.semantics import Relation, State, relation_of
+from tests.planning.oracles.validator import add_types, ask_again, guard, known_objects, successor
 
 Plan = tuple[tuple[str, tuple[Any, ...]], ...]
 

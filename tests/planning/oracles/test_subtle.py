@@ -6,7 +6,7 @@ import pytest
 
 from tamp.errors import DomainError
 from tamp.planning import Problem, solve
-from tests.planning.exhaustive import search
+from tests.planning.oracles.exhaustive import search
 from tests.planning.problems import unsolvable
 from tests.planning.problems.subtle import SUBTLE, exogenous
 from tests.planning.test_problems import ALGORITHMS, check

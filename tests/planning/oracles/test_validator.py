@@ -1,7 +1,7 @@
 import pytest
 
 from tamp.language import parse_streams
-from tests.planning.validator import InvalidPlanError, validate
+from tests.planning.oracles.validator import InvalidPlanError, validate
 
 DOMAIN = """
 (define (domain lamps)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tamp.planning import solve
-from tests.planning.exhaustive import search, wander
+from tests.planning.oracles.exhaustive import search, wander
 from tests.planning.problems import chance
 from tests.planning.test_problems import ALGORITHMS, check
 

@@ -34,7 +34,7 @@ from tamp.language import (
     parse_goal,
     parse_init,
 )
-from tests.planning.semantics import Bindings, Relation, State, relation_of
+from tests.planning.oracles.semantics import Bindings, Relation, State, relation_of
 
 Values = dict[FunctionTerm, float]
 

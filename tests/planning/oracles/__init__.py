@@ -1,0 +1,1 @@
+"""What judges the planner without it: a validator of plans, an exhaustive search, and the semantics both rest on."""
