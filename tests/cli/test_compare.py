@@ -88,7 +88,7 @@ def test_contenders_have_names_and_differ_in_samplers_and_settings() -> None:
     assert unnamed("sample-grasp=a:b").name == "sample-grasp=a:b"
     for wrong, said in (
         ("sample-grasp=a:b", "has no name"),
-        ("x:algorithm=magic", "valid are adaptive, focused, incremental"),
+        ("x:algorithm=magic", "valid are adaptive, binding, focused, incremental"),
         ("x:sample-grasp=a", "valid are STREAM=MODULE:FUNCTION"),
         ("x:sample-grasp", "valid are STREAM=MODULE:FUNCTION"),
     ):
