@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from tamp.language import Atom
 from tamp.planning.algorithms.costs import Costs
+from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
 from tamp.planning.binding.attempt import Attempt, BoundStep, Budget
 from tamp.planning.binding.backjumping import Binder, progress
 from tamp.planning.binding.learning import Lessons
@@ -18,7 +18,6 @@ from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.grounding.task_builder import TaskBuilder
-from tamp.planning.model.awaited import OWN_MARK
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.invariants import find_invariants, groups
 from tamp.planning.model.normal_form import Condition
@@ -27,7 +26,7 @@ from tamp.planning.model.schema import Schema
 from tamp.planning.model.separation import separated, separations
 from tamp.planning.model.state import State
 from tamp.planning.model.transit_actions import Connectors
-from tamp.planning.options import Ended, Limits, Options, Restart, Reuse
+from tamp.planning.options import Ended, Limits, Options, Restart
 from tamp.planning.problem import Problem
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
@@ -79,49 +78,6 @@ class Found:
         """The search cost at which a plan can no longer be better than the best, or allowed; None where any may be."""
         limit = min(self._options.max_cost, self.cost)
         return None if limit == math.inf else math.ceil(self._costs.scale * limit) + (limit < self.cost)
-
-
-def initial_facts(schema: Schema, objects: Objects, reuse: Reuse | None) -> Iterator[Fact]:
-    """What is given to hold, with the supertypes of each object; and every object that the problem names."""
-    domain = schema.domain
-    for name, types in domain.constant_types.items():
-        handle = objects.intern(domain.constants[name].value)
-        yield ("object", handle)
-        for kind in types:
-            yield from ((t, handle) for t in (kind, *domain.supertypes(kind)) if t != "object")
-    for atom in schema.problem.initial_state.facts:
-        fact = schema.inner(given_fact(atom, objects))
-        yield fact
-        if atom.predicate in domain.types:
-            yield from ((above, fact[1]) for above in domain.supertypes(atom.predicate) if above != "object")
-    for pattern in schema.goal.positive + schema.goal.negative:
-        yield from (("object", term) for term in pattern[1:] if isinstance(term, int))
-    if reuse is not None:
-        yield from _reused(schema, objects, reuse)
-
-
-def given_fact(atom: Atom, objects: Objects) -> Fact:
-    """An atom of the initial state, by handles."""
-    return (atom.predicate, *(objects.intern(arg.value) for arg in atom.args))  # type: ignore[union-attr]
-
-
-def _reused(schema: Schema, objects: Objects, reuse: Reuse) -> Iterator[Fact]:
-    """Facts of an earlier plan about the values that its remaining actions use.
-
-    What streams with fluents certified held in one state only, and is left out.
-    """
-    momentary = {str(p[0]) for e in schema.externals.values() if e.fluents for p in e.certified}
-    for action in reuse.actions:
-        for value in action.args:
-            objects.intern(value)
-    known = set(objects.real())
-    for raw in reuse.facts:
-        name = str(raw[0]).lower()
-        if name in schema.fluents | schema.guarded or name in momentary or name.startswith(OWN_MARK):
-            continue
-        fact = (name, *map(objects.intern, raw[1:]))
-        if known.issuperset(fact[1:]):
-            yield fact
 
 
 def _seen(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
