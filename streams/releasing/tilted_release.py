@@ -78,9 +78,7 @@ def _roomy(
         straight = drops(workspace, obj, placement)
         ways = [*straight, *(_over_edges(workspace, obj, placement) if able else ())]
         roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
-        left = (
-            roomy if straight else [fall for fall in roomy if not _taken_along(workspace, obj, placement, grasp, fall)]
-        )
+        left = [fall for fall in roomy if straight or not _taken_along(workspace, obj, placement, grasp, fall)]
         reason = f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
         return left, f"the hand would drag {obj} along as it draws back" if roomy else reason
 
