@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA, QUICK
 from tamp.formats.ocrtoc import import_ocrtoc
-from tamp.pipeline.prepare import observe, prepare
+from tamp.pipeline.prepare import prepare
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.releasing.tilted_release import plan_laying
@@ -99,9 +99,9 @@ def rows(quick: bool) -> Iterator[Row]:
 def _of_task(file: Path) -> Iterator[tuple[str, str]]:
     """The way of every object of a task that is not yet at its goal."""
     setup = prepare(load_task(file))
-    situation = observe(setup.task, setup.start, setup.goals)
-    for name, goal in situation.goals.items():
-        start = situation.start[name]
+    workspace = setup.observe(setup.start)
+    for name, goal in workspace.goals.items():
+        start = workspace.start[name]
         if goal is not start:
             alone = replace(setup.task, objects=(setup.task.object(name),))
             yield way(Workspace(alone, setup.world, {name: start}, {name: replace(goal, on=(TABLE,))}), name)

@@ -14,7 +14,7 @@ from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Question
 from tamp.errors import SamplerError
 from tamp.language import Stream
-from tamp.pipeline.prepare import observe, prepare
+from tamp.pipeline.prepare import prepare
 from tamp.planning import Problem
 from tamp.streams.values import Configuration
 from tamp.streams.workspace import Workspace
@@ -87,8 +87,7 @@ def default_tasks() -> Iterator[Task]:
 
 def _problems(domain: Domain, task: Task) -> Iterator[Problem]:
     setup = prepare(task)
-    situation = observe(task, setup.start, setup.goals)
-    workspace = Workspace(task, setup.world, situation.start, situation.goals)
+    workspace = setup.observe(setup.start)
     spec = setup.world.robot.spec
     question = Question(Configuration(spec.home, spec.gripper.stroke), facts=task.init)
     yield from domain.problems(workspace, resolve_samplers(domain.samplers), question)

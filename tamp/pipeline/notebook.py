@@ -11,7 +11,6 @@ from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.options.tuning import DEFAULT_TUNING, Tuning
-from tamp.pipeline.prepare import observe
 from tamp.pipeline.prepare import prepare as set_up
 from tamp.planning import Context
 from tamp.planning.context import generator_for
@@ -51,8 +50,7 @@ def prepare(
         domain=domain, settling=simulator, tuning=tuning if isinstance(tuning, Tuning) else Tuning.of(tuning)
     )
     setup = set_up(task, deadline, settings)
-    situation = observe(task, setup.start, setup.goals, deadline, simulator)
-    return Workspace(task, setup.world, situation.start, situation.goals, setup.cache, hand=setup.settings.tuning.hand)
+    return setup.observe(setup.start, deadline)
 
 
 def sampler_context(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import islice
-from types import MappingProxyType
 
 import numpy as np
 
@@ -23,13 +22,12 @@ from tamp.execution.settling_cache import settle_once
 from tamp.execution.simulators import DEFAULT, load_simulator
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
+from tamp.pipeline.situation import already_there, placements, raised
 from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
 from tamp.planning import Context
-from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.cache import SampleCache
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
-from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Box, Object, Plan, Pose, SymbolicFact, Task, task_robot
@@ -39,70 +37,7 @@ from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import RobotModel, robot_model
 from tamp.world.world import World
 
-SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there [m]
 DISJOINT = 0.005  # objects without a goal that overlap a goal deeper than this are not part of the goal scene [m]
-
-Supports = Iterable[tuple[str, str]]
-
-
-@dataclass(frozen=True)
-class Situation:
-    """A scene at rest and its goals.
-
-    Attributes:
-        start: object -> where it stands now.
-        goals: object with a goal pose -> the placement it means; the object's own start where it is there already.
-    """
-
-    start: Mapping[str, Placement]
-    goals: Mapping[str, Placement]
-
-
-def observe(
-    task: Task,
-    poses: Mapping[str, Pose],
-    goals: Mapping[str, Placement],
-    deadline: float = math.inf,
-    simulator: str = DEFAULT,
-    supports: Supports | None = None,
-) -> Situation:
-    """The situation of a task whose objects are at rest at `poses`.
-
-    Args:
-        task: the task.
-        poses: object -> pose (world frame).
-        goals: what the goals mean, from `settled_goals`.
-        deadline: on the clock of tamp.clock.now() [s]; PlanningFailure past it.
-        simulator: in which it settles.
-        supports: what rests on what there, pairs (above, below); None where that is to be seen in the simulator first.
-    """
-    if supports is None:
-        supports = settle(task, poses, deadline=deadline, simulator=simulator).supports
-    start = placements(poses, supports)
-    return Situation(MappingProxyType(start), MappingProxyType(_already_there(task, start, goals)))
-
-
-def placements(poses: Mapping[str, Pose], supports: Supports) -> dict[str, Placement]:
-    """Placements from poses and (above, below) pairs; bodies that lean on each other support neither."""
-    pairs = set(supports)
-    below: dict[str, set[str]] = {name: set() for name in poses}
-    for upper, lower in pairs:
-        if upper in below:
-            below[upper].add(lower)
-    kept = {name: {lower for lower in lowers if name not in _all_below(below, lower)} for name, lowers in below.items()}
-    return {name: Placement(pose, tuple(sorted(kept[name])) or (TABLE,)) for name, pose in poses.items()}
-
-
-def _all_below(below: Mapping[str, set[str]], name: str) -> set[str]:
-    """Everything that `name` rests on, directly or through others."""
-    found: set[str] = set()
-    waiting = [name]
-    while waiting:
-        for lower in below.get(waiting.pop(), ()):
-            if lower not in found:
-                found.add(lower)
-                waiting.append(lower)
-    return found
 
 
 def settled_goals(
@@ -128,53 +63,6 @@ def settled_goals(
 
 def _overlap(world: World, a: str, pose_a: Pose, b: str, pose_b: Pose) -> bool:
     return world.overlap(a, pose_a.matrix, b, pose_b.matrix, tolerance=DISJOINT)
-
-
-def raised(placement: Placement, height: float = RELEASE_HEIGHT) -> Placement:
-    """A placement a little above where an object rests, from where it is let go."""
-    x, y, z = placement.pose.xyz
-    return replace(placement, pose=Pose((x, y, z + height), placement.pose.quat))
-
-
-def _already_there(task: Task, start: Mapping[str, Placement], goals: Mapping[str, Placement]) -> dict[str, Placement]:
-    """Goals, with the start itself in place of every goal that is fulfilled and rests on what stays."""
-    result = dict(goals)
-    waiting = [name for name in goals if _near(task, name, start[name], goals[name])]
-    changed = True
-    while changed:
-        changed = False
-        for name in list(waiting):
-            supports = [lower for lower in goals[name].on if lower != TABLE]
-            if all(result.get(lower, start[lower]) is start[lower] for lower in supports):
-                result |= left_at(goals, name, start[name])
-                waiting.remove(name)
-                changed = True
-    return result
-
-
-def left_at(goals: Mapping[str, Placement], name: str, here: Placement) -> dict[str, Placement]:
-    """The goals of an object that stays a little off its own, and of what shall rest on it alone, which is off as much.
-
-    Stacked plates and nested bowls fit closely: where the lower one stands a centimetre off, the upper one would
-    otherwise have to stand in its wall.
-
-    Args:
-        goals: what the goals mean, each a little above where the object rests.
-        name: the object that stays.
-        here: where it rests.
-    """
-    shift = here.pose @ raised(goals[name], -RELEASE_HEIGHT).pose.inverse()
-    moved = {name: here}
-    changed = True
-    while changed:
-        above = {other: goals[other] for other in goals if other not in moved and moved.keys() >= {*goals[other].on}}
-        moved |= {other: replace(place, pose=shift @ place.pose) for other, place in above.items()}
-        changed = bool(above)
-    return moved
-
-
-def _near(task: Task, name: str, here: Placement, there: Placement) -> bool:
-    return here.on == there.on and ede(mean_edge(task.object(name).shape), here.pose, there.pose) < SAME_PLACE
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,14 +91,21 @@ class Setup:
     remarks: tuple[str, ...] = ()
     supports: tuple[tuple[str, str], ...] | None = None
 
-    def observe(self, poses: Mapping[str, Pose], deadline: float = math.inf) -> Situation:
-        """The situation with all objects at rest at `poses`; at the start, as it was seen to come to rest.
+    def observe(self, poses: Mapping[str, Pose], deadline: float = math.inf) -> Workspace:
+        """The scene with all objects at rest at `poses`, and what the goals mean there.
+
+        Args:
+            poses: object -> pose (world frame).
+            deadline: on the clock of tamp.clock.now() [s].
 
         Raises:
             PlanningFailure: past the deadline.
         """
         seen = self.supports if dict(poses) == dict(self.start) else None
-        return observe(self.task, poses, self.goals, deadline, self.settings.settling, seen)
+        if seen is None:
+            seen = settle(self.task, poses, deadline=deadline, simulator=self.settings.settling).supports
+        start, hand = placements(poses, seen), self.settings.tuning.hand
+        return already_there(Workspace(self.task, self.world, start, self.goals, self.cache, hand))
 
     def check(
         self,

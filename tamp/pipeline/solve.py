@@ -18,9 +18,10 @@ from tamp.execution.log import Execution
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.plan import Planning, in_all
-from tamp.pipeline.prepare import SAME_PLACE, Setup, load_samplers, prepare
+from tamp.pipeline.prepare import Setup, load_samplers, prepare
 from tamp.pipeline.repair import Resuming
 from tamp.pipeline.run import Run
+from tamp.pipeline.situation import SAME_PLACE
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
 from tamp.scoring.ede import ede, mean_edge

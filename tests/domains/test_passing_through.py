@@ -10,9 +10,8 @@ import tamp
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Question
 from tamp.domains.tabletop import DOMAIN
-from tamp.pipeline.prepare import observe, prepare
+from tamp.pipeline.prepare import prepare
 from tamp.streams.values import Configuration
-from tamp.streams.workspace import Workspace
 from tamp.task.files.plan_file import plan_sha256
 
 SCENARIOS = Path(str(files("tamp"))) / "scenarios"
@@ -70,8 +69,7 @@ def passing_through(name, asked):
 def settled(scenario):
     task = tamp.load_task(SCENARIOS / f"{scenario}.yaml")
     setup = prepare(task)
-    situation = observe(task, setup.start, setup.goals)
-    return Workspace(task, setup.world, situation.start, situation.goals)
+    return setup.observe(setup.start)
 
 
 @cache

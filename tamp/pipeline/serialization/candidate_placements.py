@@ -13,8 +13,8 @@ import numpy as np
 from tamp import clock
 from tamp.execution.settling import settle
 from tamp.execution.simulators import DEFAULT
-from tamp.pipeline.prepare import placements, raised
 from tamp.pipeline.serialization.goal_graph import goal_supports
+from tamp.pipeline.situation import placements, raised
 from tamp.scoring.ede import CORNERS, ede, mean_edge
 from tamp.streams.affordances.stable_poses import stands, steady_faces
 from tamp.streams.placing.sampler import RELEASE_HEIGHT

@@ -6,7 +6,6 @@ from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from tamp.pipeline.prepare import left_at
 from tamp.pipeline.serialization.clear_space import make_room, stuck
 from tamp.pipeline.serialization.feasibility import Prospects, barred, clearest_first
 from tamp.pipeline.serialization.goal_graph import (
@@ -21,6 +20,7 @@ from tamp.pipeline.serialization.goal_graph import (
 from tamp.pipeline.serialization.nearest_placement import bring_near
 from tamp.pipeline.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
+from tamp.pipeline.situation import left_at
 from tamp.planning import Report, combined
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.affordances.neighbours import enclosed
@@ -68,9 +68,8 @@ class Ledger:
         for name in supports_first(self.asker.workspace, names):
             workspace = self.asker.workspace
             if nearly_there(workspace, name):
-                goals = {**workspace.goals, **left_at(workspace.goals, name, workspace.start[name])}
                 progress = self.asker.progress
-                progress.now = replace(progress.now, workspace=replace(workspace, goals=goals))
+                progress.now = replace(progress.now, workspace=left_at(workspace, name))
                 self.reach(name)
         return len(self.left) < before
 

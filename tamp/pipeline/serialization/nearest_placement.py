@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tamp import clock
-from tamp.pipeline.prepare import raised
 from tamp.pipeline.serialization.candidate_placements import substitutes
 from tamp.pipeline.serialization.goal_graph import asking_for, farthest_first
 from tamp.pipeline.serialization.subproblem import Asker
+from tamp.pipeline.situation import raised
 from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.falls import drops

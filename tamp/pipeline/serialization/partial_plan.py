@@ -55,10 +55,7 @@ class Attempt:
 
         Symbolic facts are those of the task's start where none are given.
         """
-        situation = setup.observe(poses, deadline)
-        workspace = Workspace(
-            setup.task, setup.world, situation.start, situation.goals, setup.cache, hand=setup.settings.tuning.hand
-        )
+        workspace = setup.observe(poses, deadline)
         own = {**setup.task.samplers, **(samplers or {})}
         functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)
         configuration = Configuration(tuple(q), setup.world.robot.spec.gripper.stroke)
