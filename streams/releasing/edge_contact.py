@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.stable_poses import TOUCHING
+from tamp.streams.affordances.support import near_upward
 from tamp.streams.hand.clearance import opening_for
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -125,6 +126,34 @@ def held_up(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mappi
         carrying = points[normals[:, 2] >= UPWARD]
         slides += [max(_distance(_aside(point, T), center) for point in carrying)] if len(carrying) else []
     return min(slides, default=0.0) > SLIDES
+
+
+ASIDE = 0.003  # the centre of mass is at least this far from either end of the edge where that is carried [m]
+SAMPLES = 50  # points looked at along an edge
+
+
+def unbalanced(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
+    """Whether some others carry the edge of an object that is let go on one side of its centre of mass only.
+
+    It would turn about the end of what is carried, and fall sideways.
+
+    Args:
+        workspace: the shapes.
+        obj: the object.
+        fall: its poses (world frame), the tilted one first, the last one at rest.
+        below: what it is let go on.
+    """
+    T, geometry = fall[0].matrix, workspace.world.geometries[obj]
+    up = T[:3, :3] @ fall[-1].matrix[2, :3]
+    points = (geometry.hull.vertices - geometry.center_of_mass) @ T[:3, :3].T
+    along = points[:, :2] @ np.array([-up[1], up[0]]) / float(np.hypot(*up[:2]))
+    low = np.flatnonzero(points[:, 2] < points[:, 2].min() + NEAR)
+    low = low[np.argsort(along[low], kind="stable")]
+    where = np.linspace(along[low[0]], along[low[-1]], SAMPLES)
+    edge = np.stack([np.interp(where, along[low], points[low, axis]) for axis in range(3)], axis=1)
+    edge += T[:3, :3] @ geometry.center_of_mass + T[:3, 3]
+    carried = where[np.any([near_upward(workspace, edge, name, place, NEAR) for name, place in below.items()], axis=0)]
+    return len(carried) > 0 and not carried.min() + ASIDE < 0.0 < carried.max() - ASIDE
 
 
 def _aside(point: Array, T: Array) -> Array:

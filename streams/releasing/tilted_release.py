@@ -12,7 +12,7 @@ from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.context import Context
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
-from tamp.streams.releasing.edge_contact import aimed, dragged, held_up, hooked
+from tamp.streams.releasing.edge_contact import aimed, dragged, held_up, hooked, unbalanced
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -106,10 +106,11 @@ def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[t
 
 def _on_edge(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
     """Whether the object as it is let go touches what it is to lie on, and may turn about its edge there."""
-    return any(
+    touching = any(
         workspace.world.separation(obj, fall[0].matrix, name, place.pose.matrix) < ON_EDGE
         for name, place in below.items()
-    ) and not held_up(workspace, obj, fall, below)
+    )
+    return touching and not held_up(workspace, obj, fall, below) and not unbalanced(workspace, obj, fall, below)
 
 
 def _room(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, let_go: Pose) -> bool:

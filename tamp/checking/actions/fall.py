@@ -101,6 +101,10 @@ def _not_turning(
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
     if torque < allow.balance:
         yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
+    ends, middle = edge[:, :2] @ axis[:2], scene.center_of_mass(name, before)[:2] @ axis[:2]
+    beside = float(max(ends.min() - middle, middle - ends.max()))
+    if beside > allow.balance:
+        yield f"{name} would fall sideways: its centre of mass is {1000 * beside:.0f} mm beside the edge it stands on"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)
     slid = [_slid(on, after @ inverse(before), center) for on in points.values()]

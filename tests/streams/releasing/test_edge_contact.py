@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tamp.streams.affordances.tilts import tilts
 from tamp.streams.releasing.edge_contact import (
+    ASIDE,
     CARRYING,
     FARTHEST,
     aimed,
@@ -17,6 +18,7 @@ from tamp.streams.releasing.edge_contact import (
     held_up,
     hooked,
     skid,
+    unbalanced,
 )
 from tamp.streams.values import Grasp, Placement
 from tamp.task import At, Box, Mesh, Object, Pose
@@ -157,6 +159,19 @@ def test_a_block_that_is_tilted_far_over_the_rim_of_a_crate_is_held_up_there(rim
 def test_what_touches_nothing_is_not_held_up(rimmed):
     fall = (Pose.from_rpy((0.1, 0.2, 0.5), (0.3, 0.0, 0.0)), Pose((0.1, 0.2, 0.45)))
     assert not held_up(rimmed, "block", fall, {"crate": rimmed.start["crate"]})
+
+
+@given(aside=st.floats(-0.05, 0.05))
+def test_what_is_let_go_on_one_end_of_its_edge_only_is_unbalanced(aside):
+    # Of the plank's long edge a block 4 cm wide carries what is above it.
+    shelf = Object("shelf", Box((0.2, 0.04, 0.04)), Pose((0.0, aside, 0.02)))
+    plank = Object("plank", Box((0.06, 0.12, 0.01)), Pose((0.2, 0.2, 0.005)), At(Pose((0.03, 0.0, 0.045))))
+    bench = workspace_of(shelf, plank)
+    edge, flat = Pose((-0.03, 0.0, 0.04)), Pose((0.03, 0.0, 0.005))
+    fall = edge @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -0.4, 0.0)) @ flat, edge @ flat
+    inside = 0.02 - abs(aside)
+    assume(abs(inside - ASIDE) > 0.003)  # as finely as the edge is sampled
+    assert unbalanced(bench, "plank", fall, {"shelf": bench.start["shelf"]}) == (inside < ASIDE)
 
 
 SKIDDING_BOOK = Object("book", Box((0.16, 0.12, 0.03)), Pose((0.1, 0.3, 0.015)), At(Pose((0.1, -0.2, 0.1))))
