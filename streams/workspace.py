@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tamp.execution.simulators import DEFAULT
 from tamp.streams.cache import SampleCache
 from tamp.streams.surfaces import typical_points
 from tamp.streams.values import Grasp, Placement
@@ -55,6 +56,7 @@ class Workspace:
         cache: what samplers keep, for all workspaces of the same run; it belongs to this world.
         hand: how the hand comes and goes, the same for all workspaces that share a cache.
         all_goals: the task with all its goals, where `task` asks for some of them only; None where it asks for all.
+        settling: the simulator that tells where things come to rest, the same for all that share a cache.
     """
 
     task: Task
@@ -64,6 +66,7 @@ class Workspace:
     cache: SampleCache = field(default_factory=SampleCache, repr=False)
     hand: HandMotion = HandMotion()
     all_goals: Task | None = field(default=None, repr=False)
+    settling: str = DEFAULT
 
     def __post_init__(self) -> None:
         for name in ("start", "goals"):

@@ -34,7 +34,7 @@ ALLOWED = {
     "scenarios": {"task", "errors"},
     "checking": {"task", "language", "errors"},
     "execution": {"clock", "versions", "world", "task", "errors"},
-    "streams": {"clock", "compiled", "world", "task", "errors"},
+    "streams": {"clock", "compiled", "execution", "world", "task", "errors"},
     "sampling": {"domains", "streams", "world", "task"},
     "domains": {"clock", "plugins", "streams", "world", "planning", "language", "task", "errors"},
     "generate": {"execution", "scenarios", "scoring", "world", "task", "errors"},

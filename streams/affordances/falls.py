@@ -92,7 +92,7 @@ def _within(workspace: Workspace, obj: str, pose: Pose, others: Mapping[str, NDA
 
 
 EACH = 3  # which of the drops, one of so many, tell whether a grasp can let an object fall at all
-SIEVING_TILTS = (20, 30, 45, 60)  # that tell whether a grasp can lay an object down at all [degrees]
+SIEVING_TILTS = (20, 30, 40, 60)  # that tell whether a grasp can lay an object down at all [degrees]
 
 
 def may_fall(workspace: Workspace, obj: str, placement: Placement) -> bool:

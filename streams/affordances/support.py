@@ -41,13 +41,13 @@ def inside_support(
     points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
     carried = (points[:, 2] < near) if TABLE in placement.on else np.zeros(len(points), dtype=bool)
     for support, place in below.items():
-        carried |= near_upward(workspace, points, support, place, near)
+        carried |= _carried(workspace, points, support, place, near)
     corners = outline(points[carried, :2])
     center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
     return inside_by(corners, center[:2]) if len(corners) > 2 else -np.inf
 
 
-def near_upward(
+def _carried(
     workspace: Workspace, points: NDArray[np.float64], support: str, below: Placement, near: float
 ) -> NDArray[np.bool_]:
     """Which points, shape (n, 3), are within `near` [m] of faces of a support that look up."""

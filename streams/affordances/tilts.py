@@ -49,11 +49,10 @@ def rolls(vertices: Array, T: Array, outward: Array) -> Iterator[tuple[Array, Ar
 
 
 LEAST, MOST = np.radians(10.0), np.radians(60.0)  # tilts worth trying
-STEP = np.radians(5.0)  # between two tilts
+STEP = np.radians(10.0)  # between two tilts
 LEVER = 0.005  # the centre of mass stays at least this far on the falling side of the edge [m]
 CARRYING = 0.004  # what of a round edge is so near to the plane may carry as well [m]
 BEYOND = 0.002  # the centre of mass stays at least this far on the falling side of that [m]
-ASIDE = 0.003  # and at least this far from either end of it: over a corner it would fall sideways [m]
 TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction now and then
 APART = np.radians(20.0)  # directions nearer to each other than this are one
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
@@ -135,16 +134,10 @@ def _rolling(vertices: Array, center: Array, T: Array, outward: Array) -> Iterat
 
 
 def _falls_back(vertices: Array, center: Array, T: Array, outward: Array) -> bool:
-    """Whether a body rolled towards `outward` (2,) to T, shape (4, 4), falls back whatever of its edge carries it.
-
-    Its centre of mass is between the ends of that edge, or it would turn about one of them and fall sideways.
-    """
+    """Whether a body rolled towards `outward` (2,) to T, shape (4, 4), falls back whatever of its edge carries it."""
     world = vertices @ T[:3, :3].T + T[:3, 3]
     carrying = world[world[:, 2] < world[:, 2].min() + CARRYING, :2]
-    back, along = carrying @ outward, carrying @ np.array([-outward[1], outward[0]])
-    x, y = (T[:3, :3] @ center + T[:3, 3])[:2]
-    behind, between = x * outward[0] + y * outward[1], y * outward[0] - x * outward[1]
-    return bool(behind < back.min() - BEYOND and along.min() + ASIDE < between < along.max() - ASIDE)
+    return float((T[:3, :3] @ center + T[:3, 3])[:2] @ outward) < float((carrying @ outward).min()) - BEYOND
 
 
 def base_normals(points: Array) -> list[Array]:

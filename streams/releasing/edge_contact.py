@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.affordances.stable_poses import TOUCHING
-from tamp.streams.affordances.support import near_upward
 from tamp.streams.hand.clearance import opening_for
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -24,83 +22,11 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-GRAVITY = 9.81  # [m/s^2]
-STEP = 1e-3  # of the integration [s]
-FARTHEST = 0.03  # that is aimed for: whatever would skid farther falls too far to say where it lands [m]
-EVEN = 0.008  # the edge is part of the base: no higher than this above the lowest of it [m]
-LONGEST = 1.0  # that a body may take to fall [s]
-
 
 def friction_beneath(workspace: Workspace, obj: str, placement: Placement) -> float:
     """The coefficient between an object and the smoothest of what it lies on."""
     below = (TABLE_FRICTION if name == TABLE else workspace.task.object(name).friction for name in placement.on)
     return workspace.task.object(obj).friction * min(below)
-
-
-def aimed(workspace: Workspace, obj: str, placement: Placement, fall: tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """A fall over an edge that stays where it is, shifted so that an object whose edge skids lands at the placement.
-
-    The poses go from the tilted one to the placement's. What touches down with something else first, such as a plate
-    with its foot, keeps its fall.
-    """
-    T, up = fall[0].matrix, fall[0].matrix[:3, :3] @ placement.pose.matrix[2, :3]
-    rising = -up[:2] / np.linalg.norm(up[:2])
-    points = workspace.points(obj)
-    low = points @ T[2, :3] < (points @ T[2, :3]).min() + TOUCHING
-    heights = points @ placement.pose.matrix[2, :3]
-    if heights[low].max() > heights.min() + EVEN:
-        return fall
-    along = points @ T[:2, :3].T @ rising
-    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass
-    lever = float(center[:2] @ rising - along[low].max()), float(center[2] - (points @ T[2, :3]).min())
-    flat = points @ placement.pose.matrix[:2, :3].T @ rising
-    gyration = float(np.ptp(flat) ** 2 + np.ptp(heights) ** 2) / 12.0
-    friction, angle = friction_beneath(workspace, obj, placement), math.acos(min(1.0, float(up[2])))
-    # Nearly the same fall skids nearly as far.
-    lever, gyration, angle = (round(lever[0], 4), round(lever[1], 4)), round(gyration, 6), round(angle, 3)
-    key = ("skid", lever, gyration, angle, friction)
-    skidding = workspace.cache.value(key, lambda: skid(lever, gyration, angle, friction))
-    shift = float(np.clip(skidding, -FARTHEST, FARTHEST)) * rising
-    return tuple(
-        _shifted(pose, share * shift) for pose, share in zip(fall, np.linspace(1.0, 0.0, len(fall)), strict=True)
-    )
-
-
-def skid(lever: tuple[float, float], gyration: float, angle: float, friction: float) -> float:
-    """How far the edge of a body that falls flat slides, away from the side that is up [m].
-
-    Args:
-        lever: from the edge to the centre of mass, towards the side that is up and upwards [m].
-        gyration: square of the radius of gyration about the centre of mass [m^2].
-        angle: that it falls by [rad].
-        friction: coefficient between the edge and what it is set on.
-    """
-    radius, heading = math.hypot(*lever), math.atan2(lever[1], lever[0])
-    turned, spin, slid, speed = 0.0, 0.0, 0.0, 0.0  # towards the side that is up, and downwards
-    for _ in range(round(LONGEST / STEP)):
-        x, z = radius * math.cos(heading - turned), radius * math.sin(heading - turned)
-        turning = GRAVITY * x / (gyration + radius**2)  # the edge held fast
-        needed = (z * turning - x * spin**2) / (GRAVITY - x * turning - z * spin**2)
-        pushing = 0.0
-        if speed != 0.0 or abs(needed) > friction:
-            share = -math.copysign(friction, speed) if speed != 0.0 else math.copysign(friction, needed)
-            arm = x - share * z
-            turning = arm * (GRAVITY - z * spin**2) / (gyration + arm * x)
-            pressed = GRAVITY - x * turning - z * spin**2
-            pushing = share * pressed - z * turning + x * spin**2
-        spin += turning * STEP
-        turned += spin * STEP
-        before, speed = speed, speed + pushing * STEP
-        speed = 0.0 if before * speed < 0.0 else speed
-        slid += speed * STEP
-        if turned >= angle:
-            break
-    return -slid
-
-
-def _shifted(pose: Pose, shift: Array) -> Pose:
-    x, y, z = pose.xyz
-    return Pose((x + float(shift[0]), y + float(shift[1]), z), pose.quat)
 
 
 NEAR = 0.004  # what is nearer than this touches [m]
@@ -126,34 +52,6 @@ def held_up(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mappi
         carrying = points[normals[:, 2] >= UPWARD]
         slides += [max(_distance(_aside(point, T), center) for point in carrying)] if len(carrying) else []
     return min(slides, default=0.0) > SLIDES
-
-
-ASIDE = 0.003  # the centre of mass is at least this far from either end of the edge where that is carried [m]
-SAMPLES = 50  # points looked at along an edge
-
-
-def unbalanced(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
-    """Whether some others carry the edge of an object that is let go on one side of its centre of mass only.
-
-    It would turn about the end of what is carried, and fall sideways.
-
-    Args:
-        workspace: the shapes.
-        obj: the object.
-        fall: its poses (world frame), the tilted one first, the last one at rest.
-        below: what it is let go on.
-    """
-    T, geometry = fall[0].matrix, workspace.world.geometries[obj]
-    up = T[:3, :3] @ fall[-1].matrix[2, :3]
-    points = (geometry.hull.vertices - geometry.center_of_mass) @ T[:3, :3].T
-    along = points[:, :2] @ np.array([-up[1], up[0]]) / float(np.hypot(*up[:2]))
-    low = np.flatnonzero(points[:, 2] < points[:, 2].min() + NEAR)
-    low = low[np.argsort(along[low], kind="stable")]
-    where = np.linspace(along[low[0]], along[low[-1]], SAMPLES)
-    edge = np.stack([np.interp(where, along[low], points[low, axis]) for axis in range(3)], axis=1)
-    edge += T[:3, :3] @ geometry.center_of_mass + T[:3, 3]
-    carried = where[np.any([near_upward(workspace, edge, name, place, NEAR) for name, place in below.items()], axis=0)]
-    return len(carried) > 0 and not carried.min() + ASIDE < 0.0 < carried.max() - ASIDE
 
 
 def _aside(point: Array, T: Array) -> Array:
@@ -190,10 +88,14 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     rising = -up[:2] / np.linalg.norm(up[:2])
     T_pads = moved(T_tool, float(workspace.world.robot.linkage.depth(grasp.width)) * T_tool[:3, 2])
     center, finger, height = _levers(workspace, obj, tilted, T_pads, rising)
-    if not 0.0 < center < finger:
+    if center <= 0.0 or finger <= 0.0:
         return False
     sunk = (opening_for(gripper, grasp) - grasp.width) / 2
     angle = np.arccos(up[2]) - sunk / np.hypot(finger, height)
+    if angle <= 0.0:
+        return False  # it lies flat before it comes down on the finger
+    if finger <= center:
+        return True  # it tips over the finger, which carries all of it
     normal, back = np.append(-np.sin(angle) * rising, np.cos(angle)), -T_tool[:3, 2]
     along = back - normal * (normal @ back)
     pull = workspace.task.object(obj).friction * PAD_FRICTION

@@ -12,7 +12,8 @@ from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.context import Context
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
-from tamp.streams.releasing.edge_contact import aimed, dragged, held_up, hooked, unbalanced
+from tamp.streams.releasing.edge_contact import dragged, held_up, hooked
+from tamp.streams.releasing.landing import aimed
 from tamp.streams.values import Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -76,11 +77,17 @@ def _roomy(
 
     def found() -> tuple[list[tuple[Pose, ...]], str]:
         straight = drops(workspace, obj, placement)
-        ways = [*straight, *(_over_edges(workspace, obj, placement) if able else ())]
+        stands = TABLE in placement.on or not below.keys().isdisjoint(placement.on)
+        over = [tilt.fall for tilt in tilts(workspace, obj, placement)] if able and stands else []
+        ways = [*straight, *over]
         roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
         left = [fall for fall in roomy if straight or not _taken_along(workspace, obj, placement, grasp, fall)]
-        reason = f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
-        return left, f"the hand would drag {obj} along as it draws back" if roomy else reason
+        sure = [fall for fall in left if fall in straight]
+        aims = [_over_edge(workspace, obj, placement, fall) for fall in left if fall not in straight]
+        sure += [fall for fall in aims if fall and _room(workspace, obj, placement, grasp, fall[0])]
+        if not roomy:
+            return [], f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
+        return sure, f"{obj} would not fall there" if left else f"the hand would drag {obj} along as it draws back"
 
     below = carriers(workspace, obj, placement)
     return workspace.cache.value(("falls", obj, placement, grasp, able, *below.items()), found)
@@ -91,26 +98,22 @@ def _taken_along(workspace: Workspace, obj: str, placement: Placement, grasp: Gr
     return dragged(workspace, obj, placement, grasp, fall[0]) or hooked(workspace, obj, grasp, fall)
 
 
-def _over_edges(workspace: Workspace, obj: str, placement: Placement) -> tuple[tuple[Pose, ...], ...]:
-    """Ways to fall flat from an edge that is set on what the object is to lie on, the least tilted first."""
+def _over_edge(workspace: Workspace, obj: str, placement: Placement, fall: tuple[Pose, ...]) -> tuple[Pose, ...] | None:
+    """A fall over an edge that is set on what the object is to lie on, as it lands there; None where it does not."""
     around = standing_around(workspace, obj, placement)
     below = {name: around[name] for name in placement.on if name in around}
-
-    def kept() -> tuple[tuple[Pose, ...], ...]:
-        found = tilts(workspace, obj, placement) if below or TABLE in placement.on else ()
-        falls = (aimed(workspace, obj, placement, tilt.fall) for tilt in found)
-        return tuple(fall for fall in falls if TABLE in placement.on or _on_edge(workspace, obj, fall, below))
-
-    return workspace.cache.value(("over edges", obj, placement, *below.items()), kept)
+    if TABLE not in placement.on and not _on_edge(workspace, obj, fall, below):
+        return None
+    aim = aimed(workspace, obj, placement, fall)
+    return aim if aim is None or TABLE in placement.on or _on_edge(workspace, obj, aim, below) else None
 
 
 def _on_edge(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
     """Whether the object as it is let go touches what it is to lie on, and may turn about its edge there."""
-    touching = any(
+    return any(
         workspace.world.separation(obj, fall[0].matrix, name, place.pose.matrix) < ON_EDGE
         for name, place in below.items()
-    )
-    return touching and not held_up(workspace, obj, fall, below) and not unbalanced(workspace, obj, fall, below)
+    ) and not held_up(workspace, obj, fall, below)
 
 
 def _room(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, let_go: Pose) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -15,7 +15,7 @@ from tamp.errors import PlanningFailure
 from tamp.execution.monitor import angle_between
 from tamp.execution.simulator import ROBOT, Simulator, Touch, wait
 from tamp.execution.simulators import DEFAULT, make_simulator
-from tamp.task import Object, Pose, Task
+from tamp.task import Object, Pose, Table, Task
 from tamp.world.geometry.object_geometry import geometry_of_object
 
 if TYPE_CHECKING:
@@ -150,6 +150,32 @@ def settle(
             moved={name: math.dist(pose.xyz, start[name].xyz) for name, pose in settled.items()},
             resting=resting,
         )
+
+
+FALLING_S = 3.0
+"""How long something may fall, rock and roll until it rests [s]."""
+
+FALLEN_STEPS = 20
+"""How long it must rest after that."""
+
+
+def let_fall(
+    objects: Sequence[Object], poses: Mapping[str, Pose], *, table: Table, simulator: str = DEFAULT
+) -> Mapping[str, Pose] | None:
+    """Where objects come to rest that are let go as they stand, at full speed; None where they still move.
+
+    Args:
+        objects: all bodies beside the table.
+        poses: object -> pose (world frame).
+        table: on which they fall.
+        simulator: its name, or "package.module:Class".
+
+    Raises:
+        TampError, TaskError: as `settle`.
+    """
+    with make_simulator(simulator, objects, poses, table=table) as world:
+        rests = wait(world, FALLING_S, lambda: at_rest(world), patience=FALLEN_STEPS)
+        return world.poses() if rests else None
 
 
 def _in_time(deadline: float) -> None:

@@ -104,8 +104,9 @@ class Setup:
         seen = self.supports if dict(poses) == dict(self.start) else None
         if seen is None:
             seen = settle(self.task, poses, deadline=deadline, simulator=self.settings.settling).supports
-        start, hand = placements(poses, seen), self.settings.tuning.hand
-        return already_there(Workspace(self.task, self.world, start, self.goals, self.cache, hand))
+        start, settings = placements(poses, seen), self.settings
+        hand, simulator = settings.tuning.hand, settings.settling
+        return already_there(Workspace(self.task, self.world, start, self.goals, self.cache, hand, settling=simulator))
 
     def check(
         self,

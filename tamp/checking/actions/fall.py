@@ -90,21 +90,17 @@ def _not_turning(
     if angle > farthest:
         yield f"{name} cannot fall flat by a turn of {np.degrees(angle):.0f} degrees"
         return
-    if abs(axis[2]) > np.sin(allow.level):
-        yield f"{name} is said to turn sideways while it falls"
     points = carriers(scene, state, name, allow).points
     if not points:
         yield f"{name} is let go in the air: no edge of it stands on anything"
         return
     edge = np.concatenate(list(points.values()))
     lever = scene.center_of_mass(name, before)[:2] - edge[:, :2]
+    if abs(axis[2]) > np.sin(allow.level) + allow.twist * _beside(lever, axis):
+        yield f"{name} is said to turn sideways while it falls"
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
     if torque < allow.balance:
         yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
-    ends, middle = edge[:, :2] @ axis[:2], scene.center_of_mass(name, before)[:2] @ axis[:2]
-    beside = float(max(ends.min() - middle, middle - ends.max()))
-    if beside > allow.balance:
-        yield f"{name} would fall sideways: its centre of mass is {1000 * beside:.0f} mm beside the edge it stands on"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)
     slid = [_slid(on, after @ inverse(before), center) for on in points.values()]
@@ -114,6 +110,20 @@ def _not_turning(
         slid.append(float(_between(-said, _rolled(corners - center, axis, angle))))
     if min(slid) > allow.skid:
         yield f"{name} is said to slide {1000 * min(slid):.0f} mm farther than it can while it falls"
+
+
+def _beside(lever: Array, axis: Array) -> float:
+    """How far an object's centre of mass is beside the ends of the edge that it turns over, as a share of its lever.
+
+    From there it falls sideways too, and turns about the vertical until it lies.
+
+    Args:
+        lever: from each point of the edge to the centre of mass, seen from above, shape (n, 2) [m].
+        axis: that it turns about, a unit vector, shape (3,).
+    """
+    along = lever @ axis[:2]
+    beyond = max(float(along.min()), float(-along.max()), 0.0)
+    return beyond / max(float(np.linalg.norm(lever, axis=1).min()), beyond, 1e-9)
 
 
 def _rolled(arms: Array, axis: Array, angle: float) -> Array:

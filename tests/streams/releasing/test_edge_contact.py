@@ -4,21 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 from tamp.streams.affordances.tilts import tilts
 from tamp.streams.releasing.edge_contact import (
-    ASIDE,
     CARRYING,
-    FARTHEST,
-    aimed,
     dragged,
-    friction_beneath,
     held_up,
     hooked,
-    skid,
-    unbalanced,
 )
 from tamp.streams.values import Grasp, Placement
 from tamp.task import At, Box, Mesh, Object, Pose
@@ -66,7 +58,7 @@ def test_the_smoothest_of_what_it_lies_on_counts(workspace):
 
 @pytest.mark.parametrize("on", ["smooth", "rough"])
 def test_whoever_is_dragged_at_a_tilt_is_so_at_every_lesser_one(workspace, on):
-    answers = [is_dragged(workspace, degrees, on) for degrees in range(10, 50, 5)]
+    answers = [is_dragged(workspace, degrees, on) for degrees in range(10, 50, 10)]
     assert answers == sorted(answers, reverse=True)
 
 
@@ -159,77 +151,3 @@ def test_a_block_that_is_tilted_far_over_the_rim_of_a_crate_is_held_up_there(rim
 def test_what_touches_nothing_is_not_held_up(rimmed):
     fall = (Pose.from_rpy((0.1, 0.2, 0.5), (0.3, 0.0, 0.0)), Pose((0.1, 0.2, 0.45)))
     assert not held_up(rimmed, "block", fall, {"crate": rimmed.start["crate"]})
-
-
-@given(aside=st.floats(-0.05, 0.05))
-def test_what_is_let_go_on_one_end_of_its_edge_only_is_unbalanced(aside):
-    # Of the plank's long edge a block 4 cm wide carries what is above it.
-    shelf = Object("shelf", Box((0.2, 0.04, 0.04)), Pose((0.0, aside, 0.02)))
-    plank = Object("plank", Box((0.06, 0.12, 0.01)), Pose((0.2, 0.2, 0.005)), At(Pose((0.03, 0.0, 0.045))))
-    bench = workspace_of(shelf, plank)
-    edge, flat = Pose((-0.03, 0.0, 0.04)), Pose((0.03, 0.0, 0.005))
-    fall = edge @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -0.4, 0.0)) @ flat, edge @ flat
-    inside = 0.02 - abs(aside)
-    assume(abs(inside - ASIDE) > 0.003)  # as finely as the edge is sampled
-    assert unbalanced(bench, "plank", fall, {"shelf": bench.start["shelf"]}) == (inside < ASIDE)
-
-
-SKIDDING_BOOK = Object("book", Box((0.16, 0.12, 0.03)), Pose((0.1, 0.3, 0.015)), At(Pose((0.1, -0.2, 0.1))))
-SKIDDING_SMOOTH = Object("smooth", Box((0.2, 0.2, 0.02)), Pose((0.1, 0.0, 0.01)), friction=0.2)
-
-# A board, half as long and half as thick, that falls by an angle.
-boards = st.tuples(st.floats(0.03, 0.15), st.floats(0.005, 0.03), st.floats(0.1, 1.0)).filter(
-    lambda board: lever(*board)[0] > 0.005
-)
-
-
-def lever(length, thickness, angle):
-    """From the edge of a tilted board to its middle."""
-    c, s = math.cos(angle), math.sin(angle)
-    return length * c - thickness * s, length * s + thickness * c
-
-
-def skid_of(board, friction):
-    length, thickness, angle = board
-    return skid(lever(*board), (length**2 + thickness**2) / 3, angle, friction)
-
-
-@pytest.fixture(scope="module")
-def books():
-    return workspace_of(SKIDDING_BOOK, SKIDDING_SMOOTH)
-
-
-@given(board=boards)
-def test_on_ice_the_middle_falls_straight_down(board):
-    assert skid_of(board, 0.0) == pytest.approx(board[0] - lever(*board)[0], abs=3e-3)
-
-
-@given(board=boards)
-def test_an_edge_on_something_rough_stays(board):
-    assert abs(skid_of(board, 20.0)) < 1e-3
-
-
-@given(board=boards, friction=st.floats(0.0, 1.0))
-def test_no_edge_skids_farther_than_on_ice(board, friction):
-    assert skid_of(board, friction) < skid_of(board, 0.0) + 1e-3
-
-
-def test_the_smoothest_of_what_it_lies_on_counts_skidding(books):
-    at = SKIDDING_BOOK.goal.pose
-    assert friction_beneath(books, "book", Placement(at, ("table",))) == pytest.approx(0.5)
-    assert friction_beneath(books, "book", Placement(at, ("smooth", "table"))) == pytest.approx(0.1)
-
-
-def test_what_skids_is_let_go_on_the_side_that_is_up_and_lands_at_its_placement(books):
-    place = Placement(SKIDDING_BOOK.goal.pose, ("smooth",))
-    shifted = []
-    for tilt in tilts(books, "book", place):
-        found = aimed(books, "book", place, tilt.fall)
-        shifts = np.array([np.subtract(to.xyz, by.xyz) for to, by in zip(found, tilt.fall, strict=True)])
-        assert [pose.quat for pose in found] == [pose.quat for pose in tilt.fall]
-        assert (np.linalg.norm(shifts, axis=1) <= FARTHEST + 1e-9).all()
-        assert np.allclose(shifts[-1], 0.0)
-        rising = -tilt.fall[0].matrix[:2, 2]
-        assert shifts[0][:2] @ rising >= 0.0
-        shifted.append(np.linalg.norm(shifts[0]) > 2e-3)
-    assert sum(shifted) > len(shifted) / 2

@@ -9,7 +9,7 @@ from tamp.checking.actions.fall import check_fall
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.streams.affordances.tilts import tilts
-from tamp.streams.releasing.edge_contact import aimed
+from tamp.streams.releasing.landing import aimed
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE
 from tamp.task import Fall, Object, Pose, load_robot
@@ -29,9 +29,12 @@ def test_the_checker_refuses_no_fall_of_a_round_thing_that_planning_offers(tmp_p
     scene, place = Scene.of(workspace.task), Placement(Pose((0.1, 0.1, 0.0)), (TABLE,))
     found = tilts(workspace, "thing", place)
     assert found
-    said: list[str] = []
+    said, offered = list[str](), 0
     for tilt in found[::3] + found[-3:]:
         fall = aimed(workspace, "thing", place, tilt.fall)
+        if fall is None:
+            continue
+        offered += 1
         state = State({"thing": fall[0].matrix}, np.array(load_robot("panda").home))
         check_fall(scene, state, Fall("thing", fall[-1]), DEFAULT, lambda kind, told, **more: said.append(told))
     assert said == []

@@ -1,0 +1,133 @@
+"""Where something lands that is let go on one edge: simulated, since edges skid, rock and turn as no formula says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.execution.settling import let_fall
+from tamp.streams.affordances.neighbours import carriers
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+from tamp.world.transforms import rotation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+Fall = tuple[Pose, ...]
+
+SAME_FACE = 0.08  # angle between what is up where it lands, and where it shall lie, on the same face [rad]
+UPRIGHT = 0.04  # vertical share of the axis that it turns about on the whole, at most ...
+TWIST = 0.35  # ... and so much more where it falls over a corner, as far as its centre of mass is beside that
+CARRYING = 0.004  # what is so little above its lowest point is part of its edge [m]
+FARTHEST = 0.03  # that is aimed beside the placement: what goes farther aside lands nobody knows where [m]
+SKIDS = 0.004  # how much farther aside than friction or ice explain the centre of mass may come [m]
+NEAR = 0.005  # so near to the placement is where it was aimed at [m]
+PUSHED = 0.003  # what it falls on stays where it is, but for this [m]
+
+
+def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> Fall | None:
+    """A fall over an edge, shifted so that the object comes to rest at its placement; None where it lands otherwise.
+
+    On a table every place is like the others: where it lands beside, it is let go as far to the other side. On other
+    objects it is seen whether that serves.
+
+    Args:
+        workspace: where the object is, and which simulator tells how things come to rest.
+        obj: the object.
+        placement: where it shall lie.
+        fall: its poses (world frame) as it turns over the edge, the tilted one first, the placement's last.
+    """
+    below = {name: place.pose for name, place in carriers(workspace, obj, placement).items()}
+
+    def found() -> Fall | None:
+        end = _landed(workspace, obj, below, fall[0])
+        if end is None or not _same_face(end, placement.pose):
+            return None
+        shifted = _against(fall, end)
+        if shifted is None or not _explained(workspace, obj, fall, shifted):
+            return None
+        if placement.on == (TABLE,):
+            return shifted
+        again = _landed(workspace, obj, below, shifted[0])
+        return shifted if again is not None and _is_at(again, placement.pose) else None
+
+    return workspace.cache.value(("aimed", obj, placement, fall[0], *below.items()), found)
+
+
+def _landed(workspace: Workspace, obj: str, below: Mapping[str, Pose], let_go: Pose) -> Pose | None:
+    """Where an object comes to rest that is let go at a pose; None where it does not, or pushes what is below it."""
+    task = workspace.task
+    bodies = [thing for thing in task.objects if thing.name == obj or thing.name in below]
+    poses = let_fall(bodies, {**below, obj: let_go}, table=task.table, simulator=workspace.settling)
+    if poses is None or any(np.linalg.norm(np.subtract(poses[n].xyz, below[n].xyz)) > PUSHED for n in below):
+        return None
+    return poses[obj]
+
+
+def _same_face(one: Pose, other: Pose) -> bool:
+    return float(one.matrix[2, :3] @ other.matrix[2, :3]) > math.cos(SAME_FACE)
+
+
+def _is_at(one: Pose, other: Pose) -> bool:
+    return _same_face(one, other) and bool(np.linalg.norm(np.subtract(one.xyz, other.xyz)) < NEAR)
+
+
+def _against(fall: Fall, end: Pose) -> Fall | None:
+    """The fall, let go as far beside as it lands on the other side, and turned as far; None where that is too far."""
+    goal, landed = fall[-1].matrix, end.matrix
+    R = goal[:3, :3] @ landed[:3, :3].T
+    yaw = float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
+    aside = goal[:2, 3] - landed[:2, 3]
+    if float(np.linalg.norm(aside)) > FARTHEST:
+        return None
+    shares = np.linspace(1.0, 0.0, len(fall))
+    return tuple(_beside(pose, goal[:3, 3], s * yaw, s * aside) for pose, s in zip(fall, shares, strict=True))
+
+
+def _beside(pose: Pose, center: Array, yaw: float, aside: Array) -> Pose:
+    """A pose, turned about the vertical through a point (3,) by an angle [rad] and shifted aside (2,) [m]."""
+    turn, T = rotation(np.array([0.0, 0.0, 1.0]), yaw), pose.matrix.copy()
+    T[:3, 3] = turn @ (T[:3, 3] - center) + center
+    T[:3, :3] = turn @ T[:3, :3]
+    T[:2, 3] += aside
+    return Pose.from_matrix(T)
+
+
+def _explained(workspace: Workspace, obj: str, rolled: Fall, fall: Fall) -> bool:
+    """Whether an object turns about a level axis, and moves as friction or ice have it, or between the two.
+
+    Held by friction it moves as it rolls over its edge; on ice its centre of mass falls straight down.
+    """
+    before, after = fall[0].matrix, fall[-1].matrix
+    R = after[:3, :3] @ before[:3, :3].T
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    axis /= float(np.linalg.norm(axis))
+    if abs(axis[2]) > UPRIGHT + TWIST * _over_corner(workspace, obj, before, axis):
+        return False
+    center = workspace.world.geometries[obj].center_of_mass
+    goes, held = (_aside(poses[0].matrix, poses[-1].matrix, center) for poses in (fall, rolled))
+    share = np.clip(goes @ held / max(float(held @ held), 1e-12), 0.0, 1.0)
+    return float(np.linalg.norm(goes - share * held)) < SKIDS
+
+
+def _over_corner(workspace: Workspace, obj: str, T: Array, axis: Array) -> float:
+    """How far the centre of mass is beside the ends of the edge along an axis (3,), as a share of its distance."""
+    geometry = workspace.world.geometries[obj]
+    arms = (geometry.hull.vertices - geometry.center_of_mass) @ T[:3, :3].T
+    edge = arms[arms[:, 2] < arms[:, 2].min() + CARRYING, :2]
+    along = edge @ axis[:2]
+    beyond = max(float(along.min()), float(-along.max()), 0.0)
+    return beyond / max(float(np.linalg.norm(edge, axis=1).min()), beyond, 1e-9)
+
+
+def _aside(before: Array, after: Array, center: Array) -> Array:
+    """How far aside a body's point (3,) gets between two poses, shape (2,) [m]."""
+    way: Array = (after[:3, :3] @ center + after[:3, 3] - before[:3, :3] @ center - before[:3, 3])[:2]
+    return way
