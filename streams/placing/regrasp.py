@@ -25,7 +25,7 @@ from tamp.streams.motion.inverse_kinematics import reaches
 from tamp.streams.placing.sampler import put_aside
 from tamp.streams.releasing.tilted_release import lays
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import Workspace, standing
+from tamp.streams.workspace import TABLE, Workspace, standing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,10 +36,12 @@ ROUNDS = 6  # times at most that a place in between is sought for each pair
 BLOCKED = 24  # pairs of which none takes the object up without meeting others, before these are tried
 TRIES = 12  # places in one round
 LAID_TRIES = 4  # the same where the object is laid down, which takes long to find out
+FEW = 8  # grasps that can lay it down; where there are fewer, such ones are sought ...
+RELEASES, EACH = 4, 12  # ... for the start and each of so many tilts, so many grasps each
 
 Regrasp = tuple[Grasp, Placement, Grasp]
 Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
-Grasps = Callable[[Context, str, Placement], Iterable[Grasp]]
+Grasps = Callable[..., Iterable[Grasp]]
 
 
 def sample_regrasp(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
@@ -51,15 +53,15 @@ def sample_regrasp(context: Context, obj: str, start: Placement, goal: Placement
     yield from _regrasps(context, obj, start, goal, _grasps_for)
 
 
-def _grasps_for(context: Context, obj: str, place: Placement) -> Iterator[Grasp]:
-    yield from grasps(context, obj, (place,))
+def _grasps_for(context: Context, obj: str, *places: Placement) -> Iterator[Grasp]:
+    yield from grasps(context, obj, places)
 
 
 def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., Iterator[Regrasp]]:
     """The same with the grasps of another sampler for `sample-grasp`."""
 
     def sample(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
-        yield from _regrasps(context, obj, start, goal, lambda context, obj, _: sample_grasp(context, obj))
+        yield from _regrasps(context, obj, start, goal, lambda context, obj, *_: sample_grasp(context, obj))
 
     return sample
 
@@ -124,6 +126,9 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     takes = cache(lambda grasp: _takes(context, obj, start, grasp))
     brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
     for laid in (False, True):
+        if laid:
+            faces = [place for place, *above in zip(midst, *over.values(), strict=True) if any(above)]
+            first += _layers(context, obj, start, faces, first, grasps)
         put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
         first.sort(key=lambda grasp: -max(put[grasp], default=0))
         taken_over = False
@@ -138,6 +143,28 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
             return
     if first and second:
         context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
+
+
+def _layers(
+    context: Context, obj: str, start: Placement, faces: list[Placement], known: list[Grasp], grasps: Grasps
+) -> list[Grasp]:
+    """Grasps that take an object up and can lay it down on one of some faces, where few of the known ones can.
+
+    They are sought for the start and the poses from which most hands could let it fall: the most tilted ones.
+    """
+    workspace: Workspace = context.scene
+    if sum(any(_ways_down(workspace, obj, place, grasp, True) for place in faces) for grasp in known) >= FEW:
+        return []
+    falls = [tilt.fall[0] for place in faces if _able(workspace, obj, place) for tilt in tilts(workspace, obj, place)]
+    found = list[Grasp]()
+    for let_go in falls[: -RELEASES - 1 : -1]:
+        found += islice(grasps(context, obj, start, Placement(let_go, (TABLE,))), EACH)
+    return [grasp for grasp in dict.fromkeys(found) if grasp not in known]
+
+
+def _able(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether an object may be laid down at a place, where it is sure to stay."""
+    return layable(workspace, obj, place) and _stays(workspace, obj, place.pose.matrix[:3, :3])
 
 
 def _shared(rotations: list[NDArray[np.float64]], one: list[int], other: list[bool]) -> list[NDArray[np.float64]]:
@@ -172,11 +199,10 @@ def _ways_down(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, l
 
     To put it where it is sure to stay counts twice.
     """
-    sure = _stays(workspace, obj, place.pose.matrix[:3, :3])
     if not laid:
+        sure = _stays(workspace, obj, place.pose.matrix[:3, :3])
         return (1 + sure) * hand_above_table(workspace, place.pose, grasp)
-    able = layable(workspace, obj, place) and sure
-    tilted = tilts(workspace, obj, place) if able else ()
+    tilted = tilts(workspace, obj, place) if _able(workspace, obj, place) else ()
     return sum(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
 
 

@@ -24,10 +24,11 @@ Fall = tuple[Pose, ...]
 
 SAME_FACE = 0.08  # angle between what is up where it lands, and where it shall lie, on the same face [rad]
 UPRIGHT = 0.04  # vertical share of the axis that it turns about on the whole, at most ...
-TWIST = 0.35  # ... and so much more where it falls over a corner, as far as its centre of mass is beside that
+TWIST = 0.45  # ... and so much more where it falls over a corner, as far as its centre of mass is beside that
 CARRYING = 0.004  # what is so little above its lowest point is part of its edge [m]
 FARTHEST = 0.03  # that is aimed beside the placement: what goes farther aside lands nobody knows where [m]
-SKIDS = 0.004  # how much farther aside than friction or ice explain the centre of mass may come [m]
+SKIDS = 0.004  # how much farther aside than friction or ice explain the centre of mass may come [m] ...
+CORNER = 0.018  # ... and so much more over a corner, but no more than it is beside that [m]
 NEAR = 0.005  # so near to the placement is where it was aimed at [m]
 PUSHED = 0.003  # what it falls on stays where it is, but for this [m]
 
@@ -109,22 +110,23 @@ def _explained(workspace: Workspace, obj: str, rolled: Fall, fall: Fall) -> bool
     R = after[:3, :3] @ before[:3, :3].T
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     axis /= float(np.linalg.norm(axis))
-    if abs(axis[2]) > UPRIGHT + TWIST * _over_corner(workspace, obj, before, axis):
+    beside, lever = _over_corner(workspace, obj, before, axis)
+    if abs(axis[2]) > UPRIGHT + TWIST * beside / lever:
         return False
     center = workspace.world.geometries[obj].center_of_mass
     goes, held = (_aside(poses[0].matrix, poses[-1].matrix, center) for poses in (fall, rolled))
     share = np.clip(goes @ held / max(float(held @ held), 1e-12), 0.0, 1.0)
-    return float(np.linalg.norm(goes - share * held)) < SKIDS
+    return float(np.linalg.norm(goes - share * held)) < SKIDS + min(beside, CORNER)
 
 
-def _over_corner(workspace: Workspace, obj: str, T: Array, axis: Array) -> float:
-    """How far the centre of mass is beside the ends of the edge along an axis (3,), as a share of its distance."""
+def _over_corner(workspace: Workspace, obj: str, T: Array, axis: Array) -> tuple[float, float]:
+    """How far the centre of mass is beside the ends of the edge along an axis (3,), and from all of it [m]."""
     geometry = workspace.world.geometries[obj]
     arms = (geometry.hull.vertices - geometry.center_of_mass) @ T[:3, :3].T
     edge = arms[arms[:, 2] < arms[:, 2].min() + CARRYING, :2]
     along = edge @ axis[:2]
-    beyond = max(float(along.min()), float(-along.max()), 0.0)
-    return beyond / max(float(np.linalg.norm(edge, axis=1).min()), beyond, 1e-9)
+    beside = max(float(along.min()), float(-along.max()), 0.0)
+    return beside, max(float(np.linalg.norm(edge, axis=1).min()), 1e-9)
 
 
 def _aside(before: Array, after: Array, center: Array) -> Array:

@@ -29,6 +29,7 @@ class Tolerances:
         topple: the same after it was pushed over.
         level: how far the axis of that turn may be from level.
         twist: the same of what falls over a corner, as far as its centre of mass is beside that (vertical share).
+        corner: how much farther than over an edge it may slide then, and no farther than its centre of mass is beside.
         push: angle between a push and the way in which fingers press; the cone of their friction is wider.
         nudge: angle between a nudge and the way in which a fingertip presses on a flank that may be round.
         nudged: longest nudge: what one finger pushes leaves its line the farther it goes.
@@ -75,7 +76,8 @@ class Tolerances:
     leaving: float = 3.0
     topple: float = 1.7
     level: float = 0.05
-    twist: float = 0.4
+    twist: float = 0.5
+    corner: float = 0.02
     push: float = 0.4
     nudge: float = 1.1
     nudged: float = 0.05

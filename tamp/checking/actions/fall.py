@@ -96,7 +96,10 @@ def _not_turning(
         return
     edge = np.concatenate(list(points.values()))
     lever = scene.center_of_mass(name, before)[:2] - edge[:, :2]
-    if abs(axis[2]) > np.sin(allow.level) + allow.twist * _beside(lever, axis):
+    # Where its centre of mass is beside the ends of the edge, it falls over a corner, and sideways too.
+    beside = max(float((lever @ axis[:2]).min()), float((lever @ -axis[:2]).min()), 0.0)
+    over_corner = beside / max(float(np.linalg.norm(lever, axis=1).min()), 1e-9)
+    if abs(axis[2]) > np.sin(allow.level) + allow.twist * over_corner:
         yield f"{name} is said to turn sideways while it falls"
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
     if torque < allow.balance:
@@ -108,22 +111,8 @@ def _not_turning(
     if edge[:, 2].min() < corners[:, 2].min() + allow.standing:
         said = (scene.center_of_mass(name, after) - center)[:2]
         slid.append(float(_between(-said, _rolled(corners - center, axis, angle))))
-    if min(slid) > allow.skid:
+    if min(slid) > allow.skid + min(beside, allow.corner):
         yield f"{name} is said to slide {1000 * min(slid):.0f} mm farther than it can while it falls"
-
-
-def _beside(lever: Array, axis: Array) -> float:
-    """How far an object's centre of mass is beside the ends of the edge that it turns over, as a share of its lever.
-
-    From there it falls sideways too, and turns about the vertical until it lies.
-
-    Args:
-        lever: from each point of the edge to the centre of mass, seen from above, shape (n, 2) [m].
-        axis: that it turns about, a unit vector, shape (3,).
-    """
-    along = lever @ axis[:2]
-    beyond = max(float(along.min()), float(-along.max()), 0.0)
-    return beyond / max(float(np.linalg.norm(lever, axis=1).min()), beyond, 1e-9)
 
 
 def _rolled(arms: Array, axis: Array, angle: float) -> Array:
