@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tamp.cli import main, parser
+from tamp.contest.api.host import load
 from tests.docs.manual import PAGES, ROOT, TUTORIALS, blocks, commands, files, named
 
 BESIDE = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "scenarios/README.md")]
@@ -68,6 +69,17 @@ def test_the_samplers_of_the_manual_fit(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_the_solutions_of_the_manual_are_solutions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are loaded as the sandbox does; other tests run solutions like them."""
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for page, names in (("contest", ["solution.py"]), ("ocrtoc_solutions", ["agent.py", "server.py"])):
+        found = files(ROOT / "docs" / "guides" / f"{page}.md", "python")
+        assert list(found) == names
+        for name, text in found.items():
+            (tmp_path / f"manual_{name}").write_text(text, encoding="utf-8")
+            assert callable(load(tmp_path, f"manual_{Path(name).stem}").run)
+
+
 def test_generated_parts_are_up_to_date() -> None:
     spec = importlib.util.spec_from_file_location("hooks", ROOT / "docs" / "hooks.py")
     assert spec is not None and spec.loader is not None
@@ -99,7 +111,7 @@ def test_links_lead_to_files(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=named)
 def test_every_module_that_a_page_names_is_there(page: Path) -> None:
     text = page.read_text(encoding="utf-8").replace('entry-points."tamp.', "")  # groups of entry points are no modules
-    for name in sorted(set(re.findall(r"\btamp(?:\.[A-Za-z_]+)+", text))):
+    for name in sorted(set(re.findall(r"\btamp(?:\.[A-Za-z_][A-Za-z_0-9]*)+", text))):
         if name.endswith((".yaml", ".css", ".md")):
             continue
         parts = name.split(".")

@@ -11,6 +11,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
+from tamp.contest.adapters.ocrtoc2024 import Agent2024
 from tamp.contest.api.client import Connection, connect
 from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
 
@@ -37,13 +38,19 @@ def main(arguments: str) -> int:
 
 
 def load(folder: Path, module: str) -> Any:
-    """The class `Solution` of a module in a folder."""
+    """The class `Solution` of a module in a folder; an agent as OCRTOC 2024 has it is made into one."""
     sys.path.insert(0, str(folder))
     loaded = importlib.import_module(module)
     found = getattr(loaded, "Solution", None)
-    if not isinstance(found, type) or not callable(getattr(found, "run", None)):
-        raise TypeError(f"the module {module!r} has no class Solution with run(self, goal, robot)")
-    return found
+    if isinstance(found, type) and callable(getattr(found, "run", None)):
+        return found
+    agent = found or getattr(loaded, "MyAgent", None)
+    if isinstance(agent, type) and callable(getattr(agent, "draw_action", None)):
+        return Agent2024.of(agent)
+    raise TypeError(
+        f"the module {module!r} has no class Solution with run(self, goal, robot), nor MyAgent with "
+        "draw_action(self, observation)"
+    )
 
 
 def _said(error: BaseException) -> str:

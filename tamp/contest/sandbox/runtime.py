@@ -19,7 +19,7 @@ SOLUTION = "/solution"
 MODELS = "/models"
 OWN = "tabletop-tamp"
 SYSTEM = ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache")
-API = ("__init__.py", "errors.py", "contest/__init__.py", "contest/api")
+API = ("__init__.py", "errors.py", "contest/__init__.py", "contest/api", "contest/adapters")
 """What of this program every solution sees."""
 
 TASKS = "scenarios"

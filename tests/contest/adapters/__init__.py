@@ -1,0 +1,1 @@
+"""Tests of what runs solutions that were written for OCRTOC."""
