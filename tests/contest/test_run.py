@@ -71,6 +71,18 @@ def test_a_solution_moves_the_arm_and_is_scored(folder: Path, capsys: pytest.Cap
     assert "mean error" in capsys.readouterr().out
 
 
+def test_runs_that_are_known_are_not_repeated(folder: Path) -> None:
+    from tamp.contest.evaluation.evaluate import evaluate, solution_path
+    from tamp.task.files.load import load_task
+
+    task, rules, seen = load_task(folder / "tiny.yaml"), Rules(runs=2), []
+    known = [_result("tiny", "pybullet", 1, 0.123)]
+    sandbox = choose(insecure=not _isolates())
+    found = evaluate(solution_path("nothing"), [task], rules, sandbox, seen.append, known)
+    assert [(result.seed, result.ede_m == 0.123) for result in found] == [(0, False), (1, True)]
+    assert [trial.result.seed for trial in seen] == [0]
+
+
 def test_without_isolation_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     for kind in KINDS:
         monkeypatch.setattr(kind, "missing", lambda _: "the kernel refuses")

@@ -39,7 +39,12 @@ def solution_path(text: str) -> Path:
 
 
 def evaluate(
-    solution: Path, tasks: Sequence[Task], rules: Rules, sandbox: Sandbox, seen: Callable[[Trial], None] | None = None
+    solution: Path,
+    tasks: Sequence[Task],
+    rules: Rules,
+    sandbox: Sandbox,
+    seen: Callable[[Trial], None] | None = None,
+    known: Sequence[Result] = (),
 ) -> tuple[Result, ...]:
     """Run a solution on every task, in every simulator, as often as the rules say.
 
@@ -49,6 +54,7 @@ def evaluate(
         rules: of the contest.
         sandbox: where it runs.
         seen: called with each run as it ends.
+        known: results of runs that were done before, which are not repeated.
 
     Raises:
         TampError: where solution, tasks or rules cannot be used; what the solution does raises nothing.
@@ -61,8 +67,12 @@ def evaluate(
         require(name)
     with tempfile.TemporaryDirectory(prefix="tamp-solution-") as folder:
         package = unpack(solution, Path(folder) / "solution", rules.uploads)
+        before = {(result.task, result.simulator, result.seed): result for result in known}
         results = []
         for task, simulator, run in combinations(tasks, rules):
+            if (task.name, simulator, run) in before:
+                results.append(before[task.name, simulator, run])
+                continue
             trial = run_trial(task, package, rules=rules, simulator=simulator, run=run, sandbox=sandbox)
             LOG.info("%s, %s, run %d: %s", task.name, simulator, run, trial.ending.reason)
             results.append(trial.result)
