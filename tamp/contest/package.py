@@ -20,6 +20,12 @@ LONGEST = 200
 
 CHUNK = 1 << 16
 
+ENTRY_BYTES = 2048
+"""What an entry may take in a zip's directory, its name and extra fields included."""
+END, END_SIZE, LONGEST_COMMENT = b"PK\x05\x06", 22, 1 << 16
+END_64, END_64_SIZE = b"PK\x06\x07", 20
+"""The record at the end of a zip, and what stands before it where the zip is for more than 4 GiB (APPNOTE 4.3)."""
+
 
 class PackageError(TampError):
     """A package cannot be accepted: says which file is wrong, and what would be valid."""
@@ -97,6 +103,8 @@ def _unzip(source: Path, folder: Path, limits: Uploads) -> None:
     if source.stat().st_size > limits.size_kb << 10:
         raise PackageError(f"{source.name}: larger than {limits.size_kb} KiB")
     try:
+        if _directory_size(source) > limits.files * ENTRY_BYTES:
+            raise PackageError(f"{source.name}: holds more than {limits.files} files")
         with zipfile.ZipFile(source) as archive:
             entries = archive.infolist()
             targets = _checked(source.name, entries, limits)
@@ -108,6 +116,25 @@ def _unzip(source: Path, folder: Path, limits: Uploads) -> None:
         raise PackageError(f"{source.name}: is no zip that can be read: {error}") from None
     except (FileExistsError, NotADirectoryError, IsADirectoryError):
         raise PackageError(f"{source.name}: a file has the name of a folder") from None
+
+
+def _directory_size(source: Path) -> int:
+    """The size of a zip's directory [bytes]: it is read into memory whole, an object an entry.
+
+    Raises:
+        PackageError: where there is none, or one for more than 4 GiB, which no package needs.
+    """
+    size = source.stat().st_size
+    with source.open("rb") as file:
+        file.seek(max(0, size - END_64_SIZE - END_SIZE - LONGEST_COMMENT))
+        tail = file.read()
+    # The same record that Python's zipfile takes: one without a comment, else the last one there is.
+    at = len(tail) - END_SIZE if tail[-END_SIZE:-18] == END and tail[-2:] == b"\0\0" else tail.rfind(END)
+    if at < 0 or len(tail) - at < END_SIZE:
+        raise PackageError(f"{source.name}: is no zip that can be read: it has no directory")
+    if tail[max(0, at - END_64_SIZE) : at].startswith(END_64):
+        raise PackageError(f"{source.name}: is a zip for more than 4 GiB (ZIP64); pack it anew without")
+    return int.from_bytes(tail[at + 12 : at + 16], "little")
 
 
 def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> list[PurePosixPath]:

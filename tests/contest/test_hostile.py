@@ -19,11 +19,13 @@ from tamp.contest.sandbox.namespaces import Namespaces
 from tamp.contest.sandbox.reaper import children
 from tests.contest.cells import QUICK, run_in
 
-TIGHTER = {"sleeps": {"wall_s": 1.5}, "never_reads": {"wall_s": 1.5}, "burns_processor": {"processor_s": 1.0}}
+TIGHTER = {name: {"wall_s": 1.5} for name in ("sleeps", "never_reads", "slow_frame")}
+TIGHTER["burns_processor"] = {"processor_s": 1.0}
 """Solutions that would use up a whole limit -> a smaller one."""
 
 LIMITED = ("burns_processor", "eats_memory", "many_eat_memory", "endless_output", "sleeps", "never_reads", "huge_frame")
-LIMITED += ("huge_header", "deep_json", "lies", "invents_calls")
+LIMITED += ("huge_header", "deep_json", "lies", "invents_calls", "slow_frame", "closes_socket", "leaves_unsaid")
+LIMITED += ("escapes_terminal", "raises_in_words")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
 HOSTILE = sorted(path for path in (Path(__file__).parent / "hostile").glob("*.py") if path.stem != "__init__")
@@ -54,6 +56,7 @@ def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> N
     assert any(ending.reason == reason and part in ending.message for reason, part in _expected(path)), (ending, output)
     assert set(children(os.getpid())) <= before
     assert len(output) <= 64 << 10
+    assert ending.message.isprintable(), "what a solution says goes to terminals and pages"
 
 
 def test_reaches_no_server_on_this_machine(sandbox: Sandbox, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import stat
+import struct
 import zipfile
 from pathlib import Path
 
@@ -85,6 +86,29 @@ def test_bombs_are_refused_however_they_lie(tmp_path: Path) -> None:
     many = _zip(tmp_path / "many.zip", {f"f{i}.py": "" for i in range(30)})
     with pytest.raises(PackageError, match="more than 20 files"):
         unpack(many, tmp_path / "out3", SMALL)
+
+
+def test_a_directory_of_countless_entries_is_refused_before_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entry = b"PK\x01\x02" + struct.pack("<6H3I5H2I", 20, 20, 0, 0, 0, 33, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0) + b"a"
+    directory = entry * 1000
+    end = struct.pack("<4s4H2IH", b"PK\x05\x06", 0, 0, 1000, 1000, len(directory), 0, 0)
+    locator = struct.pack("<4sIQI", b"PK\x06\x07", 0, 0, 1)
+    monkeypatch.setattr(zipfile, "ZipFile", lambda *_: pytest.fail("it was read"))
+    for number, (data, complaint) in enumerate(
+        (
+            (directory + end, "more than 20 files"),
+            (directory + end[:-2] + b"\x03\0xyz", "more than 20 files"),
+            (directory + locator + end, "ZIP64"),
+            (directory + locator + end[:-2] + b"\xff\xff" + bytes(0xFFFF), "ZIP64"),
+            (directory, "no directory"),
+        )
+    ):
+        source = tmp_path / f"{number}.zip"
+        source.write_bytes(data)
+        with pytest.raises(PackageError, match=complaint):
+            unpack(source, tmp_path / f"out{number}", Uploads(size_kb=256, files=20))
 
 
 def test_the_same_name_twice_and_no_module_are_refused(tmp_path: Path) -> None:

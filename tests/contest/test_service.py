@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import os
 import time
 import zipfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -16,12 +18,14 @@ pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'conte
 from fastapi.testclient import TestClient
 from sqlalchemy import select, update
 
+from tamp.contest.sandbox.choice import choose
 from tamp.contest.service import queue
 from tamp.contest.service import submissions as handing_in
 from tamp.contest.service.app import make_app
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.store import TRIALS, Store, StoreFullError, open_store
 from tamp.contest.service.teams import add_team, renew_token, team_of
+from tamp.contest.service.worker import MOST_CLAIMS, Worker
 from tamp.errors import TampError
 from tamp.results import Result, to_json
 
@@ -179,6 +183,57 @@ def test_the_same_file_is_one_submission_and_a_month_has_so_many(service: Servic
     refused = service.hand_in(service.ours, CODE + b"#4\n")
     assert refused.status_code == 429 and "next month" in refused.json()["detail"]
     assert service.hand_in(service.ours, kind="trial").status_code == 201
+
+
+def test_the_same_file_from_many_sides_at_once_is_one_submission(service: Service) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(lambda _: service.hand_in(service.ours), range(8)))
+    assert sorted(answer.status_code for answer in answers) == [200] * 7 + [201]
+    assert len({answer.json()["id"] for answer in answers}) == 1
+    assert len(service.get("/api/submissions", service.ours).json()) == 1
+    assert service.evaluate() == 2 * 2
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["a\0b.py", "a\nb.py", "\u202eyp.py", "\x1b[2J.py", "../../contest.yaml", "a.py/../../../x", "con.py\r\nX: y"],
+)
+def test_names_of_files_that_are_none_are_refused(service: Service, name: str) -> None:
+    assert service.hand_in(service.ours, name=name).status_code == 422
+
+
+@pytest.mark.parametrize("name", ["<img src=x onerror=alert(1)>.py", "'; DROP TABLE submissions; --.py", "../../up.py"])
+def test_names_of_files_are_only_shown(service: Service, name: str) -> None:
+    number = service.hand_in(service.ours, name=name).json()["id"]
+    pages = [service.get(path, service.ours).text for path in ("/team", f"/submissions/{number}")]
+    assert all("<img src=x" not in page for page in pages)
+    (shown,) = [one["id"] for one in service.get("/api/submissions", service.ours).json()]
+    assert shown == number and service.evaluate() == 2 * 2
+    assert {path.parent for path in service.data.rglob("*.py")} == {service.data / "packages"}
+
+
+def test_what_a_killed_server_left_of_uploads_goes_in_time(service: Service) -> None:
+    incoming = service.data / "incoming"
+    (incoming / "old").write_text("half")
+    (incoming / "unpacked").mkdir()
+    (incoming / "new").write_text("being received")
+    for name in ("old", "unpacked"):
+        os.utime(incoming / name, (0, 0))
+    handing_in.clear_incoming(service.data)
+    assert [path.name for path in incoming.iterdir()] == ["new"]
+
+
+def test_a_run_that_ends_its_workers_is_given_up(service: Service) -> None:
+    service.hand_in(service.ours)
+    with service.store.change() as connection:
+        connection.execute(update(TRIALS).values(claims=MOST_CLAIMS))
+    worker = Worker(service.store, service.contest, service.data, choose(insecure=True))
+    while (held := queue.claim(service.store)) is not None:
+        worker.do(held)
+    with service.store.look() as connection:
+        rows = connection.execute(select(TRIALS.c.state, TRIALS.c.log)).all()
+    assert len(rows) == 4 and {tuple(row) for row in rows} == {("done", "8 workers ended while they did this run")}
+    assert service.get("/").status_code == 200
 
 
 def test_uploads_have_a_rate(tmp_path: Path) -> None:

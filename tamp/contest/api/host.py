@@ -57,7 +57,7 @@ def _said(error: BaseException) -> str:
     """An exception in a line, whatever its own words do."""
     try:
         return f"{type(error).__name__}: {error}"[:1000]
-    except Exception:
+    except BaseException:  # its words may be anything, an exit too
         return type(error).__name__
 
 

@@ -18,12 +18,23 @@ Reason = Literal[
 """
 
 
+def visible(text: str) -> str:
+    """Text in one line in which everything can be seen: no control characters, nor what turns the direction."""
+    return "".join(c if c.isprintable() else " " if c.isspace() else "\ufffd" for c in text)
+
+
 @dataclass(frozen=True)
 class Ending:
-    """How a run of a solution ended, and more of it in words."""
+    """How a run of a solution ended, and more of it in words.
+
+    The words may be the solution's own, and go to terminals and pages: what cannot be seen is replaced in them.
+    """
 
     reason: Reason
     message: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "message", visible(self.message))
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from tamp.contest.service.board import Board, Progress
 from tamp.contest.service.contest import Contest, Kind
 from tamp.contest.service.pictures import picture, task_archive
 from tamp.contest.service.store import Store, StoreFullError
-from tamp.contest.service.submissions import TooManyError, accept, count_attempt, suffix_of
+from tamp.contest.service.submissions import TooManyError, accept, clear_incoming, count_attempt, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.errors import TampError
 
@@ -46,7 +46,7 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     app = FastAPI(
         title=f"{contest.rules.name}: the contest's API", docs_url="/api/docs", openapi_url="/api/openapi.json"
     )
-    (data / "incoming").mkdir(parents=True, exist_ok=True)
+    clear_incoming(data)
     board = Board(store, contest)
     Routes(store, contest, data, board).add_to(app)
     app.add_exception_handler(TampError, _refuse)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import tempfile
 import time
 import uuid
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -22,6 +24,9 @@ from tamp.contest.service.teams import Team
 from tamp.errors import TampError
 
 SUFFIXES = (".py", ".zip", ".whl")
+
+STALE_S = 3600.0
+"""No upload takes so long: what is older was left behind [s]."""
 
 
 class TooManyError(TampError):
@@ -58,8 +63,8 @@ def suffix_of(name: str) -> str:
         TampError: where it is none.
     """
     suffix = Path(name).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise TampError(f"expected a file whose name ends in {', '.join(SUFFIXES)}")
+    if suffix not in SUFFIXES or not name.isprintable():
+        raise TampError(f"expected a file whose name ends in {', '.join(SUFFIXES)} and can be printed")
     return suffix
 
 
@@ -100,6 +105,16 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
             return Accepted(_insert(connection, contest, team, kind, name, digest), new=True)
     finally:
         named.unlink(missing_ok=True)
+
+
+def clear_incoming(data: Path) -> None:
+    """Make the folder for uploads, and remove what a server that was killed while it received left in it."""
+    folder = data / "incoming"
+    folder.mkdir(parents=True, exist_ok=True)
+    for left in folder.iterdir():
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > STALE_S:
+                shutil.rmtree(left) if left.is_dir() else left.unlink()
 
 
 def package_path(data: Path, digest: str, suffix: str) -> Path:

@@ -30,6 +30,9 @@ T = TypeVar("T")
 TRIES = 3
 """How often a run is begun before it counts as one that cannot be done."""
 
+MOST_CLAIMS = 8
+"""A run that was begun so often, and whose workers ended before it did, ends them: it is not begun again."""
+
 IDLE_S = 1.0
 """Time between two looks into an empty queue [s]."""
 
@@ -77,6 +80,9 @@ class Worker:
 
     def do(self, held: queue.Claim) -> None:
         """Do a run that is held, and record it."""
+        if held.claims > MOST_CLAIMS:
+            self._give_up(held, f"{MOST_CLAIMS} workers ended while they did this run")
+            return
         with self._held(held):
             trial = self._trial(held)
         if trial is None:
@@ -110,10 +116,14 @@ class Worker:
                 self._patiently(lambda: queue.give_back(self.store, held))
                 time.sleep(IDLE_S)
                 return None
-            message = f"the server could not do this run: {type(error).__name__}"
-            result = Result(held.task, held.run, "error", simulator=held.simulator, message=message)
-            self._patiently(lambda: queue.finish(self.store, held, to_json(result), message))
+            self._give_up(held, f"the server could not do this run: {type(error).__name__}")
             return None
+
+    def _give_up(self, held: queue.Claim, message: str) -> None:
+        """Record that a run cannot be done, so that others have their turn."""
+        LOG.error("run %d of %s is given up: %s", held.trial, held.submission, message)
+        result = Result(held.task, held.run, "error", simulator=held.simulator, message=message)
+        self._patiently(lambda: queue.finish(self.store, held, to_json(result), message))
 
     def _log(self, held: queue.Claim, trial: Trial) -> str:
         most = self.contest.rules.limits.output_kb if held.kind == "trial" else self.contest.rules.contest_log_kb
