@@ -236,6 +236,26 @@ def test_a_run_that_ends_its_workers_is_given_up(service: Service) -> None:
     assert service.get("/").status_code == 200
 
 
+@pytest.mark.parametrize("page", ["films", "submissions", "api/submissions", "pictures/trial"])
+@pytest.mark.parametrize(
+    "number", ["9" * 24 + ".gif", "-1.gif", "0.gif", "%00", "'%20OR%201=1", "%ed%a0%80.png", "..%2fx"]
+)
+def test_numbers_that_are_none_lead_nowhere(service: Service, page: str, number: str) -> None:
+    assert service.get(f"/{page}/{number}", service.ours).status_code in (404, 422)
+
+
+def test_what_is_no_upload_is_small(service: Service) -> None:
+    answer = service.client.post("/api/session", json={"token": "x" * 10_000})
+    assert answer.status_code == 413 and "content-security-policy" in answer.headers
+    chunks = (b'{"token":' for _ in range(10))
+    assert service.client.post("/api/session", content=chunks).status_code == 413
+    for token in ('"\\ud800"', '"\\u0000"', '"\\u00e9"'):
+        answer = service.client.post(
+            "/api/session", content=f'{{"token": {token}}}', headers={"Content-Type": "application/json"}
+        )
+        assert answer.status_code == 401
+
+
 def test_uploads_have_a_rate(tmp_path: Path) -> None:
     service = Service(tmp_path)
     (tmp_path / "contest.yaml").write_text(RULES.replace("a_minute: 50", "a_minute: 2"))

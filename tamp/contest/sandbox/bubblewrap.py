@@ -24,7 +24,8 @@ class Bubblewrap:
 
     def command(self, room: Room, command: Sequence[str]) -> list[str]:
         """See `Sandbox.command`."""
-        made = ["bwrap", *self._walls()]
+        # /tmp comes before what is shown: the interpreter itself may lie under it.
+        made = ["bwrap", *self._walls(), "--size", str(room.scratch_mb << 20), "--tmpfs", "/tmp"]
         for mount in room.mounts:
             made += ["--ro-bind", str(mount.source), mount.target]
         for folder in room.hidden:
@@ -33,8 +34,7 @@ class Bubblewrap:
             made += ["--symlink", target, place]
         # Where the server runs as root, the kernel would let its user write settings: /proc is read-only.
         made += ["--proc", "/proc", "--remount-ro", "/proc", "--dev", "/dev", "--remount-ro", "/dev"]
-        made += ["--size", str(room.scratch_mb << 20), "--tmpfs", "/tmp", "--chdir", "/tmp", "--remount-ro", "/"]
-        return [*made, "--", *command]
+        return [*made, "--chdir", "/tmp", "--remount-ro", "/", "--", *command]
 
     def inside(self, room: Room, target: str) -> str:
         """Where it was mounted."""

@@ -70,6 +70,9 @@ def build(order: dict[str, object], mount_setattr: int, pivot_root: int) -> None
     held = [(os.open(source, os.O_PATH), target) for source, target in order["mounts"]]  # type: ignore[attr-defined]
     devices = [(os.open(f"/dev/{name}", os.O_PATH), f"/dev/{name}") for name in DEVICES]
     _mount("tmpfs", root, "tmpfs", MS_NOSUID | MS_NODEV, "size=1m,mode=755")
+    # Before what is shown: the interpreter itself may lie under /tmp.
+    Path(root, "tmp").mkdir()
+    _mount("tmpfs", root + "/tmp", "tmpfs", MS_NOSUID | MS_NODEV, f"size={order['scratch_mb']}m,mode=777")
     for descriptor, target in held:
         _show(f"/proc/self/fd/{descriptor}", root, target, mount_setattr)
     for folder in order["hidden"]:  # type: ignore[attr-defined]
@@ -81,7 +84,7 @@ def build(order: dict[str, object], mount_setattr: int, pivot_root: int) -> None
         place.parent.mkdir(exist_ok=True)
         place.touch()
         _mount(f"/proc/self/fd/{descriptor}", str(place), "", MS_BIND)
-    for name in ("proc", "tmp", "old"):
+    for name in ("proc", "old"):
         Path(root, name).mkdir(exist_ok=True)
     for descriptor, _ in held + devices:
         os.close(descriptor)
@@ -89,7 +92,6 @@ def build(order: dict[str, object], mount_setattr: int, pivot_root: int) -> None
     Path(root, "proc/sys/user/max_user_namespaces").write_text("0")
     # Where the server runs as root, the kernel lets its user write settings: nothing under /proc is writable.
     _lock(root + "/proc", mount_setattr)
-    _mount("tmpfs", root + "/tmp", "tmpfs", MS_NOSUID | MS_NODEV, f"size={order['scratch_mb']}m,mode=777")
     _checked(LIBC.syscall(pivot_root, root.encode(), (root + "/old").encode()), "pivot_root")
     os.chdir("/")
     _checked(LIBC.umount2(b"/old", MNT_DETACH), "umount")

@@ -32,6 +32,12 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
 }
 FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
+FAR_TOO_LARGE = "larger than anything that is asked for here"
+SMALL = 4096
+"""Of the body of a request that is no upload [bytes]; uploads have the rules' limit."""
+UPLOADS = "/api/submissions"
+HIGHEST = (1 << 31) - 1
+"""Of a number in the database."""
 DOCS_POLICY = "default-src 'self' https://cdn.jsdelivr.net 'unsafe-inline'; img-src 'self' data: https:"
 
 
@@ -54,7 +60,9 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
 
     @app.middleware("http")
     async def guard(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
-        response = await call_next(request)
+        upload = request.url.path == UPLOADS and request.method == "POST"
+        too_large = not upload and _is_large(request)
+        response = JSONResponse({"detail": FAR_TOO_LARGE}, 413) if too_large else await call_next(request)
         for name, value in HEADERS.items():
             response.headers.setdefault(name, value)
         if request.url.path == "/api/docs":
@@ -66,6 +74,12 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
 
 def _refuse(_: Request, error: Exception) -> Response:
     return JSONResponse({"detail": str(error)}, 429 if isinstance(error, TooManyError) else 422)
+
+
+def _is_large(request: Request) -> bool:
+    """Whether a request announces a large body, or none of a size: it would be read into memory."""
+    size = request.headers.get("Content-Length", "0")
+    return "Transfer-Encoding" in request.headers or not size.isdecimal() or int(size) > SMALL
 
 
 def _token(request: Request) -> str | None:
@@ -98,7 +112,7 @@ class Routes:
         app.get("/api/tasks/trial.zip", response_class=Response)(self.trial_tasks)
         app.get("/api/submissions")(self.submissions)
         body = {"requestBody": {"content": {"application/octet-stream": {}}, "required": True}}
-        app.post("/api/submissions", status_code=201, openapi_extra=body)(self.submit)
+        app.post(UPLOADS, status_code=201, openapi_extra=body)(self.submit)
         app.get("/api/submissions/{number}")(self.submission)
         app.get("/api/export")(self.export)
         app.post("/api/session")(self.log_in)
@@ -274,7 +288,7 @@ class Routes:
 
     def film(self, request: Request, trial: int) -> Response:
         """The film of a run."""
-        owner = films.submission_of(self._store, trial)
+        owner = films.submission_of(self._store, trial) if 0 < trial <= HIGHEST else None
         if owner is not None:
             self._visible(request, owner)
         path = films.film_path(self._data, trial)
@@ -290,7 +304,7 @@ class Routes:
 
     def _visible(self, request: Request, number: str) -> Progress:
         """A submission that may be seen: contest submissions by all, trial submissions by their team."""
-        found = self._board.submission(number)
+        found = self._board.submission(number) if number.isalnum() and number.isascii() else None
         team = team_of(self._store, _token(request))
         if found is None or (found.kind == "trial" and (team is None or team.name != found.team)):
             raise HTTPException(404, "there is no such submission")

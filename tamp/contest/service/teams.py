@@ -64,7 +64,7 @@ def renew_token(store: Store, name: str) -> str:
 
 def team_of(store: Store, token: str | None) -> Team | None:
     """Whose token it is; None where it is nobody's."""
-    if not token or len(token) > 200:
+    if not token or len(token) > 200 or not token.isascii():
         return None
     with store.look() as connection:
         row = connection.execute(select(TEAMS.c.id, TEAMS.c.name).where(TEAMS.c.token_sha256 == _hash(token))).first()
