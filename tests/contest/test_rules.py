@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tamp.cli import main
 from tamp.contest.rules import Rules, load_rules, read_rules, task_files
 from tamp.errors import TampError
 
@@ -59,3 +60,16 @@ def test_tasks_are_found_beside_the_file(tmp_path: Path) -> None:
     assert task_files(rules, "contest") == (tmp_path / "tasks" / "a.yaml",)
     with pytest.raises(TampError, match=r"no file 'none/\*.yaml'"):
         task_files(rules, "trial")
+
+
+def test_a_new_contest_has_rules_trial_tasks_and_a_seed_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("club", "other"):
+        assert main(["contest", "new", str(tmp_path / name)]) == 0
+    club, other = (load_rules(tmp_path / name / "contest.yaml") for name in ("club", "other"))
+    assert (club.name, club.runs, len(task_files(club, "trial"))) == ("club", 3, 5)
+    assert club.seed != other.seed
+    capsys.readouterr()
+    assert main(["contest", "new", str(tmp_path / "club")]) == 2
+    assert "exists already; nothing was changed" in capsys.readouterr().err

@@ -6,6 +6,7 @@ import argparse
 import importlib.util
 import json
 import re
+import secrets
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
@@ -141,6 +142,7 @@ trial: [tasks/trial/*.yaml]
 contest: [tasks/contest/*.yaml]
 simulators: [{simulator}]
 runs: 3
+seed: {seed}  # of the sensors' noise and calibration, drawn for this contest: keep it to yourself
 """
 
 TRIAL = ("one_object", "swap", "five_apart", "reverse_tower", "clutter_ten")
@@ -155,7 +157,8 @@ def new(options: argparse.Namespace) -> int:
     if (folder / "contest.yaml").exists():
         raise TampError(f"{folder / 'contest.yaml'}: exists already; nothing was changed")
     name = json.dumps(folder.resolve().name)
-    write_text(folder / "contest.yaml", NEW.format(name=name, simulator=DEFAULT))
+    # A secret, and no choice that a run should repeat: solutions that know it could take the sensors' noise away.
+    write_text(folder / "contest.yaml", NEW.format(name=name, simulator=DEFAULT, seed=secrets.randbelow(1 << 31)))
     for task in TRIAL:
         _copy(Path(str(files("tamp"))) / "scenarios" / f"{task}.yaml", folder / "tasks" / "trial")
     (folder / "tasks" / "contest").mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,42 @@
+"""What a solution's process sees of the file system."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tamp.contest.sandbox.choice import KINDS
+from tamp.contest.sandbox.isolation import Ending, Mount, Sandbox, visible
+from tamp.contest.sandbox.process import SandboxedProcess
+from tamp.contest.sandbox.runtime import interpreter, make_room
+from tests.contest.cells import QUICK
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_what_is_shown_below_tmp_is_seen_and_the_rest_of_tmp_is_its_own(kind: type[Sandbox], tmp_path: Path) -> None:
+    """An interpreter that was unpacked there runs."""
+    sandbox = kind()
+    why_not = sandbox.missing()
+    if why_not:
+        pytest.skip(f"this machine has no {sandbox.name}: {why_not}")
+    (tmp_path / "shown").mkdir()
+    (tmp_path / "shown" / "file").write_text("seen")
+    room = make_room(tmp_path / "shown", tmp_path / "shown", (), scratch_mb=4)
+    room = replace(room, mounts=(*room.mounts, Mount(tmp_path / "shown", "/tmp/python/lib")))
+    code = (
+        "import os; print(open('/tmp/python/lib/file').read(), sorted(os.listdir('/tmp')), os.getcwd())\n"
+        "open('/tmp/own', 'w').write('x' * 1000)\n"
+        "try: open('/tmp/python/lib/own', 'w')\n"
+        "except OSError as error: print(error.strerror)"
+    )
+    with SandboxedProcess(sandbox, room, [interpreter(), "-I", "-S", "-c", code], QUICK) as process:
+        assert process.wait(20.0) == 0, process.output
+    assert process.output.decode().split("\n")[:2] == ["seen ['python'] /tmp", "Read-only file system"]
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "shown"]
+
+
+def test_words_of_solutions_are_in_one_line_that_can_be_seen() -> None:
+    assert visible("a\tb\n\x1b[2J\u202e\ud800é") == "a b \ufffd[2J\ufffd\ufffdé"
+    assert Ending("raised", "\0").message == "\ufffd"
