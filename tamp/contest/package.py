@@ -20,6 +20,9 @@ LONGEST = 200
 
 CHUNK = 1 << 16
 
+PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""How entries may be packed; of others, Python unpacks whole pieces of any size into memory."""
+
 ENTRY_BYTES = 2048
 """What an entry may take in a zip's directory, its name and extra fields included."""
 END, END_SIZE, LONGEST_COMMENT = b"PK\x05\x06", 22, 1 << 16
@@ -153,6 +156,8 @@ def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> 
             wrong = "is a link or a device"
         elif entry.flag_bits & 1:
             wrong = "is encrypted"
+        elif entry.compress_type not in PACKINGS:
+            wrong = "is neither stored nor deflated"
         elif str(path).casefold() in seen:
             wrong = "comes twice"
         if wrong:

@@ -111,6 +111,14 @@ def test_a_directory_of_countless_entries_is_refused_before_it_is_read(
             unpack(source, tmp_path / f"out{number}", Uploads(size_kb=256, files=20))
 
 
+@pytest.mark.parametrize("packing", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+def test_packings_whose_bombs_go_off_in_memory_are_refused(tmp_path: Path, packing: int) -> None:
+    with zipfile.ZipFile(tmp_path / "odd.zip", "w", packing) as archive:
+        archive.writestr("solution.py", CODE)
+    with pytest.raises(PackageError, match="neither stored nor deflated"):
+        unpack(tmp_path / "odd.zip", tmp_path / "out", SMALL)
+
+
 def test_the_same_name_twice_and_no_module_are_refused(tmp_path: Path) -> None:
     with pytest.raises(PackageError, match="comes twice"):
         unpack(_zip(tmp_path / "twice.zip", {"solution.py": CODE, "SOLUTION.py": CODE}), tmp_path / "out")
