@@ -89,6 +89,10 @@ class Observation(Mapping[str, "NDArray[Any]"]):
         image: NDArray[Any] = getattr(self._frames[camera], what)
         return image.copy()
 
+    def copy(self) -> dict[str, NDArray[Any]]:
+        """All of it, as a dictionary."""
+        return dict(self)
+
     def __iter__(self) -> Iterator[str]:
         return iter((JOINTS, *IMAGES))
 

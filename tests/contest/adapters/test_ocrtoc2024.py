@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from tamp.cli import main
 from tamp.contest.adapters import Agent2024, AgentBase
-from tamp.contest.adapters.ocrtoc2024 import write_targets, xyzrpy
+from tamp.contest.adapters.ocrtoc2024 import IMAGES, Observation, write_targets, xyzrpy
 from tamp.contest.api.host import load
 from tamp.contest.sandbox.choice import KINDS
 from tamp.task import load_robot
@@ -106,6 +106,20 @@ def test_motions_keep_to_speed_and_range_and_pictures_are_taken_when_looked_at(t
     assert not [told for told in robot.told if told[0] == "frame"]
     robot.q[:] = 1.95
     assert _run(tmp_path, [0.0] * 8).told == [("wait", 0.1)]
+
+
+def test_an_observation_takes_each_picture_once() -> None:
+    robot = FakeRobot()
+    observation = Observation(robot.typed, np.arange(18.0))
+    first, again = observation.copy(), observation.copy()
+    assert list(first) == ["joints_state", *IMAGES] and len(observation) == 5
+    assert [told for told in robot.told if told[0] == "frame"] == [("frame", "kinect"), ("frame", "realsense")]
+    first["fix_camera_depth_image"][:] = 9
+    first["joints_state"][:] = 9
+    assert again["fix_camera_depth_image"][1, 2] == observation["fix_camera_depth_image"][1, 2] == 2.0
+    assert observation["joints_state"][17] == 17
+    with pytest.raises(KeyError):
+        observation["poses"]
 
 
 def test_the_gripper_is_told_once_a_change(tmp_path: Path) -> None:
