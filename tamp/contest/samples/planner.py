@@ -161,15 +161,20 @@ def carry_out(action: Action, robot: Robot, task: Task) -> None:
                 robot.gripper.go_to(step.opening)
             path = step.trajectory
             robot.arm.follow(path.times, path.positions, path.velocities)
-            if step.held is not None and robot.arm.state().width < THIN:
+            if step.held is not None and robot.arm.state().width < least(step.opening):
                 raise LostError(f"{step.held.object} is lost")
         elif isinstance(step, Grip):
             item = task.object(step.attachment.object)
             robot.gripper.go_to(0.0, gripper.holding_force(GRAVITY * item.mass, item.friction))
-            if robot.arm.state().width < min(THIN, step.width / 2):
+            if robot.arm.state().width < least(step.width):
                 raise LostError(f"{item.name} is not between the fingers")
         elif isinstance(step, Release):
             robot.gripper.go_to(step.opening)
             robot.wait(0.15)
         elif isinstance(step, Fall):
             robot.wait(1.0)
+
+
+def least(width: float) -> float:
+    """Fingers nearer to each other than this do not hold what is `width` wide between them [m]."""
+    return min(THIN, width / 2)
