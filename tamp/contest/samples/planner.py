@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 from tamp import clock
 from tamp.contest.api.client import Refused
 from tamp.errors import PlanningFailure, TampError
+from tamp.perception.belief.absence import absent
+from tamp.perception.belief.belief import Belief, updated
 from tamp.perception.cameras.camera import Frame, Intrinsics
 from tamp.perception.cameras.setup import load_setup
+from tamp.perception.estimation.model import object_model
 from tamp.perception.perceiver import load_perceiver
 from tamp.perception.rendering.scene import surfaces
 from tamp.pipeline.options.settings import settings_of
@@ -63,8 +66,10 @@ class Solution:
 
     def run(self, goal: Asked, robot: Robot) -> None:
         """Bring the objects to their goals."""
+        known: dict[str, Estimate] = {}
         for seed in range(ROUNDS):
-            task = understood(goal, robot, perceived(goal, robot, seed))
+            known = perceived(goal, robot, seed, known)
+            task = understood(goal, robot, known)
             try:
                 plan = planned(task, robot, seed)
             except (TampError, PlanningFailure) as failure:
@@ -77,6 +82,7 @@ class Solution:
                 for action in plan.actions:
                     print(action, flush=True)
                     carry_out(action, robot, task)
+                    known = brought(action, known)
             except (LostError, Refused) as problem:
                 print(problem, flush=True)
                 robot.gripper.go_to(robot.gripper.stroke)
@@ -94,8 +100,11 @@ def retreat(robot: Robot) -> None:
     robot.arm.move_joints(robot.arm.home, speed=0.5)
 
 
-def perceived(goal: Asked, robot: Robot, seed: int) -> dict[str, Estimate]:
-    """Object -> where it is seen to be, from all cameras; the one on the wrist looks from several sides."""
+def perceived(goal: Asked, robot: Robot, seed: int, known: dict[str, Estimate]) -> dict[str, Estimate]:
+    """Object -> where it is seen to be, from all cameras; the one on the wrist looks from several sides.
+
+    What agrees with what was known keeps its turn, where the shape has symmetries that no picture shows.
+    """
     views = {camera.name: camera.viewpoints for camera in load_setup()}
     frames = []
     for name in robot.camera.names:
@@ -103,8 +112,19 @@ def perceived(goal: Asked, robot: Robot, seed: int) -> dict[str, Estimate]:
             robot.arm.move_joints(q)
             frames.append(as_frame(name, robot))
     robot.arm.move_joints(robot.arm.home)
-    bare = Task(goal.task, tuple(as_object(thing, Pose()) for thing in goal.objects.values()))
-    return dict(load_perceiver("fit")(frames, surfaces(bare), table=table_of(goal), seed=seed))
+    looks = surfaces(Task(goal.task, tuple(as_object(thing, Pose()) for thing in goal.objects.values())))
+    found = dict(load_perceiver("fit")(frames, looks, table=table_of(goal), seed=seed))
+    if not known:
+        return found
+    poses = {name: estimate.pose for name, estimate in known.items() if estimate.pose is not None}
+    models = {name: object_model(look) for name, look in looks.items()}
+    return updated(models, known, found, absent(frames, looks, poses, table_of(goal)))
+
+
+def brought(action: Action, known: dict[str, Estimate]) -> dict[str, Estimate]:
+    """What is known when an action has been carried out: what it released is where it should be, less surely."""
+    poses = {step.object: step.pose for step in action.steps if isinstance(step, (Release, Fall))}
+    return dict(Belief(known).expecting(poses).estimates)
 
 
 def as_frame(name: str, robot: Robot) -> Frame:
