@@ -22,10 +22,11 @@ from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps
 from tamp.streams.hand.clearance import hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
-from tamp.streams.placing.sampler import put_aside
-from tamp.streams.releasing.tilted_release import lays
+from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
+from tamp.streams.releasing.tilted_release import falls_flat, lays
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
+from tamp.task import Pose
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -138,7 +139,9 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
                 return
             taken_over = True
             if takes(one) and brings(other):
-                yield one, other, shared[one, other], laid
+                faces = [R for R in shared[one, other] if not laid or _falls_flat(workspace, obj, R, one)]
+                if faces:
+                    yield one, other, faces, laid
         if taken_over:
             return
     if first and second:
@@ -160,6 +163,13 @@ def _layers(
     for let_go in falls[: -RELEASES - 1 : -1]:
         found += islice(grasps(context, obj, start, Placement(let_go, (TABLE,))), EACH)
     return [grasp for grasp in dict.fromkeys(found) if grasp not in known]
+
+
+def _falls_flat(workspace: Workspace, obj: str, R: NDArray[np.float64], grasp: Grasp) -> bool:
+    """Whether an object that a hand lays down comes to rest turned by R (3, 3), let go as far up as places are."""
+    pose = amid(workspace, obj, R).pose
+    x, y, z = pose.xyz
+    return falls_flat(workspace, obj, Placement(Pose((x, y, z + RELEASE_HEIGHT), pose.quat), (TABLE,)), grasp)
 
 
 def _able(workspace: Workspace, obj: str, place: Placement) -> bool:

@@ -50,6 +50,11 @@ def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool
     return any(reaches(context, obj, placement, grasp, fall) for fall in falls)
 
 
+def falls_flat(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp) -> bool:
+    """Whether an object falls to a placement on the table from some tilt in which the hand may let it go there."""
+    return bool(_roomy(workspace, obj, midtable(workspace, placement), grasp, layable(workspace, obj, placement))[0])
+
+
 def _falls(
     context: Context, obj: str, placement: Placement, grasp: Grasp, most: int | None = None
 ) -> Iterator[tuple[Pose, ...]]:
