@@ -20,6 +20,7 @@ from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.plan import Planning, in_all
 from tamp.pipeline.prepare import Setup, load_samplers, prepare
 from tamp.pipeline.repair import Resuming
+from tamp.pipeline.risk import worth_its_risk
 from tamp.pipeline.run import Run
 from tamp.pipeline.situation import SAME_PLACE
 from tamp.results import Result, Status
@@ -159,9 +160,8 @@ class Job:
         try:
             with self.planning():
                 left = self.settings.tuning.punctual_share * self.limit - self.planning_s
-                chance = max(0.0, left / self.limit)  # the more time there is, the surer is a new plan for what is off
                 seed, deadline = self.seed + ANOTHER_SEED * self.searches, clock.now() + left
-                resuming = Resuming(setup, self.settings, seed, deadline, chance, self.facts)
+                resuming = Resuming(setup, self.settings, seed, deadline, self.chance, self.facts)
                 rest, amended = resuming.resume(self.plans[-1], execution, self.amended)
         except PlanningFailure as failure:
             self.failure = failure
@@ -170,6 +170,11 @@ class Job:
         if rest is not None:
             self.plans.append(rest)
         return rest is not None
+
+    @property
+    def chance(self) -> float:
+        """That what goes wrong is planned for anew: the more time there is, the surer."""
+        return max(0.0, self.settings.tuning.punctual_share - self.planning_s / self.limit)
 
     @property
     def unfinished(self) -> bool:
@@ -389,6 +394,9 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
             job.plans.pop()  # what stands well is not risked for what stands a little off
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be
+            return
+        if not worth_its_risk(job.task, setup.world.robot, job.plans[-1], job.chance):
+            job.plans.pop()
             return
 
 
