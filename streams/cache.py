@@ -38,10 +38,10 @@ class SampleCache:
         found: T = self._values[key]
         return found
 
-    def drawn(self, key: Hashable, begin: Callable[[], _Drawn]) -> _Drawn:
-        """What has been drawn for a key; `begin` is called once for each."""
+    def drawn(self, key: Hashable, begin: Callable[[], tuple[Detached, Iterator[Any]]]) -> _Drawn:
+        """What has been drawn for a key; `begin` is called once for each, and again after an interruption."""
         if key not in self._drawn:
-            self._drawn[key] = begin()
+            self._drawn[key] = _Drawn(begin)
         return self._drawn[key]
 
 
@@ -49,19 +49,34 @@ class SampleCache:
 class _Drawn:
     """What a sampler has given so far, None where it paused, and where more comes from."""
 
-    context: Detached
-    source: Iterator[Any]
+    begin: Callable[[], tuple[Detached, Iterator[Any]]]
     items: list[Any] = field(default_factory=list)
-    reasons: list[int] = field(default_factory=list)
+    heard: list[int] = field(default_factory=list)
+    context: Detached | None = None
+    source: Iterator[Any] | None = None
 
     def item(self, index: int) -> Any:
         """The item of a number, drawn if nobody has asked for it yet; _END where there is none."""
         while index >= len(self.items):
             if self.items and self.items[-1] is _END:
                 return _END
-            self.items.append(next(self.source, _END))
-            self.reasons.append(len(self.context.reasons))
+            # A sampler that is interrupted has ended, though it had more to give: it begins anew the next time.
+            source, self.source = self.source or self._begun(), None
+            self.items.append(next(source, _END))
+            self.heard.append(len(self.reasons))
+            self.source = source
         return self.items[index]
+
+    @property
+    def reasons(self) -> list[str]:
+        """All that the sampler has said."""
+        return [] if self.context is None else self.context.reasons
+
+    def _begun(self) -> Iterator[Any]:
+        self.context, source = self.begin()
+        for _ in self.items:
+            next(source)  # it gives the same again
+        return source
 
 
 def recalled(context: Context, name: str, inputs: tuple[Hashable, ...], reads: Any, draw: Draw[T]) -> Iterator[T]:
@@ -94,17 +109,17 @@ def stepwise(
     """The same with a None wherever `draw` paused, for every reader, whatever the time is."""
     key = (name, inputs, context.seed, reads.placements)
 
-    def begin() -> _Drawn:
+    def begin() -> tuple[Detached, Iterator[T | None]]:
         detached = Detached(reads, context.seed, generator_of(key))
-        return _Drawn(detached, draw(detached))
+        return detached, draw(detached)
 
     drawn = reads.cache.drawn(key, begin)
     told = index = 0
     while True:
         item = drawn.item(index)
-        for reason in drawn.context.reasons[told : drawn.reasons[index]]:
+        for reason in drawn.reasons[told : drawn.heard[index]]:
             context.fail(reason)
-        told = drawn.reasons[index]
+        told = drawn.heard[index]
         if item is _END:
             return
         yield item

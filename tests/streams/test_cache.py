@@ -135,6 +135,26 @@ def test_pauses_show_to_all_who_step_so_that_patience_ends_alike_for_all():
         assert list(stepwise(context(), "pauses", (), table, draw)) == [None, 1, None, 2]
 
 
+@pytest.mark.parametrize("interrupted", range(5))
+def test_a_sampler_that_was_interrupted_goes_on_as_if_it_had_not_been(interrupted):
+    table, steps = scene(SampleCache()), itertools.count()
+
+    def draw(context):
+        for number in range(5):
+            if next(steps) == interrupted:
+                raise TimeoutError
+            context.fail(f"skipped {number}")
+            yield number, float(context.rng.random())
+
+    first, second, undisturbed = context(), context(), context()
+    with pytest.raises(TimeoutError):
+        list(recalled(first, "draws", (), table, draw))
+    found = list(recalled(second, "draws", (), table, draw))
+    assert found == list(recalled(undisturbed, "draws", (), scene(SampleCache()), draw))
+    assert [number for number, _ in found] == list(range(5))
+    assert second.told == undisturbed.told
+
+
 def test_a_value_is_worked_out_once():
     cache, asked = SampleCache(), []
 
