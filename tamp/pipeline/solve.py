@@ -117,7 +117,7 @@ class Job:
         """Plan again after a search in vain, while time is left: other seeds find other plans.
 
         Returns:
-            Whether a plan was found that moves anything.
+            Whether a plan was found that moves anything and is worth its risk.
         """
         for _ in range(self.settings.tuning.max_vain_plans):
             proven = self.failure is not None and self.failure.status == "infeasible"
@@ -126,10 +126,15 @@ class Job:
             self.hopeless.clear()
             before = len(self.plans)
             if self.plan(setup, poses, q):
-                if self.plans[-1].actions:
+                if self.worthwhile(setup):
                     return True
                 del self.plans[max(1, before) :]  # nothing to carry out, and nothing new to say
         return False
+
+    def worthwhile(self, setup: Setup) -> bool:
+        """Whether there is something in the last plan to carry out, and it is worth its risk."""
+        plan = self.plans[-1]
+        return bool(plan.actions) and worth_its_risk(self.task, setup.world.robot, plan, self.chance)
 
     def _search(
         self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...], share: float
@@ -387,7 +392,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
         scene = (setup, job.final_poses, execution.configuration)
         if not job.plan(*scene) and not (wanting and job.insist(*scene)):
             return
-        if wanting and not job.plans[-1].actions:
+        if wanting and not job.worthwhile(setup):
             job.insist(*scene)
         replans, whole = replans + 1, job.plans[-1]
         if done and not unfinished and not wanting and not _moved(job.plans[-1]) <= astray:
@@ -395,7 +400,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
             return
         if not job.plans[-1].actions:  # as far as planning can tell, all is where it should be
             return
-        if not worth_its_risk(job.task, setup.world.robot, job.plans[-1], job.chance):
+        if not job.worthwhile(setup):
             job.plans.pop()
             return
 
