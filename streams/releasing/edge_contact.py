@@ -31,11 +31,14 @@ def friction_beneath(workspace: Workspace, obj: str, placement: Placement) -> fl
 
 NEAR = 0.004  # what is nearer than this touches [m]
 UPWARD = 0.2  # a contact carries where the vertical share of its normal is over this
-SLIDES = 0.013  # farthest that an object may have to slide where it is carried [m]
+SLIDES = 0.004  # farthest that an object may have to slide where it is carried [m]
+LOWEST = 0.002  # what carries it so little above its lowest point carries it at the edge that it rolls over [m]
 
 
 def held_up(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mapping[str, Placement]) -> bool:
     """Whether an object that is let go on some others would have to slide far wherever those carry it.
+
+    That is so on a rim above its lowest edge, not on that edge itself.
 
     Args:
         workspace: the shapes.
@@ -46,10 +49,12 @@ def held_up(workspace: Workspace, obj: str, fall: tuple[Pose, ...], below: Mappi
     before, after = fall[0].matrix, fall[-1].matrix
     T = after @ np.linalg.inv(before)
     center = _aside(before[:3, :3] @ workspace.world.geometries[obj].center_of_mass + before[:3, 3], T)
-    slides = []
+    bottom, slides = float((workspace.points(obj) @ before[2, :3]).min() + before[2, 3]), []
     for name, place in below.items():
         points, normals = workspace.world.contacts(obj, before, name, place.pose.matrix, NEAR)
         carrying = points[normals[:, 2] >= UPWARD]
+        if (carrying[:, 2] < bottom + LOWEST).any():
+            return False
         slides += [max(_distance(_aside(point, T), center) for point in carrying)] if len(carrying) else []
     return min(slides, default=0.0) > SLIDES
 
