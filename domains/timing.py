@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tamp.streams.collisions import CONTACT_DEPTH, touched
+from tamp.streams.motion.paths import kept_from
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Attachment, Move
@@ -92,7 +93,7 @@ class Timing:
         beside = self._beside(phase, path, held) if near_support and held is not None else {}
         checker = self._world.checker(
             scene,
-            margin=CLEARANCE,
+            margin=kept_from(self._world, scene, path[0], CLEARANCE) if phase == "transit" else CLEARANCE,
             held_margin=-CLEARANCE if near_support else CLEARANCE,
             touch={} if touching is None else {touching: -2 * CLEARANCE},
             held_touch=beside,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,17 +14,37 @@ from tamp.streams.values import ArmPath, Configuration, Grasp
 from tamp.streams.workspace import Workspace, standing
 from tamp.world.scene import Scene
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.world import World
+
 RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
 ITERATIONS = 3000  # a query that OMPL has not answered by then is given up for this state
 ROOM = 0.01  # what is held keeps so far from all else where that is easy: it may slip in the fingers [m]
 EASY = 300  # iterations in which that is found, or not sought any longer
+PRESSED = 0.0008  # where the arm stands no deeper in something, it may still draw back [m]
+SPARED = 0.0001  # of the distance at such a start, in which rounding may make a difference [m]
 
 
 def plan_free_motion(context: Context, start: Configuration, goal: Configuration) -> Iterator[ArmPath]:
     """Yield a path of the empty-handed arm among the objects as they stand in `context.fluents`."""
     # The fingers close to the narrower opening before the motion and open to the other one after it.
     scene = Scene(poses=_poses(context), opening=min(start.opening, goal.opening))
-    yield from _paths(context, scene, start, goal)
+    yield from _paths(
+        context, scene, start, goal, kept_from(context.scene.world, scene, np.asarray(start.q), ARM_MARGIN)
+    )
+
+
+def kept_from(world: World, scene: Scene, start: NDArray[np.float64], margin: float) -> float:
+    """How far the empty-handed arm keeps away from everything [m]: a margin, or less where it stands nearer already.
+
+    An execution that stopped may leave it beside something, or against it; from there, too, it has to move on.
+    """
+    checker = world.checker(scene, margin=margin)
+    if checker.free(start) or (distance := checker.distance(start)) < -PRESSED:
+        return margin
+    return distance - SPARED
 
 
 def plan_holding_motion(
@@ -33,7 +53,7 @@ def plan_holding_motion(
     """Yield a path of the arm holding `obj` among the objects as they stand in `context.fluents`."""
     poses = {name: T for name, T in _poses(context).items() if name != obj}
     scene = Scene(poses=poses).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
-    yield from _paths(context, scene, start, goal, ((ROOM, EASY), (ARM_MARGIN, ITERATIONS)))
+    yield from _paths(context, scene, start, goal, ARM_MARGIN, ((ROOM, EASY), (ARM_MARGIN, ITERATIONS)))
 
 
 def _poses(context: Context) -> dict[str, Any]:
@@ -46,9 +66,13 @@ def _paths(
     scene: Scene,
     start: Configuration,
     goal: Configuration,
+    margin: float,
     efforts: Sequence[tuple[float, int]] = ((ARM_MARGIN, ITERATIONS),),
 ) -> Iterator[ArmPath]:
-    """Yield the first path that one of the efforts finds: a margin of what is held [m], and iterations at most."""
+    """Yield the first path that one of the efforts finds: a margin of what is held [m], and iterations at most.
+
+    All else keeps away by `margin` [m].
+    """
     workspace: Workspace = context.scene
     ends = np.asarray(start.q), np.asarray(goal.q)
     seed = int(context.rng.integers(2**31))
@@ -56,7 +80,7 @@ def _paths(
         budget = context.deadline - clock.now()
         if budget <= 0:
             return
-        checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=held_margin)
+        checker = workspace.world.checker(scene, margin=margin, held_margin=held_margin)
         result = workspace.world.motions.plan(
             checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK
         )

@@ -105,3 +105,26 @@ def test_only_what_stands_at_an_end_of_the_motion_is_blamed(walled, ends, blocke
 def test_after_the_deadline_nothing_is_searched(walled, ends):
     context = ToldContext(walled, seconds=-1.0)
     assert list(plan_free_motion(context, HOME, ends[0])) == []
+
+
+@pytest.mark.parametrize(("gap", "moves"), [(0.0015, True), (0.0003, True), (-0.0004, True), (-0.003, False)])
+def test_an_arm_that_stands_beside_something_or_against_it_moves_on(walled, ends, gap, moves):
+    # A block under a finger: nearer than planned motions come, or a little in it.
+    start = np.array(HOME.q)
+    tool = panda().forward(start)
+    finger = tool[:3, 3] + tool[:3, :3] @ np.array(panda().spec.gripper.axis) * (HOME.opening / 2 + 0.005)
+
+    def block(height):
+        return Placement(Pose((finger[0], finger[1], height)), ("table",))
+
+    def distance(height):
+        poses = {"cube": block(height).pose.matrix}
+        return walled.world.checker(Scene(poses, opening=HOME.opening)).distance(start)
+
+    low, high = float(tool[2, 3]) - 0.06, float(tool[2, 3])
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if distance(middle) > gap else (low, middle)
+    assert distance(low) == pytest.approx(gap, abs=2e-4)
+    context = ToldContext(walled, fluents=(*facts(walled, "wall"), at("cube", block(low))))
+    assert bool(list(plan_free_motion(context, HOME, ends[0]))) == moves
