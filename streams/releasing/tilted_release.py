@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 
 from tamp import clock
 from tamp.streams.affordances.falls import drops
@@ -14,12 +15,13 @@ from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
 from tamp.streams.releasing.edge_contact import dragged, held_up, hooked
 from tamp.streams.releasing.landing import aimed
-from tamp.streams.values import Configuration, Grasp, Handling, Placement
+from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.scene import Scene
 
-TRIED = 3  # falls from the least to the farthest that tell whether an object can be laid down at all
+TRIED = 3  # falls from the least to the farthest that tell whether an object can be laid down at all ...
+FURTHER = 3  # ... tried so often, where none of them lands as it shall
 ON_EDGE = 0.004  # the edge is at most this far above what it is set on [m]
 
 
@@ -52,7 +54,9 @@ def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool
 
 def falls_flat(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp) -> bool:
     """Whether an object falls to a placement on the table from some tilt in which the hand may let it go there."""
-    return bool(_roomy(workspace, obj, midtable(workspace, placement), grasp, layable(workspace, obj, placement))[0])
+    at = midtable(workspace, placement)
+    ways, _ = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
+    return any(_landing(workspace, obj, at, grasp, fall) for fall in _spread(ways, TRIED))
 
 
 def _falls(
@@ -65,19 +69,28 @@ def _falls(
     workspace: Workspace = context.scene
     on_table = placement.on == (TABLE,)
     at = midtable(workspace, placement) if on_table else placement
-    found, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
-    if not found:
-        context.fail(reason)
-    for fall in found[:: -(-len(found) // most) if most and found else 1]:
-        yield moved(fall, placement) if on_table else fall
+    ways, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
+    falls = filter(None, (_landing(workspace, obj, at, grasp, fall) for fall in _spread(ways, most)))
+    found = None
+    for found in islice(falls, most):
+        yield moved(found, placement) if on_table else found
+    if found is None:
+        context.fail(f"{obj} would not fall there" if ways else reason)
+
+
+def _spread(ways: Sequence[tuple[Pose, ...]], most: int | None) -> list[tuple[Pose, ...]]:
+    """All of the ways; or so many of them, from the least to the farthest, then those beside these, a few times."""
+    step = -(-len(ways) // most) if most and ways else 1
+    return [way for first in range(min(step, FURTHER)) for way in ways[first::step]]
 
 
 def _roomy(
     workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, able: bool
 ) -> tuple[list[tuple[Pose, ...]], str]:
-    """The same, and why there are none; `able` says whether the object may be laid down there at all.
+    """Ways to fall that leave room for the hand, straight ones first, and why there are none.
 
     The hand must not drag the object along either as it draws back; what lies in something is kept there by its walls.
+    `able` says whether the object may be laid down there at all.
     """
 
     def found() -> tuple[list[tuple[Pose, ...]], str]:
@@ -87,15 +100,21 @@ def _roomy(
         ways = [*straight, *over]
         roomy = [fall for fall in ways if _room(workspace, obj, placement, grasp, fall[0])]
         left = [fall for fall in roomy if straight or not _taken_along(workspace, obj, placement, grasp, fall)]
-        sure = [fall for fall in left if fall in straight]
-        aims = [_over_edge(workspace, obj, placement, fall) for fall in left if fall not in straight]
-        sure += [fall for fall in aims if fall and _room(workspace, obj, placement, grasp, fall[0])]
-        if not roomy:
-            return [], f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
-        return sure, f"{obj} would not fall there" if left else f"the hand would drag {obj} along as it draws back"
+        reason = f"the hand would hit what {obj} falls on" if ways else f"{obj} cannot be set on an edge there"
+        return left, f"the hand would drag {obj} along as it draws back" if roomy else reason
 
     below = carriers(workspace, obj, placement)
     return workspace.cache.value(("falls", obj, placement, grasp, able, *below.items()), found)
+
+
+def _landing(
+    workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]
+) -> tuple[Pose, ...] | None:
+    """A way to fall, as the object lands; None where it does so elsewhere, or the hand has no room then."""
+    if falls_straight(fall[0], placement.pose):
+        return fall
+    aim = _over_edge(workspace, obj, placement, fall)
+    return aim if aim is not None and _room(workspace, obj, placement, grasp, aim[0]) else None
 
 
 def _taken_along(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]) -> bool:
