@@ -26,6 +26,8 @@ GRACE_S = 0.4
 """What goes on for longer than this past its deadline does not look at the clock, and is interrupted [s]."""
 AGAIN_S = 0.1
 """How soon what catches the interruption is interrupted again [s]."""
+FOREVER_S = 1e6
+"""A longer limit is none: nobody waits for its end, and timers count no further [s]."""
 
 _CLOCK: ContextVar[Clock] = ContextVar("tamp-clock", default="wall")
 _WATCH: ContextVar[Callable[[float | None], None] | None] = ContextVar("tamp-watch", default=None)
@@ -101,7 +103,7 @@ def _alarm(deadline: float) -> Iterator[None]:
         if not inside or all(calling is not asker for calling in _stack(frame)):
             disarm()  # whoever asked is gone without a word
             return
-        signal.setitimer(signal.ITIMER_REAL, left if left > 0 else AGAIN_S)
+        signal.setitimer(signal.ITIMER_REAL, min(FOREVER_S, left) if left > 0 else AGAIN_S)
         if left <= 0 and not _on_the_threshold(frame):
             raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
 
@@ -112,7 +114,7 @@ def _alarm(deadline: float) -> Iterator[None]:
 
     signal.signal(signal.SIGALRM, ring)
     try:
-        signal.setitimer(signal.ITIMER_REAL, max(AGAIN_S, deadline + GRACE_S - now()))
+        signal.setitimer(signal.ITIMER_REAL, min(FOREVER_S, max(AGAIN_S, deadline + GRACE_S - now())))
         yield
     finally:
         inside = False  # first of all: an alarm that rings from here on must find nobody

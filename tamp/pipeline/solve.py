@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 from typing_extensions import Unpack
 
 from tamp import clock
-from tamp.clock import TimeUp, ended_at, limits_in
+from tamp.clock import FOREVER_S, TimeUp, ended_at, limits_in
 from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.execution.log import Execution
@@ -324,7 +324,7 @@ def carry_out(
         TaskError, RobotError, SamplerError: where the input cannot be used.
     """
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
-    limit = task.limits.planning_s if timeout is None else timeout
+    limit = min(FOREVER_S, task.limits.planning_s if timeout is None else timeout)
     load_samplers(task, settings)
     job = Job(task, seed, limit, settings)
     with limits_in(settings.clock), one_thread():

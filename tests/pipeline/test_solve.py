@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -226,3 +227,8 @@ def test_a_search_in_vain_is_followed_by_others_while_time_is_left(monkeypatch, 
     job.failure = PlanningFailure("infeasible", "proven") if proven else None
     assert not job.insist(None, {}, ())
     assert len(asked) == searches
+
+
+@pytest.mark.parametrize("timeout", [1e7, 1e15, math.inf])
+def test_a_limit_may_be_as_long_as_anybody_likes(one_object, timeout):
+    assert tamp.solve(one_object, seed=0, timeout=timeout, execute=False).status == "planned"

@@ -47,6 +47,9 @@ class Tuning:
     astray_m: float = _number(
         0.01, 0.0, 1.0, "an object that ends farther from its settled goal (EDE) is corrected [m]"
     )
+    failing_share: float = _share(
+        0.1, "of all grasps and pushes go wrong: a plan that brings less than it risks by that is not carried out"
+    )
     together_share: float = _share(0.06, "serialized: of the time goes to the try for all goals together")
     goals_share: float = _share(0.7, "serialized: of the rest goes to goals, what remains to bringing things near")
     one_goal_share: float = _share(0.4, "serialized: of that goes to one goal for which others may move")

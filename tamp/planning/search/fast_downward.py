@@ -128,7 +128,7 @@ def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> 
         env={**os.environ, "LC_ALL": "C"},
     )
     try:
-        process.communicate(text.encode(), timeout=timeout)
+        process.communicate(text.encode(), timeout=min(timeout, clock.FOREVER_S))
         return process.returncode
     except subprocess.TimeoutExpired:
         return None
