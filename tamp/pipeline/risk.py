@@ -10,10 +10,8 @@ from tamp.scoring.total_error import shortfall
 from tamp.task import Grip, Move, Plan, Task
 from tamp.world.robot.model import RobotModel
 
-FAILS = 0.1  # share of all handlings after which something is elsewhere than planned
 
-
-def worth_its_risk(task: Task, robot: RobotModel, plan: Plan, chance: float) -> bool:
+def worth_its_risk(task: Task, robot: RobotModel, plan: Plan, failing_share: float, chance: float) -> bool:
     """Whether a plan brings more than it is likely to cost.
 
     Each time the hand takes or pushes something, it may go wrong, and the table stays as it is then, unless another
@@ -23,6 +21,7 @@ def worth_its_risk(task: Task, robot: RobotModel, plan: Plan, chance: float) -> 
         task: what is asked for.
         robot: the robot.
         plan: from the state as it is.
+        failing_share: of all handlings, after which something is elsewhere than planned.
         chance: that what has gone wrong is planned for anew.
     """
     if task.goal:
@@ -31,7 +30,7 @@ def worth_its_risk(task: Task, robot: RobotModel, plan: Plan, chance: float) -> 
     handlings = sum(
         isinstance(step, Grip) or (isinstance(step, Move) and step.pushed is not None) for step in plan.steps
     )
-    failing = 1.0 - (1.0 - FAILS) ** handlings
+    failing = 1.0 - (1.0 - failing_share) ** handlings
     return not then or now - then[-1] >= failing * (1.0 - chance) * (max(then) - now)
 
 

@@ -134,7 +134,8 @@ class Job:
     def worthwhile(self, setup: Setup) -> bool:
         """Whether there is something in the last plan to carry out, and it is worth its risk."""
         plan = self.plans[-1]
-        return bool(plan.actions) and worth_its_risk(self.task, setup.world.robot, plan, self.chance)
+        failing = self.settings.tuning.failing_share
+        return bool(plan.actions) and worth_its_risk(self.task, setup.world.robot, plan, failing, self.chance)
 
     def _search(
         self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...], share: float

@@ -31,7 +31,7 @@ def test_a_plan_that_reaches_far_goals_is_worth_its_risk(tower, chance):
     missing = [*stages(task, robot, plan)]
     assert missing[-1] < 0.02 < missing[0]
     assert len(missing) == len(plan.actions) + 1
-    assert worth_its_risk(task, robot, plan, chance)
+    assert worth_its_risk(task, robot, plan, 0.1, chance)
 
 
 def handled(name, xyz):
@@ -50,10 +50,10 @@ def test_what_stands_well_is_taken_away_for_a_little_only_while_that_can_be_mend
     actions = handled("top", (0.0, 0.4, 0.025)), handled("low", there), handled("top", here)
     start = {"low": low.pose, "top": top.pose}
     plan = Plan("tower", "panda", 0, start, load_robot("panda").home, dict(start), actions, {})
-    assert worth_its_risk(task, robot_model(task_robot(task)), plan, chance) == worth
+    assert worth_its_risk(task, robot_model(task_robot(task)), plan, 0.1, chance) == worth
 
 
 @given(chance=CHANCES)
 def test_a_plan_that_does_nothing_risks_nothing(tower, chance):
     task, plan, robot = tower
-    assert worth_its_risk(task, robot, replace(plan, actions=()), chance)
+    assert worth_its_risk(task, robot, replace(plan, actions=()), 0.1, chance)
