@@ -38,3 +38,4 @@ def test_the_checker_refuses_no_fall_of_a_round_thing_that_planning_offers(tmp_p
         state = State({"thing": fall[0].matrix}, np.array(load_robot("panda").home))
         check_fall(scene, state, Fall("thing", fall[-1]), DEFAULT, lambda kind, told, **more: said.append(told))
     assert said == []
+    assert offered
