@@ -25,7 +25,7 @@ Fall = tuple[Pose, ...]
 SAME_FACE = 0.08  # angle between what is up where it lands, and where it shall lie, on the same face [rad]
 UPRIGHT = 0.04  # vertical share of the axis that it turns about on the whole, at most ...
 TWIST = 0.45  # ... and so much more where it falls over a corner, as far as its centre of mass is beside that
-CARRYING = 0.008  # what is so little above its lowest point is part of its edge [m]
+CARRYING = 0.003  # what is so little above its lowest point is part of its edge [m]
 FARTHEST = 0.03  # that is aimed beside the placement: what goes farther aside lands nobody knows where [m]
 SKIDS = 0.004  # how much farther aside than friction or ice explain the centre of mass may come [m] ...
 CORNER = 0.018  # ... and so much more over a corner, but no more than it is beside that [m]
@@ -122,11 +122,24 @@ def _explained(workspace: Workspace, obj: str, rolled: Fall, fall: Fall) -> bool
 def _over_corner(workspace: Workspace, obj: str, T: Array, axis: Array) -> tuple[float, float]:
     """How far the centre of mass is beside the ends of the edge along an axis (3,), and from all of it [m]."""
     geometry = workspace.world.geometries[obj]
-    arms = (geometry.hull.vertices - geometry.center_of_mass) @ T[:3, :3].T
-    edge = arms[arms[:, 2] < arms[:, 2].min() + CARRYING, :2]
+    edge = _lowest((geometry.hull.vertices - geometry.center_of_mass) @ T[:3, :3].T, geometry.hull.faces)[:, :2]
     along = edge @ axis[:2]
     beside = max(float(along.min()), float(-along.max()), 0.0)
     return beside, max(float(np.linalg.norm(edge, axis=1).min()), 1e-9)
+
+
+def _lowest(vertices: Array, faces: NDArray[np.int64]) -> Array:
+    """Corners of the part of a hull that is lowest, up to CARRYING, shape (m, 3) [m].
+
+    Args:
+        vertices: shape (n, 3) [m].
+        faces: triangles of indices, shape (k, 3).
+    """
+    height = vertices[:, 2] - vertices[:, 2].min() - CARRYING
+    ends = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    low, high = ends[(height[ends[:, 0]] < 0.0) & (height[ends[:, 1]] > 0.0)].T
+    share = (height[low] / (height[low] - height[high]))[:, None]
+    return np.vstack([vertices[height <= 0.0], vertices[low] + share * (vertices[high] - vertices[low])])
 
 
 def _aside(before: Array, after: Array, center: Array) -> Array:
