@@ -12,11 +12,12 @@ import tamp
 from tamp.checking import Problem, Verdict
 from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor
+from tamp.pipeline.job import Job
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.options.tuning import DEFAULT_TUNING
 from tamp.pipeline.plan import Planning, plan
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.solve import Job, carry_out
+from tamp.pipeline.solve import carry_out
 from tamp.scoring import score
 from tamp.task import At, Box, Object, Plan, Pose, Task
 from tamp.task.files.plan_file import plan_sha256
@@ -85,7 +86,7 @@ def test_a_search_that_time_cut_short_is_followed_by_another_with_all_that_is_le
         def run(self):
             return None
 
-    monkeypatch.setattr("tamp.pipeline.solve.Planning", InVain)
+    monkeypatch.setattr("tamp.pipeline.job.Planning", InVain)
     job = Job(Task("vain", (RED,)), 3, 100.0, Settings(), plans=[*plans])
     assert not job.plan(None, {}, ())
     (first, soft), (second, hard) = begun
@@ -106,7 +107,7 @@ def test_what_a_hurried_plan_leaves_is_planned_for_with_the_time_that_was_kept(m
             found = super().run(persistent=persistent)
             return replace(found, actions=(), report={"left": {"red": "no time"}}) if len(searches) == 1 else found
 
-    monkeypatch.setattr("tamp.pipeline.solve.Planning", Hurried)
+    monkeypatch.setattr("tamp.pipeline.job.Planning", Hurried)
     run = carry_out(Task("hurried", (RED,)), seed=0, timeout=300.0)
     assert len(searches) == 2
     assert run.result.status == "solved"
@@ -125,7 +126,7 @@ def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monk
         def run(self):
             return None
 
-    monkeypatch.setattr("tamp.pipeline.solve.Planning", InVain)
+    monkeypatch.setattr("tamp.pipeline.job.Planning", InVain)
     job = Job(Task("vain", (RED,)), 0, 100.0, Settings())
     for off in (0.0, 0.001, 0.05):
         assert not job.plan(None, {"red": shifted(RED.pose, off)}, ())

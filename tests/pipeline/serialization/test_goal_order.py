@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 import tamp
+from tamp.pipeline.job import Job
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.plan import Planning
 from tamp.pipeline.prepare import prepare
@@ -15,7 +16,6 @@ from tamp.pipeline.serialization.feasibility import Prospects
 from tamp.pipeline.serialization.goal_order import Early, Ledger, Ordering
 from tamp.pipeline.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.serialization.subproblem import EFFORTS, Asker
-from tamp.pipeline.solve import Job
 from tamp.planning import Report, Solution
 from tamp.task import At, Box, Object, On, Pose, Region, Release, Task, load_robot
 from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
