@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from tamp.errors import SamplerError
 from tamp.language import Stream
 from tamp.pipeline.prepare import prepare
 from tamp.planning import Problem
+from tamp.streams.cache import SampleCache
 from tamp.streams.values import Configuration
 from tamp.streams.workspace import Workspace
 from tamp.task import Task
@@ -44,7 +45,7 @@ class Bench:
     def with_fresh_scene(self) -> Problem:
         """The same problem with nothing remembered from earlier calls."""
         scene: Workspace = self.problem.scene
-        fresh = Workspace(scene.task, scene.world, scene.start, scene.goals, hand=scene.hand)
+        fresh = replace(scene, cache=SampleCache())
         problem = self.problem
         return Problem(problem.domain, problem.streams, problem.samplers, problem.init, problem.goal, fresh)
 

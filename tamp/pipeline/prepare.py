@@ -104,9 +104,12 @@ class Setup:
         seen = self.supports if dict(poses) == dict(self.start) else None
         if seen is None:
             seen = settle(self.task, poses, deadline=deadline, simulator=self.settings.settling).supports
-        start, settings = placements(poses, seen), self.settings
-        hand, simulator = settings.tuning.hand, settings.settling
-        return already_there(Workspace(self.task, self.world, start, self.goals, self.cache, hand, settling=simulator))
+        return already_there(self.workspace(placements(poses, seen), self.goals))
+
+    def workspace(self, start: Mapping[str, Placement], goals: Mapping[str, Placement]) -> Workspace:
+        """What samplers see of the run where everything stands and shall stand as given."""
+        hand, simulator = self.settings.tuning.hand, self.settings.settling
+        return Workspace(self.task, self.world, start, goals, self.cache, hand, settling=simulator)
 
     def check(
         self,

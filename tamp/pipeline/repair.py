@@ -22,7 +22,7 @@ from tamp.planning.context import generator_for
 from tamp.scoring.total_error import shortfall
 from tamp.streams.motion.paths import plan_free_motion
 from tamp.streams.values import Configuration, Placement
-from tamp.streams.workspace import TABLE, Workspace
+from tamp.streams.workspace import TABLE
 from tamp.task import Action, Move, Plan, Pose, Release, SymbolicFact, Task
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def _way(setup: Setup, piece: Plan, approach: Move, deadline: float) -> Action |
     ]
     facts = tuple(("AtPose", name, place) for name, place in places.items())
     rng = generator_for(piece.seed, "plan-free-motion", map(repr, ends))
-    workspace = Workspace(setup.task, setup.world, places, {}, setup.cache, hand=setup.settings.tuning.hand)
+    workspace = setup.workspace(places, {})
     poses = {name: pose.matrix for name, pose in piece.start.items()}
     path = next(plan_free_motion(Context(workspace, lambda: rng, deadline, facts, piece.seed), *ends), None)
     if path is None:
