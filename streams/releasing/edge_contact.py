@@ -1,4 +1,4 @@
-"""The edge over which something falls: whether it slides away, meets a rim, or is taken along by a finger."""
+"""The edge over which something falls: whether it is held up on a rim, or taken along by a finger."""
 
 from __future__ import annotations
 

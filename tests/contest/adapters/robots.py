@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
+from tamp.cli import main
 from tamp.contest.api.client import ArmState, Frame, Goal, GoalObject, Refused, Robot
+from tamp.contest.sandbox.choice import KINDS
 
 TASK = """\
 name: tiny
 objects:
   - {name: red, shape: {box: [0.04, 0.04, 0.06]}, pose: {xyz: [0.0, 0.1, 0.03]}, goal: {pose: {xyz: [0.0, -0.1, 0.03]}}}
 """
+
+
+def run_tiny(folder: Path, name: str, code: str) -> tuple[dict[str, Any], str]:
+    """What `tamp contest run` makes of a solution on the tiny task: the record of its run, and its log."""
+    pytest.importorskip("embreex", reason="cameras see by ray casting, which needs the extra 'perception'")
+    (folder / "tiny.yaml").write_text(TASK)
+    (folder / name).write_text(code)
+    arguments = ["contest", "run", str(folder / name), "--tasks", str(folder / "tiny.yaml")]
+    insist = [] if any(not kind().missing() for kind in KINDS) else ["--no-isolation"]
+    assert main([*arguments, "--runs", "1", *insist, "-o", str(folder / "out")]) == 0
+    log = (folder / "out" / "tiny-pybullet-0.log").read_text()
+    (run,) = json.loads((folder / "out" / "results.json").read_text())["runs"]
+    assert run["settings"] == {"ended": "finished"}, log
+    return run, log
 
 
 class FakeRobot:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tamp.cli import main
 from tamp.contest.adapters.messages import Point, Quaternion
 from tamp.contest.adapters.ocrtoc2021 import (
     ROBOT,
@@ -27,8 +25,7 @@ from tamp.contest.adapters.ocrtoc2021 import (
     sleep,
 )
 from tamp.contest.api.client import Refused
-from tamp.contest.sandbox.choice import KINDS
-from tests.contest.adapters.robots import TASK, FakeRobot, goal_of
+from tests.contest.adapters.robots import FakeRobot, goal_of, run_tiny
 
 SERVER = '''
 import numpy as np
@@ -71,15 +68,7 @@ Solution = Solution2021.of(SolutionServer)
 
 
 def test_a_solution_server_sees_a_box_and_carries_it_to_its_goal(tmp_path: Path) -> None:
-    pytest.importorskip("embreex", reason="cameras see by ray casting, which needs the extra 'perception'")
-    (tmp_path / "tiny.yaml").write_text(TASK)
-    (tmp_path / "server.py").write_text(SERVER)
-    arguments = ["contest", "run", str(tmp_path / "server.py"), "--tasks", str(tmp_path / "tiny.yaml")]
-    insist = [] if any(not kind().missing() for kind in KINDS) else ["--no-isolation"]
-    assert main([*arguments, "--runs", "1", *insist, "-o", str(tmp_path / "out")]) == 0
-    log = (tmp_path / "out" / "tiny-pybullet-0.log").read_text()
-    (run,) = json.loads((tmp_path / "out" / "results.json").read_text())["runs"]
-    assert run["settings"] == {"ended": "finished"}, log
+    run, log = run_tiny(tmp_path, "server.py", SERVER)
     assert run["ede_m"] < 0.03 and run["grasps_succeeded"] == 1, (run, log)
     assert "tiny world ['red']" in log
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from tamp.cli import main
 from tamp.contest.adapters import Agent2024, AgentBase
 from tamp.contest.adapters.ocrtoc2024 import IMAGES, Observation, write_targets, xyzrpy
 from tamp.contest.api.host import load
-from tamp.contest.sandbox.choice import KINDS
 from tamp.task import load_robot
 from tamp.task.files.yaml_document import parse_document
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.robot.model import robot_model
-from tests.contest.adapters.robots import TASK, FakeRobot, goal_of
+from tests.contest.adapters.robots import FakeRobot, goal_of, run_tiny
 
 AGENT = """
 import numpy as np
@@ -65,15 +62,7 @@ def waypoints() -> list[tuple[list[float], float]]:
 
 
 def test_an_agent_carries_a_box_to_its_goal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("embreex", reason="cameras see by ray casting, which needs the extra 'perception'")
-    (tmp_path / "tiny.yaml").write_text(TASK)
-    (tmp_path / "agent_builder.py").write_text(AGENT.format(way=waypoints()))
-    arguments = ["contest", "run", str(tmp_path / "agent_builder.py"), "--tasks", str(tmp_path / "tiny.yaml")]
-    insist = [] if any(not kind().missing() for kind in KINDS) else ["--no-isolation"]
-    assert main([*arguments, "--runs", "1", *insist, "-o", str(tmp_path / "out")]) == 0
-    log = (tmp_path / "out" / "tiny-pybullet-0.log").read_text()
-    (run,) = json.loads((tmp_path / "out" / "results.json").read_text())["runs"]
-    assert run["settings"] == {"ended": "finished"}, log
+    run, log = run_tiny(tmp_path, "agent_builder.py", AGENT.format(way=waypoints()))
     assert run["ede_m"] < 0.02 and run["grasps_succeeded"] == run["grasps_attempted"] == 1, (run, log)
     assert '"red":\n- [0.0, -0.1, 0.03' in log and "'joints_state': (18,)" in log
     assert "'fix_camera_depth_image': (720, 1280)" in log and "'in_hand_camera_rgb_image': (720, 1280, 3)" in log
