@@ -120,14 +120,16 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[A
         least = np.where(edges, FACING, PARALLEL)
         for j in reach:
             near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
-            over, facing = _over(moved[near], turned[near], least[near], other.pieces[j], gap)
-            points.append(over)
-            normals.append(facing)
+            over, faces = _over(moved[near], turned[near], least[near], other.pieces[j], gap)
+            if len(over):
+                kept = _parting(a, T_other_body, other.pieces[j], gap)[faces]
+                points.append(over[kept])
+                normals.append(other.pieces[j].planes[0][faces[kept]])
     return np.vstack(points), np.vstack(normals)
 
 
 def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: float) -> tuple[Array, Array]:
-    """Those points that lie within `gap` of faces of a piece that look back at them, over them, and their normals.
+    """Those points that lie within `gap` of faces of a piece that look back at them, over them, and which faces.
 
     A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
     """
@@ -142,4 +144,17 @@ def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: flo
     nearest = above.argmax(axis=1)
     highest = above[np.arange(len(points)), nearest]
     kept = (highest <= gap) & (highest >= -2 * gap) & (beside <= BESIDE)
-    return points[kept], normals[nearest[kept]]
+    return points[kept], nearest[kept]
+
+
+def _parting(a: Piece, T: Array, b: Piece, gap: float) -> Array:
+    """Which faces of piece `b` keep piece `a`, at T in its frame, from going through it, shape (n,) bool.
+
+    Two convex bodies that touch are parted by one plane, and push each other across it alone: of what lies on the edge
+    of a table the sides sink past the table's side too, which does not push them for that.
+    """
+    (normals, offsets), (others, theirs) = b.planes, a.planes
+    beyond = (normals @ _world(a.part.vertices, T).T).min(axis=1) - offsets
+    back = (others @ _world(b.part.vertices, inverse(T)).T).min(axis=1) - theirs
+    parting: Array = beyond >= max(beyond.max(), back.max()) - gap
+    return parting

@@ -3,7 +3,8 @@
 The places of the centre of mass at which such forces exist form a convex region (Bretl and Lall, "Testing static
 equilibrium for legged robots", IEEE Transactions on Robotics 24(4), 2008). Where all contacts are level it is the
 support polygon; else each question is a linear program over the edges of linearised friction cones, solved by HiGHS.
-What the body touches is taken not to give way.
+What the body touches is taken not to give way, and rigid bodies could press each other as hard as they like: a slot of
+a millimetre would hold a shelf. Weight does not press so hard, and all contact forces together are bounded.
 """
 
 from __future__ import annotations
@@ -31,6 +32,9 @@ GAIN = 1e-9
 """Reduced costs that are rounding [m]."""
 SCALE = 0.05
 """Length by which moments are divided, so that they are of the order of the forces [m]."""
+
+PRESSED = 20.0
+"""All contact forces together, in weights: what hangs out of a slot a times as far as it is in it takes 2 a + 1."""
 
 SHIFTS = np.array([[0.0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, -1, 1], [1, -1, 0, 0], [0, 0, 0, 0]])
 """Scaled moments that a unit weight gains where its centre of mass shifts along x, -x, y, -y, shape (6, 4)."""
@@ -117,7 +121,7 @@ def _shortfall(wrenches: Array, shift: tuple[float, float]) -> float:
     asked = np.arange(0, wrenches.shape[1], max(1, wrenches.shape[1] // FEW))
     while True:
         least, prices = _program(wrenches[:, asked], target)
-        gains = prices @ wrenches
+        gains = prices[:-1] @ wrenches + prices[-1]
         gains[asked] = 0.0
         better = np.argsort(-gains)[:FEW]
         better = better[gains[better] > GAIN]
@@ -130,15 +134,30 @@ def _shortfall(wrenches: Array, shift: tuple[float, float]) -> float:
 
 
 def _program(wrenches: Array, target: Array) -> tuple[float, Array]:
-    """The least shift with some pushes only, infinite without one, and the dual prices of the six balances."""
-    cost = np.concatenate([np.zeros(wrenches.shape[1]), np.full(4, SCALE)])
-    found = least(cost, np.hstack([wrenches, SHIFTS]), target)
-    return (float(cost @ found[0]), found[1]) if found is not None else (np.inf, np.zeros(6))
+    """The least shift with some pushes only, infinite without one; dual prices of the six balances and the bound."""
+    solved = least(wrenches, SHIFTS, np.full(4, SCALE), target, PRESSED)
+    return (float(SCALE * solved[0].sum()), solved[1]) if solved is not None else (np.inf, np.zeros(7))
 
 
-def least(cost: Array, columns: Array, target: Array) -> tuple[Array, Array] | None:
-    """Least cost @ x where columns @ x == target and x >= 0, by HiGHS: x and dual prices; None without such an x."""
+def least(pushes: Array, shifts: Array, costs: Array, target: Array, pressed: float) -> tuple[Array, Array] | None:
+    """The least shifts with which pushes balance weights, by HiGHS.
+
+    Args:
+        pushes: what a unit of each push gives, shape (m, n).
+        shifts: the same of each shift, shape (m, k).
+        costs: of each shift, shape (k,).
+        target: what they shall give together, shape (m,).
+        pressed: the most that all pushes may amount to.
+
+    Returns:
+        The shifts, shape (k,), and the dual prices of the m balances and the bound; None where nothing balances.
+    """
     from scipy.optimize import linprog
 
-    found = linprog(cost, A_eq=columns, b_eq=target, method="highs")
-    return (found.x, found.eqlin.marginals) if found.status == 0 else None
+    count = pushes.shape[1]
+    cost, columns = np.concatenate([np.zeros(count), costs]), np.hstack([pushes, shifts])
+    amount = np.concatenate([np.ones(count), np.zeros(len(costs))])[None]
+    found = linprog(cost, A_eq=columns, b_eq=target, A_ub=amount, b_ub=[pressed], method="highs")
+    if found.status != 0:
+        return None
+    return found.x[count:], np.append(found.eqlin.marginals, found.ineqlin.marginals)

@@ -146,7 +146,7 @@ def _least_shifts(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
     bodies = {name: _weighted(scene, state, name) for name in stack.names}
     mean = float(np.mean([mass for mass, _ in bodies.values()]))
     row = {name: 6 * index for index, name in enumerate(bodies)}
-    blocks, costs = [], []
+    pushes = []
     for (a, b), patch in stack.touching.items():
         kept = equilibrium.outermost(patch.points, patch.normals)
         points, normals = patch.points[kept], patch.normals[kept]
@@ -156,19 +156,15 @@ def _least_shifts(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
             if name in row:
                 wrench = equilibrium.wrenches(points - bodies[name][1], normals, mu)
                 block[row[name] : row[name] + 6] = sign * wrench
-        blocks.append(block)
-        costs.append(np.zeros(block.shape[1]))
-    wanted = np.zeros(6 * len(bodies))
-    for name, (mass, _) in bodies.items():
+        pushes.append(block)
+    wanted, shifts = np.zeros(6 * len(bodies)), np.zeros((6 * len(bodies), 4 * len(bodies)))
+    for index, (name, (mass, _)) in enumerate(bodies.items()):
         wanted[row[name] + 2] = mass / mean
-        shifts = np.zeros((6 * len(bodies), 4))
-        shifts[row[name] : row[name] + 6] = equilibrium.SHIFTS
-        blocks.append(shifts)
-        costs.append(np.full(4, equilibrium.SCALE * mean / mass))
-    cost = np.concatenate(costs)
-    found = equilibrium.least(cost, np.hstack(blocks), wanted)
+        shifts[row[name] : row[name] + 6, 4 * index : 4 * index + 4] = equilibrium.SHIFTS
+    costs = np.repeat([equilibrium.SCALE * mean / mass for mass, _ in bodies.values()], 4)
+    weights = float(wanted.sum())
+    found = equilibrium.least(np.hstack(pushes), shifts, costs, wanted, equilibrium.PRESSED * weights)
     if found is None:
         return dict.fromkeys(stack.names, np.inf)
-    count = 4 * len(bodies)
-    each = (found[0][-count:] * cost[-count:]).reshape(-1, 4).sum(axis=1)
+    each = (found[0] * costs).reshape(-1, 4).sum(axis=1)
     return {name: float(far) for name, far in zip(bodies, each, strict=True) if far > equilibrium.ZERO}

@@ -35,3 +35,13 @@ def test_level_contacts_hold_what_their_polygon_holds():
 
 def test_what_touches_nothing_does_not_rest():
     assert statics.balance(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(3), 0.0) == -np.inf
+
+
+@given(st.floats(0.02, 0.05), st.floats(0.0001, 0.002))
+def test_a_slot_holds_what_reaches_as_far_into_it_as_weight_can_press_and_nothing_that_barely_does(deep, shallow):
+    def held(depth):
+        sides = [(x, y, 0.0) for y in (-0.02, 0.02) for x in (0.0, -depth)]
+        normals = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)] * 2)
+        return statics.balance(np.array(sides), normals, np.full(4, 0.5), np.array([0.1, 0.0, 0.0]), 0.001)
+
+    assert held(deep) >= 0.001 > held(shallow)

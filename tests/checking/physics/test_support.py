@@ -18,7 +18,8 @@ from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.execution.settling import settle
 from tamp.formats.ocrtoc import import_ocrtoc
-from tamp.task import Box, Object, Pose, Task
+from tamp.task import Box, Object, Pose, Table, Task
+from tamp.world.geometry.object_geometry import load_geometry
 
 DATA = Path(__file__).parents[4] / "shared" / "ocrtoc"
 
@@ -136,3 +137,21 @@ def test_plates_in_a_rack_may_give_a_little_and_the_rack_may_not_leave(tmp_path,
     rest = settle(task, {other: pose for other, pose in RACK.items() if other != leaving}).poses
     moved = max(scene.displacement(other, poses[other], pose.matrix) for other, pose in rest.items())
     assert bool(said) == falls == (moved > DEFAULT.slump)
+
+
+SHAPES = (Box((0.05, 0.08, 0.06)), Box((0.12, 0.04, 0.02)), load_task("scenarios/stand_up_can.yaml").objects[0].shape)
+
+
+@given(
+    shape=st.sampled_from(SHAPES), beyond=st.floats(0.002, 0.02), above=st.floats(0.0, 0.0028), yaw=st.floats(0.0, 3.1)
+)
+@settings(max_examples=30, deadline=None)
+def test_what_has_its_centre_of_mass_beyond_the_edge_of_the_table_falls_however_little_it_sinks(
+    shape, beyond, above, yaw
+):
+    half = load_geometry(shape).hull.vertices[:, 2].max()
+    table = Table()
+    y = table.center[1] - table.size[1] / 2 - beyond
+    pose = Pose.from_rpy((0.0, y, half + above), (0.0, 0.0, yaw))
+    scene = Scene.of(Task("edge", (Object("thing", shape, pose),), table=table))
+    assert list(unrest(scene, State({"thing": pose.matrix}, np.zeros(7)), "thing", DEFAULT))
