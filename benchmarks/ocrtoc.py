@@ -9,8 +9,9 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from benchmarks.harness import Row, main
 from tamp.batch.run import Batch
@@ -28,13 +29,9 @@ def rows(
     year: int,
     levels: Sequence[int],
     tasks: Sequence[str],
-    seeds: Sequence[int],
-    timeout: float,
-    clock: str,
-    workers: int,
-    perceive: str | None,
     output: Path | None,
-    pictures: bool,
+    perceive: str | None,
+    **how: Any,
 ) -> Iterator[Row]:
     """One row for each task and seed, and the means over each level and all; reasons are printed as they come."""
     data = DATA / str(year)
@@ -45,18 +42,31 @@ def rows(
         import_ocrtoc(data, folder / "tasks")
         wanted = set(tasks or (QUICK[year] if quick else ()))
         files = [f for f in sorted((folder / "tasks").glob("*.yaml")) if not wanted or f.stem in wanted]
-        loaded = {task.name: task for task in map(load_task, files) if not levels or task.level in levels}
-        options = {"timeout": timeout, "clock": clock} | ({"perceive": perceive} if perceive else {})
-        batch = Batch(list(loaded.values()), seeds, options, workers=workers, output=folder, resume=True)
-        results = []
-        for result in batch.run():
-            results.append(result)
-            yield _row(result)
-            print(f"{result.task} (seed {result.seed}): {result.status}. {result.message}", flush=True)
-            if pictures:
-                _picture(loaded[result.task], result, folder)
-    for level in sorted({result.level for result in results if result.level is not None}):
-        yield _means(f"level {level}", [result for result in results if result.level == level])
+        loaded = [task for task in map(load_task, files) if not levels or task.level in levels]
+        eyes = {"perceive": perceive} if perceive else {}
+        yield from solved(loaded, folder, lambda result: result.level and f"level {result.level}", **how, **eyes)
+
+
+def solved(
+    tasks: Sequence[Task],
+    folder: Path,
+    group: Callable[[Result], str | None],
+    seeds: Sequence[int],
+    workers: int,
+    pictures: bool,
+    **options: Any,
+) -> Iterator[Row]:
+    """Solve tasks, their runs kept in a folder and resumed from it: a row each, and the means of each group and all."""
+    batch = Batch(tasks, seeds, options, workers=workers, output=folder, resume=True)
+    by_name, results = {task.name: task for task in tasks}, []
+    for result in batch.run():
+        results.append(result)
+        yield _row(result)
+        print(f"{result.task} (seed {result.seed}): {result.status}. {result.message}", flush=True)
+        if pictures:
+            _picture(by_name[result.task], result, folder)
+    for name in sorted({of for result in results if (of := group(result))}):
+        yield _means(name, [result for result in results if group(result) == name])
     yield _means("all", results)
 
 
@@ -130,15 +140,20 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--year", type=int, choices=sorted(QUICK), default=2021, help="the contest's")
     parser.add_argument("--levels", type=int, nargs="*", default=(), metavar="N", help="only these; 2020 has 1 to 5")
     parser.add_argument("--tasks", nargs="*", default=(), metavar="NAME", help="only these, such as 1-1-1")
+    eyes = "estimate poses from the two cameras, by a perceiver's name; alone: fit"
+    parser.add_argument("--perceive", nargs="?", const="fit", metavar="NAME", help=eyes)
+    add_batch_options(parser)
+    return parser
+
+
+def add_batch_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `solved`."""
     parser.add_argument("--seed", dest="seeds", type=int, nargs="*", default=(0,), metavar="N")
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="planning a task")
     parser.add_argument("--clock", choices=("wall", "processor"), default="wall", help="on which that is kept")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="tasks at the same time")
-    eyes = "estimate poses from the two cameras, by a perceiver's name; alone: fit"
-    parser.add_argument("--perceive", nargs="?", const="fit", metavar="NAME", help=eyes)
     parser.add_argument("--output", type=Path, metavar="DIR", help="keep results and runs there, and resume from them")
     parser.add_argument("--pictures", action="store_true", help="render start, goal and end of each run into DIR")
-    return parser
 
 
 if __name__ == "__main__":
