@@ -15,6 +15,7 @@ import numpy as np
 
 from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import outline
+from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import APART, too_wide
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 SLANTS = np.radians([0.0, 10.0, -10.0, 20.0, -20.0])  # of a way against the side that is pushed
 STEADY = 0.018  # the centre of mass stays at least this far inside the table's edges [m]
+FIRM, GAP = 0.012, 0.003  # and this far inside that part of its base which is on the table, within such a gap [m]
 OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over the edge
 LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
 LONGEST = 0.7  # way that is worth trying [m]
@@ -78,8 +80,13 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
     spec = workspace.world.robot.spec
     base = np.array(spec.T_world_base.xyz[:2])
     distance = {way: float(np.linalg.norm(way.end.pose.xyz[:2] - base)) for way in _ways(workspace, obj, placement)}
-    near = [way for way in distance if distance[way] < spec.reach[1]]
+    near = [way for way in distance if distance[way] < spec.reach[1] and _stands(workspace, obj, way.end)]
     return sorted(near, key=lambda way: (-way.hanging, distance[way]))
+
+
+def _stands(workspace: Workspace, obj: str, end: Placement) -> bool:
+    """Whether what is left of an object's base on the table carries it: no base is all that its outline spans."""
+    return inside_support(workspace, obj, end, {}, GAP) > FIRM
 
 
 def squat(workspace: Workspace, obj: str, placement: Placement) -> bool:

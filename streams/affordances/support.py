@@ -39,12 +39,20 @@ def inside_support(
     """
     T = placement.pose.matrix
     points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
-    carried = (points[:, 2] < near) if TABLE in placement.on else np.zeros(len(points), dtype=bool)
+    carried = _over_table(workspace, points, near) if TABLE in placement.on else np.zeros(len(points), dtype=bool)
     for support, place in below.items():
         carried |= _carried(workspace, points, support, place, near)
     corners = outline(points[carried, :2])
     center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
     return inside_by(corners, center[:2]) if len(corners) > 2 else -np.inf
+
+
+def _over_table(workspace: Workspace, points: NDArray[np.float64], near: float) -> NDArray[np.bool_]:
+    """Which points, shape (n, 3), the table carries: what hangs over its edge it does not."""
+    table = workspace.task.table
+    beside = np.abs(points[:, :2] - np.array(table.center)) - np.array(table.size) / 2
+    found: NDArray[np.bool_] = (points[:, 2] < near) & (beside < 0.0).all(axis=1)
+    return found
 
 
 def _carried(
