@@ -21,9 +21,10 @@ import numpy as np
 
 from tamp import clock
 from tamp.errors import PlanningFailure
-from tamp.execution import monitor, settling
+from tamp.execution import monitor, rounding, settling
 from tamp.execution import simulator as protocol
-from tamp.execution.settling import Settled, settle
+from tamp.execution.rounding import nearest_rest
+from tamp.execution.settling import Settled
 from tamp.execution.simulators import DEFAULT, SIMULATORS
 from tamp.task import Mesh, Object, Pose, Task
 from tamp.task.mesh.cache import cached, content_key
@@ -42,7 +43,7 @@ WORTH_S = 0.05
 def settle_once(
     task: Task, poses: Mapping[str, Pose] | None = None, *, deadline: float = math.inf, simulator: str = DEFAULT
 ) -> Settled:
-    """What `settle` returns, to the last bit, without a simulation where the same scene came to rest before.
+    """What `nearest_rest` returns, to the last bit, without a simulation where the same scene came to rest before.
 
     For what is likely to be asked again: a task's start and goals. What a simulator of somebody else's does is not
     kept, since nobody knows what decides it.
@@ -54,20 +55,20 @@ def settle_once(
         simulator: its name, or "package.module:Class".
 
     Raises:
-        TampError, TaskError, PlanningFailure: as `settle`.
+        TampError, TaskError, PlanningFailure: as `nearest_rest`.
     """
     start = {item.name: item.pose for item in task.objects} if poses is None else dict(poses)
     objects = [item for item in task.objects if item.name in start]
     if simulator not in SIMULATORS or not SIMULATORS[simulator].installed:
-        return settle(task, start, deadline=deadline, simulator=simulator)
+        return nearest_rest(task, start, deadline=deadline, simulator=simulator)
     if clock.now() >= deadline:
         raise PlanningFailure("timeout", "time was up before the scene had come to rest")
     scene = [_said_of(item, start[item.name]) for item in objects]
-    key = content_key("settled-1", _program(simulator), repr(task.table), *scene)
+    key = content_key("settled-2", _program(simulator), repr(task.table), *scene)
     names = [item.name for item in objects]
 
     def simulated() -> dict[str, NDArray[Any]]:
-        return _arrays(settle(task, start, deadline=deadline, simulator=simulator), names)
+        return _arrays(nearest_rest(task, start, deadline=deadline, simulator=simulator), names)
 
     found = cached("settled", key, simulated, worth_s=WORTH_S)
     return _settled(found, names, start)
@@ -90,7 +91,7 @@ def _program(name: str) -> str:
     """Code, versions and processor, as one number."""
     entry = SIMULATORS[name]
     engine = importlib.util.find_spec(entry.address.partition(":")[0])
-    files = [Path(str(module.__file__)) for module in (monitor, settling, protocol, object_geometry)]
+    files = [Path(str(module.__file__)) for module in (monitor, rounding, settling, protocol, object_geometry)]
     files += sorted(Path(str(engine.origin)).parent.glob("*.py")) if engine is not None else []
     version = importlib.metadata.version(entry.library)
     said = json.dumps([versions(), entry.library, version, platform.machine(), _processor()])

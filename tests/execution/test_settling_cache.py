@@ -11,6 +11,7 @@ import pytest
 
 from tamp.errors import PlanningFailure
 from tamp.execution import settling_cache
+from tamp.execution.rounding import nearest_rest
 from tamp.execution.settling import settle
 from tamp.execution.settling_cache import settle_once
 from tamp.task import Box, Mesh, Object, Pose, Table, Task
@@ -34,9 +35,9 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Task]:
 
     def settled(task: Task, *arguments: object, **options: object) -> object:
         asked.append(task)
-        return settle(task, *arguments, **options)
+        return nearest_rest(task, *arguments, **options)
 
-    monkeypatch.setattr(settling_cache, "settle", settled)
+    monkeypatch.setattr(settling_cache, "nearest_rest", settled)
     return asked
 
 
