@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 INSIDE = 0.025  # rounding lets given poses overlap a little; deeper than this, two objects are inside each other [m]
 THIN = 0.9  # of what is thin, less: spoons were found 13 mm deep in the plates they shall lie on
 SUNK = 0.01  # no rounding brings a body's centre of mass deeper than this into another body [m]
-IN_THE_AIR = 0.05  # a goal that settles farther than this, and than the object is long, rests on nothing [m]
+IN_THE_AIR = 0.05  # a goal that settles farther than this, and than the object is long, may rest on nothing [m]
+DROP = 0.005  # between the heights at which something is looked for under it [m]
 WORTH_SAYING = 0.02  # what settles this far from where it was given is said in the result [m]
 
 
@@ -59,8 +60,9 @@ def check_geometry(task: Task, world: World) -> None:
 
 
 def check_settled(task: Task, world: World, start: Mapping[str, Pose], goals: Mapping[str, Placement]) -> None:
-    """Refuse objects that fall off the table and goals that nothing supports.
+    """Refuse objects that fall off the table and goals in the air, with nothing under them.
 
+    What stands on something and falls off it is planned for where it comes to rest: rounded poses do that.
     Where something stands in for a mesh that is missing nothing is refused: it pushes away what should lie in it.
 
     Raises:
@@ -74,13 +76,28 @@ def check_settled(task: Task, world: World, start: Mapping[str, Pose], goals: Ma
             raise refusal(task, field, f"{obj.name} does not stay on the table; give it a pose that is supported")
         if isinstance(obj.goal, At):
             fallen = math.dist(obj.goal.pose.xyz, goals[obj.name].pose.xyz)
-            if fallen > max(IN_THE_AIR, _diagonal(world, obj.name)):
+            if fallen > max(IN_THE_AIR, _diagonal(world, obj.name)) and _in_the_air(task, world, obj.name):
                 raise refusal(
                     task,
                     ("objects", index, "goal", "pose"),
                     f"nothing supports {obj.name} there: it would fall {100 * fallen:.0f} cm; "
                     f"give a goal that rests on the table or on another goal",
                 )
+
+
+def _in_the_air(task: Task, world: World, name: str) -> bool:
+    """Whether nothing that shall stand somewhere, nor the table, is within reach under an object's goal."""
+    goals = {obj.name: obj.goal.pose for obj in task.objects if isinstance(obj.goal, At)}
+    goals |= {obj.name: obj.pose for obj in task.objects if obj.goal is None}
+    T = goals.pop(name).matrix
+    geometry = world.geometries[name]
+    if (geometry.hull.vertices @ T[2, :3]).min() + T[2, 3] < IN_THE_AIR:
+        return False
+    drops = np.arange(0.0, IN_THE_AIR, DROP)
+    lowered = [Pose((T[0, 3], T[1, 3], T[2, 3] - drop), Pose.from_matrix(T).quat) for drop in drops]
+    return not any(
+        world.overlap(name, at.matrix, other, pose.matrix) for at in lowered for other, pose in goals.items()
+    )
 
 
 def _check_on_table(task: Task, world: World, field: FieldPath, name: str, pose: Pose) -> None:

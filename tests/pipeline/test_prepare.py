@@ -126,6 +126,16 @@ def test_a_goal_that_nothing_supports(tmp_path):
     assert complaint.startswith("nothing supports blue there: it would fall 30 cm")
 
 
+def test_a_goal_that_falls_off_what_it_rests_on_is_no_reason_to_refuse_a_task(tmp_path):
+    # A tall tower's uppermost block is 8 mm over the edge: no rounding, and still not in the air.
+    tower = "  - {name: base, shape: {box: [0.04, 0.04, 0.3]}, pose: {xyz: [0, 0.3, 0.15]}, "
+    tower += "goal: {pose: {xyz: [0, 0, 0.15]}}}\n"
+    (tmp_path / "good.yaml").write_text("objects:\n" + tower + entry("blue", [0.0, -0.2, 0.04], [0.028, 0.0, 0.34]))
+    setup = prepare(load_task(tmp_path / "good.yaml"))
+    assert setup.goals["blue"].pose.xyz[2] < 0.1
+    assert any(remark.startswith("the goal of blue settles") for remark in setup.remarks)
+
+
 def test_an_object_that_does_not_stay_on_the_table(tmp_path):
     # A tall box stands with its middle just inside the edge, leaning outwards.
     tilted = "  - {name: blue, shape: {box: [0.04, 0.04, 0.3]}, pose: {xyz: [0.0, 0.599, 0.16], rpy: [-0.5, 0, 0]}}\n"
