@@ -24,7 +24,7 @@ from tamp.formats.pairs import read_pairs
 from tamp.generate.placement.contact import hits, lowered
 from tamp.generate.placement.object_model import Thing, transform, yawed
 from tamp.generate.reach import base, reachable
-from tamp.task import At, Mesh, Object, Pose, Task
+from tamp.task import At, Mesh, Object, Pose, Table, Task
 from tamp.world.geometry.convex_union import solid
 from tamp.world.geometry.object_geometry import geometry_of_object
 
@@ -265,7 +265,13 @@ def _kept(drawn: Array, end: Array, loose: bool) -> bool:
 
 
 def _in_reach(things: Mapping[str, Thing], poses: Placed) -> bool:
-    return all(reachable(things[name], T) for name, T in poses.items())
+    """Whether everything is over the table, and where the hand comes down to it."""
+    return all(_over_table(things[name], T) and reachable(things[name], T) for name, T in poses.items())
+
+
+def _over_table(thing: Thing, T: Array) -> bool:
+    table, points = Table(), thing.points @ T[:2, :3].T + T[:2, 3]
+    return bool((np.abs(points - np.array(table.center)) < np.array(table.size) / 2).all())
 
 
 def _rounded(T: Array) -> Array:
