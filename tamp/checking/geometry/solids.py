@@ -93,9 +93,21 @@ def penetration(a: Part, b: Part, T_a_b: Array) -> float:
     The distance of the origin from the boundary of their Minkowski difference (Cameron and Culley, "Determining the
     minimum translational distance between two convex polyhedra", ICRA 1986), whose hull is computed outright.
     """
+    return float(-_difference(a, b, T_a_b)[:, 3].max())
+
+
+def parting_normal(a: Part, b: Part, T_a_b: Array) -> Array:
+    """Unit normal, shape (3,), in the frame of `a`, from `b` into `a`, of the plane that best parts two convex ones."""
+    planes = _difference(a, b, T_a_b)
+    normal: Array = -planes[planes[:, 3].argmax(), :3]
+    return normal
+
+
+def _difference(a: Part, b: Part, T_a_b: Array) -> Array:
+    """Outward planes (x, y, z, offset), shape (n, 4), of the Minkowski difference of two convex parts."""
     moved = b.vertices @ T_a_b[:3, :3].T + T_a_b[:3, 3]
-    difference = (a.vertices[:, None] - moved[None]).reshape(-1, 3)
-    return float(-ConvexHull(difference).equations[:, 3].max())
+    planes: Array = ConvexHull((a.vertices[:, None] - moved[None]).reshape(-1, 3)).equations
+    return planes
 
 
 SPACING = 0.006

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.solids import parting_normal
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics import equilibrium
 
@@ -122,13 +123,12 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[A
             near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
             over, faces = _over(moved[near], turned[near], least[near], other.pieces[j], gap)
             if len(over):
-                kept = _parting(a, T_other_body, other.pieces[j], gap)[faces]
-                points.append(over[kept])
-                normals.append(other.pieces[j].planes[0][faces[kept]])
+                points.append(over)
+                normals.append(_pushing(a, T_other_body, other.pieces[j], faces, gap))
     return np.vstack(points), np.vstack(normals)
 
 
-def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: float) -> tuple[Array, Array]:
+def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: float) -> tuple[Array, NDArray[np.int64]]:
     """Those points that lie within `gap` of faces of a piece that look back at them, over them, and which faces.
 
     A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
@@ -147,14 +147,18 @@ def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: flo
     return points[kept], nearest[kept]
 
 
-def _parting(a: Piece, T: Array, b: Piece, gap: float) -> Array:
-    """Which faces of piece `b` keep piece `a`, at T in its frame, from going through it, shape (n,) bool.
+def _pushing(a: Piece, T: Array, b: Piece, faces: NDArray[np.int64], gap: float) -> Array:
+    """Unit normals, shape (n, 3), along which piece `b` pushes piece `a`, at T in its frame, near some of its faces.
 
-    Two convex bodies that touch are parted by one plane, and push each other across it alone: of what lies on the edge
-    of a table the sides sink past the table's side too, which does not push them for that.
+    Two convex bodies that touch are parted by one plane, and push each other across it alone. A face that does not part
+    them and looks another way than the plane that does gives way to that: the sides of what stands over the edge of a
+    table may reach a little below its top, and the table's side does not push them for that.
     """
     (normals, offsets), (others, theirs) = b.planes, a.planes
     beyond = (normals @ _world(a.part.vertices, T).T).min(axis=1) - offsets
     back = (others @ _world(b.part.vertices, inverse(T)).T).min(axis=1) - theirs
-    parting: Array = beyond >= max(beyond.max(), back.max()) - gap
-    return parting
+    pushing, parting = normals[faces], beyond >= max(beyond.max(), back.max()) - gap
+    if not parting[faces].all():
+        best = parting_normal(a.part, b.part, inverse(T)) @ T[:3, :3].T
+        pushing[~parting[faces] & (pushing @ best < FACING)] = best
+    return pushing
