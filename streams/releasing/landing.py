@@ -29,6 +29,7 @@ CARRYING = 0.003  # what is so little above its lowest point is part of its edge
 FARTHEST = 0.03  # that is aimed beside the placement: what goes farther aside lands nobody knows where [m]
 SKIDS = 0.004  # how much farther aside than friction or ice explain the centre of mass may come [m] ...
 CORNER = 0.018  # ... and so much more over a corner, but no more than it is beside that [m]
+SHOTS = 5  # falls onto other objects that are simulated until one lands where it was aimed at
 NEAR = 0.005  # so near to the placement is where it was aimed at [m]
 PUSHED = 0.003  # what it falls on stays where it is, but for this [m]
 
@@ -36,8 +37,8 @@ PUSHED = 0.003  # what it falls on stays where it is, but for this [m]
 def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> Fall | None:
     """A fall over an edge, shifted so that the object comes to rest at its placement; None where it lands otherwise.
 
-    On a table every place is like the others: where it lands beside, it is let go as far to the other side. On other
-    objects it is seen whether that serves.
+    Where it lands beside, it is let go as far to the other side. On a table every place is like the others, and that
+    serves; on other objects it is seen where it lands then, and aimed anew a few times.
 
     Args:
         workspace: where the object is, and which simulator tells how things come to rest.
@@ -48,16 +49,20 @@ def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> F
     below = {name: place.pose for name, place in carriers(workspace, obj, placement).items()}
 
     def found() -> Fall | None:
-        end = _landed(workspace, obj, below, fall[0])
-        if end is None or not _same_face(end, placement.pose):
-            return None
-        shifted = _against(fall, end)
-        if shifted is None or not _explained(workspace, obj, fall, shifted):
-            return None
-        if placement.on == (TABLE,):
-            return shifted
-        again = _landed(workspace, obj, below, shifted[0])
-        return shifted if again is not None and _is_at(again, placement.pose) else None
+        shifted = fall
+        for _ in range(SHOTS):
+            end = _landed(workspace, obj, below, shifted[0])
+            if end is None or not _same_face(end, placement.pose):
+                return None
+            if shifted is not fall and _is_at(end, placement.pose):
+                return shifted if _explained(workspace, obj, fall, shifted) else None
+            nearer = _against(shifted, end)
+            if nearer is None:
+                return None
+            shifted = nearer
+            if placement.on == (TABLE,):
+                return shifted if _explained(workspace, obj, fall, shifted) else None
+        return None
 
     return workspace.cache.value(("aimed", obj, placement, fall[0], *below.items()), found)
 
