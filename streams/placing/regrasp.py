@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ENDS = 80  # grasps for the start, and for the goal, that are looked at
-PAIRS = 8  # of them that are tried in turn
+PAIRS = 24  # of them that are tried in turn
 ROUNDS = 6  # times at most that a place in between is sought for each pair
 BLOCKED = 24  # pairs of which none takes the object up without meeting others, before these are tried
 TRIES = 12  # places in one round
