@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from tamp.execution.rounding import AIM, DEEP, FAR, nearest_rest, parted
 from tamp.execution.settling import settle
-from tamp.formats.obj import box_obj
 from tamp.task import Box, Mesh, Object, Pose, Task
 from tamp.world.geometry.convex_union import overlap, relative, solid
 from tamp.world.geometry.object_geometry import geometry_of_object
+from tests.task.meshes import parts_obj
 
 FLAT = Box((0.12, 0.09, 0.02))
 depths = st.floats(0.003, 0.009)
@@ -59,14 +59,7 @@ def test_a_nested_stack_that_rounding_jams_rests_where_it_was_given(tmp_path) ->
         ((-0.06, -0.07, 0.004), (0.06, -0.06, 0.03)),
         ((-0.06, 0.06, 0.004), (0.06, 0.07, 0.03)),
     ]
-    text, count = "", 0
-    for index, (low, high) in enumerate(walls):
-        for line in box_obj(f"part{index}", low, high).splitlines():
-            if line.startswith("f "):
-                line = "f " + " ".join(str(int(v) + count) for v in line.split()[1:])
-            text += line + "\n"
-        count += 8
-    (tmp_path / "tray.obj").write_text(text)
+    (tmp_path / "tray.obj").write_text(parts_obj(walls))
     heights = (0.0, 0.03 - 0.006, 0.06 - 0.012)
     trays = [Object(f"tray{i}", Mesh(tmp_path / "tray.obj"), Pose((0.0, 0.0, z))) for i, z in enumerate(heights)]
     task = Task("trays", tuple(trays))

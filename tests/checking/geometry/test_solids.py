@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from tamp.checking.geometry.solids import Piece, Solid, clearance, penetration
+from tamp.checking.geometry.solids import Piece, Solid, clearance, parting_normal, penetration
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.links import read_links
 from tamp.task import Box, Cylinder, Pose, Sphere, load_robot
@@ -50,6 +50,20 @@ def test_clearance_is_symmetric_and_deep_values_are_exact(a: object, b: object, 
     assert there == pytest.approx(back, abs=1e-5, rel=0.1)  # bounds of distances may be slack, depths may not
     if there < -1e-6:
         assert there == pytest.approx(-penetration(one.hull.part, two.hull.part, T), abs=1e-9)
+
+
+@given(a=shapes, b=shapes, T=poses)
+@settings(max_examples=60, deadline=None)
+def test_what_goes_deep_into_another_parts_from_it_along_the_normal_and_no_sooner(
+    a: object, b: object, T: np.ndarray
+) -> None:
+    one, two = solid(a).hull.part, solid(b).hull.part
+    deep = penetration(one, two, T)
+    if deep > 1e-4:
+        moved, normal = T.copy(), parting_normal(one, two, T)
+        assert np.linalg.norm(normal) == pytest.approx(1.0)
+        moved[:3, 3] -= deep * normal  # the second gives way, as much as the first would the other way
+        assert penetration(one, two, moved) == pytest.approx(0.0, abs=1e-6)
 
 
 @given(gap=st.floats(-0.03, 0.1))

@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.slide_path import STEADY, slidable, ways
+from tamp.streams.affordances.slide_path import FIRM, STEADY, slidable, ways
+from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
 from tamp.task import Box, Mesh, Object, Pose
 from tests.streams.tables import corners, workspace_of
+from tests.task.meshes import parts_obj
 
 PLATE = (
     Path(__file__).resolve().parents[4] / "shared" / "ocrtoc" / "2021" / "models" / "round_plate_4" / "collision.obj"
@@ -63,6 +65,27 @@ def test_every_way_ends_over_an_edge_with_the_centre_of_mass_well_inside(workspa
         assert inside.min() > STEADY - 1e-6
         outside = np.abs(corners(workspace, "flat", way.end.pose)[:, :2] - table.center) - half
         assert outside.max() > 0.02
+
+
+CROSS = (((-0.1, -0.02, 0.0), (0.1, 0.02, 0.04)), ((-0.02, -0.1, 0.0), (0.02, 0.1, 0.04)))
+"""Two beams, crossed: the outline spans far more than what lies on the table."""
+
+
+@settings(max_examples=20, deadline=None)
+@given(yaw=st.floats(-np.pi, np.pi))
+def test_what_has_a_narrow_base_hangs_over_no_farther_than_that_carries(tmp_path_factory, yaw):
+    mesh = tmp_path_factory.mktemp("cross") / "cross.obj"
+    mesh.write_text(parts_obj(CROSS))
+    workspace = workspace_of(Object("cross", Mesh(mesh), Pose((0.0, 0.0, 0.0))))
+    start = Placement(Pose.from_rpy((-0.3, -0.35, 0.0), (0.0, 0.0, yaw)), ("table",))
+    for way in ways(workspace, "cross", start):
+        low = np.array([(x, y, 0.0) for a, b in CROSS for x in (a[0], b[0]) for y in (a[1], b[1])])
+        T, table = way.end.pose.matrix, workspace.task.table
+        edges = [low[4 * beam + np.array([0, 1, 3, 2])] @ T[:3, :3].T + T[:3, 3] for beam in range(2)]
+        sides = [np.linspace(a, b, 400) for beam in edges for a, b in zip(beam, np.roll(beam, 1, axis=0), strict=True)]
+        points = np.vstack(sides)[:, :2]
+        inside = (np.abs(points - np.array(table.center)) < np.array(table.size) / 2).all(axis=1)
+        assert inside_by(outline(points[inside]), T[:2, 3]) > FIRM - 0.001
 
 
 @settings(max_examples=20, deadline=None)
