@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp import clock
+from tamp.streams.affordances.neighbours import upon_carriers
 from tamp.streams.affordances.stable_poses import amid, resting, stays, turned
 from tamp.streams.affordances.tilts import layable, tilts
+from tamp.streams.cache import recalled
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps
 from tamp.streams.hand.clearance import hand_above_table
@@ -43,6 +45,7 @@ RELEASES, EACH = 4, 12  # ... for the start and each of so many tilts, so many g
 Regrasp = tuple[Grasp, Placement, Grasp]
 Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
 Grasps = Callable[..., Iterable[Grasp]]
+Ask = Callable[[Context, str, Placement, Grasp], bool]
 
 
 def sample_regrasp(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
@@ -124,8 +127,8 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     rotations = resting(workspace, obj)
     midst = [amid(workspace, obj, R) for R in rotations]
     over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
-    takes = cache(lambda grasp: _takes(context, obj, start, grasp))
-    brings = cache(lambda grasp: _brings(context, obj, goal, grasp))
+    takes = cache(lambda grasp: _known(context, "takes", obj, start, grasp, _takes))
+    brings = cache(lambda grasp: _known(context, "brings", obj, goal, grasp, _brings))
     for laid in (False, True):
         if laid:
             faces = [place for place, *above in zip(midst, *over.values(), strict=True) if any(above)]
@@ -194,6 +197,13 @@ def _each_with_others(
         for index, one in enumerate(first):
             if turn < len(partners[one]):
                 yield one, partners[one][(index + turn) % len(partners[one])]
+
+
+def _known(context: Context, word: str, obj: str, place: Placement, grasp: Grasp, ask: Ask) -> bool:
+    """What is found of a grasp at the start or at the goal, remembered: many other ends are paired with it."""
+    reads = upon_carriers(context.scene, obj, place)
+    found = recalled(context, word, (obj, place, grasp), reads, lambda own: iter((ask(own, obj, place, grasp),)))
+    return next(found, False)
 
 
 def _takes(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:

@@ -33,7 +33,7 @@ def test_an_object_that_is_regrasped_is_put_down_in_between_in_the_plan_itself(a
 
 def test_what_is_regrasped_is_moved_in_no_other_way(attempt):
     facts = {fact[0] for fact in problem_of(attempt, regrasped={"block"}).init}
-    assert "Regrasped" in facts
+    assert "RegraspedTo" in facts
     assert not facts & {"Movable", "Placeable", "Layable"}
 
 

@@ -1,7 +1,7 @@
 ; What slides, topples and nudges have in common: ?w is a push of an object by the closed or open hand.
 (define (domain push)
   (:predicates
-    (SlideOf ?o ?w) (Exposed ?o ?p)                ; ?o was slid or toppled to ?p, where a hand can take it
+    (SlideOf ?o ?w) (Exposed ?o ?p)                ; a hand can take ?o at ?p, where it stands or was slid or toppled to
     (CFreeSlide ?o ?w ?o2 ?p2) (UnsafeSlide ?o ?w))
 
   (:derived (UnsafeSlide ?o ?w)

@@ -6,16 +6,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tamp.domains.skill import FRESH, SAMPLED, Fact, Question, Skill
+from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.workspace import Workspace
 
 FOLDER = Path(__file__).parent
 
 
 def affordances(workspace: Workspace, question: Question) -> Iterator[Fact]:
-    """Which objects shall be regrasped: those of which the question says so."""
+    """Which objects shall be regrasped: those of which the question says so, from where a hand can take them."""
     for name, placement in workspace.start.items():
         if name in question.regrasped:
-            yield ("Regrasped", name, placement, workspace.goals[name])
+            yield ("RegraspedTo", name, workspace.goals[name])
+            if not to_be_pushed(workspace, name, placement):
+                yield ("Exposed", name, placement)
 
 
 REGRASP = Skill(
