@@ -146,10 +146,23 @@ def settle(
         settled = world.poses()
         return Settled(
             poses=settled,
-            supports=tuple(sorted({*supports(world), *leaning(objects, settled, world.touches(), UPRIGHT)})),
+            supports=_one_way(objects, settled, world),
             moved={name: math.dist(pose.xyz, start[name].xyz) for name, pose in settled.items()},
             resting=resting,
         )
+
+
+def _one_way(objects: Iterable[Object], settled: Mapping[str, Pose], world: Simulator) -> tuple[tuple[str, str], ...]:
+    """What carries what, sorted; of two that push each other up, as what is jammed in a box does, the lower carries."""
+    found = {*supports(world), *leaning(objects, settled, world.touches(), UPRIGHT)}
+    height = {item.name: _height(item, settled[item.name]) for item in objects}
+    kept = (pair for pair in found if pair[::-1] not in found or height[pair[0]] > height[pair[1]])
+    return tuple(sorted(kept))
+
+
+def _height(item: Object, pose: Pose) -> float:
+    """Of a body's centre of mass over the table [m]."""
+    return float((pose.matrix[:3, :3] @ geometry_of_object(item).center_of_mass)[2] + pose.xyz[2])
 
 
 FALLING_S = 3.0

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.errors import PlanningFailure
+from tamp.execution import settling
 from tamp.execution.settling import leaning, let_settle, settle, supports
 from tamp.execution.simulator import STEP, Touch
 from tamp.task import Box, Cylinder, Mesh, Object, Pose, Task
@@ -175,6 +176,16 @@ def test_steep_walls_carry_what_is_wedged_between_them():
     walls = [Touch("cup", "bowl", (side, 0.0, 0.22), 0.0, 1.0) for side in (-0.975, 0.975)]
     beside = Touch("cup", "jug", (0.0, 0.995, 0.1), 0.0, 0.1)
     assert supports(SimpleNamespace(touches=lambda: [*walls, beside])) == (("cup", "bowl"),)
+
+
+def test_of_two_that_push_each_other_up_the_lower_carries():
+    crate = Object("crate", Box((0.2, 0.2, 0.02)), Pose((0.0, 0.0, 0.01)))
+    jammed = Object("jammed", Box((0.02, 0.02, 0.15)), Pose((0.0, 0.0, 0.09)))
+    touches = [Touch("jammed", "crate", (0.5, 0.0, up), 0.0, 1.0) for up in (0.8, -0.8)]
+    poses = {"crate": crate.pose, "jammed": jammed.pose}
+    world = SimpleNamespace(touches=lambda: [*touches, Touch("crate", "table", (0.0, 0.0, 1.0), 0.0, 2.0)])
+    assert ("crate", "jammed") in supports(world)
+    assert settling._one_way((crate, jammed), poses, world) == (("crate", "table"), ("jammed", "crate"))
 
 
 def test_past_its_deadline_nothing_settles(simulator):
