@@ -7,7 +7,7 @@ of one plan follow each other, so that the oracle need not look again at what th
 
     python -m benchmarks.checker --count 20000 --output mutants.jsonl
 
-judges 20,000 mutants, four or five a second and process. Each plan's counts are a line of the output as soon as they
+judges 20,000 mutants, about eighteen a second and process. Each plan's counts are a line of the output as soon as they
 are known; the same command goes on where it was interrupted. Another --seed makes other mutants.
 """
 

@@ -49,22 +49,30 @@ def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> F
     below = {name: place.pose for name, place in carriers(workspace, obj, placement).items()}
 
     def found() -> Fall | None:
-        shifted = fall
-        for _ in range(SHOTS):
-            end = _landed(workspace, obj, below, shifted[0])
-            if end is None or not _same_face(end, placement.pose):
-                return None
-            if shifted is not fall and _is_at(end, placement.pose):
-                return shifted if _explained(workspace, obj, fall, shifted) else None
-            nearer = _against(shifted, end)
-            if nearer is None:
-                return None
-            shifted = nearer
-            if placement.on == (TABLE,):
-                return shifted if _explained(workspace, obj, fall, shifted) else None
-        return None
+        shot = _shot_in(workspace, obj, placement, below, fall)
+        return shot if shot is not None and _explained(workspace, obj, fall, shot) else None
 
     return workspace.cache.value(("aimed", obj, placement, fall[0], *below.items()), found)
+
+
+def _shot_in(
+    workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Pose], fall: Fall
+) -> Fall | None:
+    """The fall, let go as far beside as it takes to land at the placement; None where that is too far."""
+    center, shifted = workspace.world.geometries[obj].center_of_mass, fall
+    for _ in range(SHOTS):
+        end = _landed(workspace, obj, below, shifted[0])
+        if end is None or not _same_face(end, placement.pose):
+            return None
+        if shifted is not fall and _is_at(end, placement.pose):
+            return shifted
+        nearer = _against(shifted, end)
+        if nearer is None or placement.on == (TABLE,):
+            return nearer
+        if shifted is not fall and float(np.linalg.norm(_aside(fall[0].matrix, nearer[0].matrix, center))) > FARTHEST:
+            return None  # in all, however many shots it takes
+        shifted = nearer
+    return None
 
 
 def _landed(workspace: Workspace, obj: str, below: Mapping[str, Pose], let_go: Pose) -> Pose | None:

@@ -82,15 +82,22 @@ def _astray(rest: Settled, poses: Mapping[str, Pose]) -> list[float]:
 
 
 def _within_rounding(task: Task, poses: Mapping[str, Pose]) -> Iterator[dict[str, Pose]]:
-    """The poses with what overlaps parted, and some that would be rounded to them."""
+    """The poses with what overlaps parted, and some that would be rounded to them; what is written finer stays."""
     yield parted(task.objects, poses)
-    rng = np.random.default_rng(0)
-    for _ in range(DRAWS):
-        moves = rng.uniform(-ROUNDED, ROUNDED, (len(poses), 3))
-        yield {
-            n: replace(p, xyz=(p.xyz[0] + x, p.xyz[1] + y, p.xyz[2] + z))
-            for (n, p), (x, y, z) in zip(poses.items(), moves.tolist(), strict=True)
-        }
+    rounded, rng = [name for name, pose in poses.items() if _is_rounded(pose)], np.random.default_rng(0)
+    for _ in range(DRAWS if rounded else 0):
+        moves = rng.uniform(-ROUNDED, ROUNDED, (len(rounded), 3)).tolist()
+        yield {**poses, **{name: _shifted(poses[name], *move) for name, move in zip(rounded, moves, strict=True)}}
+
+
+def _is_rounded(pose: Pose) -> bool:
+    """Whether a position is in whole centimetres."""
+    return all(abs(100 * value - round(100 * value)) < 1e-6 for value in pose.xyz)
+
+
+def _shifted(pose: Pose, dx: float, dy: float, dz: float) -> Pose:
+    x, y, z = pose.xyz
+    return replace(pose, xyz=(x + dx, y + dy, z + dz))
 
 
 def parted(objects: Iterable[Object], poses: Mapping[str, Pose]) -> dict[str, Pose]:

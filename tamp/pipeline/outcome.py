@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from tamp import clock
 from tamp.pipeline.job import Job
@@ -13,9 +13,6 @@ from tamp.results import Result, Status
 from tamp.scoring import Score, score
 from tamp.task.files.plan_file import plan_sha256
 from tamp.versions import versions
-
-if TYPE_CHECKING:
-    pass
 
 USED_UP = 0.9  # of the limit are used up where the last search ended for want of time
 
