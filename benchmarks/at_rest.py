@@ -22,7 +22,7 @@ from benchmarks.unseen_tables import family, write_tables
 from tamp.checking.physics.support import carriers, unrest
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.execution.settling_cache import settle_once
+from tamp.execution.settling.cache import settle_once
 from tamp.formats.pairs import read_pair
 from tamp.task import At
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from benchmarks.harness import Row, main
 from benchmarks.jobs import solve_all
 from tamp.cli import main as tamp
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.generate.levels import LEVELS
 from tamp.generate.placement.object_model import Thing, thing
 from tamp.generate.reach import reachable

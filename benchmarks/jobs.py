@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmarks.harness import Row
 from tamp.clock import Clock
-from tamp.pipeline.solve import solve
+from tamp.pipeline.solving.solve import solve
 from tamp.results import Result
 from tamp.task.files.load import load_task
 

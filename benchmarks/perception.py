@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.formats.models import read_symmetries
 from tamp.formats.pairs import read_pair
 from tamp.perception.cameras.capture import shoot, views

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.harness import Row, main
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.report.rendering.camera import FRONT
 from tamp.report.rendering.scene import Stage, goal_poses

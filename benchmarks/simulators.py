@@ -20,8 +20,8 @@ from tamp.execution.executor import execute
 from tamp.execution.simulator import STEP
 from tamp.execution.simulators import installed, make_simulator
 from tamp.pipeline.options.settings import Settings
-from tamp.pipeline.run import Run
-from tamp.pipeline.solve import carry_out
+from tamp.pipeline.solving.run import Run
+from tamp.pipeline.solving.solve import carry_out
 from tamp.scoring import score
 from tamp.task import Box, Grip, Move, Object, Plan, Pose, Task, load_robot
 from tamp.task.files.load import load_task

@@ -17,7 +17,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.formats.angles import roll_pitch_yaw
 from tamp.formats.models import COLLISION, model_name, read_symmetries
 from tamp.formats.pairs import read_pairs

@@ -207,7 +207,7 @@ def _perceivers() -> Iterator[str]:
 def _strategies() -> Iterator[str]:
     """The strategies, and the domains that use each of them where nobody says otherwise."""
     from tamp.domains.catalog import load_domain
-    from tamp.pipeline.strategies import STRATEGIES
+    from tamp.pipeline.strategies.named import STRATEGIES
 
     own: dict[str, list[str]] = {}
     for name in sorted(path.parent.name for path in (DOCS.parent / "domains").glob("*/__init__.py")):

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tamp.pipeline.execute import execute
     from tamp.pipeline.notebook import prepare, sampler_context
     from tamp.pipeline.plan import plan
-    from tamp.pipeline.solve import solve
+    from tamp.pipeline.solving.solve import solve
     from tamp.results import Result
     from tamp.scoring import Score, score
     from tamp.streams.values import Grasp
@@ -67,7 +67,7 @@ _HOMES = {
     "tamp.pipeline.execute": ("execute",),
     "tamp.pipeline.notebook": ("prepare", "sampler_context"),
     "tamp.pipeline.plan": ("plan",),
-    "tamp.pipeline.solve": ("solve",),
+    "tamp.pipeline.solving.solve": ("solve",),
     "tamp.results": ("Result",),
     "tamp.scoring": ("Score", "score"),
     "tamp.streams.values": ("Grasp",),

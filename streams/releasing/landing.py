@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.execution.settling import let_fall
+from tamp.execution.settling.settle import let_fall
 from tamp.streams.affordances.neighbours import carriers
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-import tamp.pipeline.run
-import tamp.pipeline.solve
+import tamp.pipeline.solving.run
+import tamp.pipeline.solving.solve
 import tamp.task.files.load  # noqa: F401
 from tamp.batch.robots import told
 from tamp.errors import TampError

@@ -41,8 +41,8 @@ def solve_file(
         options: timeout, execute, and the fields of `tamp.pipeline.options.settings.Settings`.
     """
     from tamp.pipeline.options.settings import Settings
-    from tamp.pipeline.run import save_run
-    from tamp.pipeline.solve import carry_out
+    from tamp.pipeline.solving.run import save_run
+    from tamp.pipeline.solving.solve import carry_out
     from tamp.task.files.load import load_task
     from tamp.task.robots import with_robot
 

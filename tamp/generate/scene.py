@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.execution.settling import Settled, settle
+from tamp.execution.settling.settle import Settled, settle
 from tamp.generate.graph import Node, SceneGraph
 from tamp.generate.placement.contact import hits
 from tamp.generate.placement.object_model import Thing

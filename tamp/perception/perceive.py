@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import OCRTOC_2021, load_setup

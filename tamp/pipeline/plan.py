@@ -13,8 +13,8 @@ from tamp.errors import PlanningFailure, TampError
 from tamp.pipeline.options.settings import Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.prepare import Setup, load_samplers, prepare
-from tamp.pipeline.serialization.partial_plan import Attempt
-from tamp.pipeline.strategies import STRATEGIES
+from tamp.pipeline.strategies.named import STRATEGIES
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import Report
 from tamp.task import Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.threads import one_thread

@@ -17,8 +17,8 @@ from tamp.domains.domain import Domain
 from tamp.domains.learned import load_models
 from tamp.domains.samplers import resolve_samplers
 from tamp.errors import DomainError
-from tamp.execution.settling import settle
-from tamp.execution.settling_cache import settle_once
+from tamp.execution.settling.cache import settle_once
+from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import DEFAULT, load_simulator
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import tamp
-from tamp.pipeline.run import Run
-from tamp.pipeline.solve import carry_out
+from tamp.pipeline.solving.run import Run
+from tamp.pipeline.solving.solve import carry_out
 from tamp.task import Task
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

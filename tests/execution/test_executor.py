@@ -9,7 +9,7 @@ from tamp.errors import PlanError
 from tamp.execution.controller import Operator
 from tamp.execution.executor import execute, open_execution
 from tamp.execution.monitor import angle_between
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import make_simulator
 from tamp.task import Action, Box, Cylinder, Grip, Limits, Mesh, Move, Object, Pose, Release, Task, load_robot
 from tamp.task.mesh.parts import bounds, parts

@@ -11,7 +11,7 @@ from tamp.execution.executor import execute, open_execution
 from tamp.execution.log import Deviation
 from tamp.execution.monitor import Monitor
 from tamp.execution.recovery import CLEAR, can_carry, undone, way_out
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.task import Attachment, Box, Grip, Move, Object, Pose, Release, Task, load_robot
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.robot.model import robot_model

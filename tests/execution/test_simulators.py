@@ -8,7 +8,7 @@ import pytest
 
 from tamp.errors import TampError
 from tamp.execution.pybullet.simulator import PyBulletSimulator
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.execution.simulator import GRAVITY, STEP, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
 from tamp.task import Box, Object, Pose, Task, load_robot

@@ -6,7 +6,7 @@ import math
 import pytest
 
 import tamp
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.generate.levels import LEVELS, level
 from tamp.generate.placement.contact import hits
 from tamp.generate.placement.object_model import thing

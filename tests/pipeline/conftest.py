@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 import tamp
-from tamp.pipeline.solve import carry_out
+from tamp.pipeline.solving.solve import carry_out
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

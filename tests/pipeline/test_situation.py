@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.formats.obj import box_obj
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.situation import placements

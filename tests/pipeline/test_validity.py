@@ -7,7 +7,7 @@ import pytest
 
 import tamp
 from tamp.pipeline.prepare import prepare
-from tamp.pipeline.solve import carry_out
+from tamp.pipeline.solving.solve import carry_out
 from tamp.task import At, Box, Object, Pose, Task
 
 LONG = Box((0.2, 0.03, 0.03))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import tamp
-from tamp.pipeline.solve import Run, carry_out
+from tamp.pipeline.solving.solve import Run, carry_out
 from tamp.task import Task
 
 

@@ -19,7 +19,7 @@ from tamp.errors import TampError
 from tamp.perception.belief.belief import Belief
 from tamp.perception.estimate import Estimate
 from tamp.pipeline.perceived.run import Look
-from tamp.pipeline.run import save_run
+from tamp.pipeline.solving.run import save_run
 from tamp.report.rendering.playback import play, playable
 from tamp.report.report import REST, _phases
 from tamp.report.runs import Recorded, read_run

@@ -13,7 +13,7 @@ from typing import Any
 
 import mujoco
 
-from tamp.execution.robot_links import principal
+from tamp.execution.robot.links import principal
 from tamp.task import Object, Pose
 from tamp.task.mesh.parts import Part, parts
 from tamp.task.model import Box, Capsule, Cylinder, Shape, Sphere

@@ -15,9 +15,9 @@ import mujoco
 import numpy as np
 
 from tamp.errors import RobotError
-from tamp.execution.gripper_drive import FINGER_SPEED, gripper_drive
 from tamp.execution.mujoco.bodies import ROBOT, SOLIMP, SOLREF, Friction, add_hull, set_inertia, wxyz
-from tamp.execution.robot_links import Joint, robot_links
+from tamp.execution.robot.gripper_drive import FINGER_SPEED, gripper_drive
+from tamp.execution.robot.links import Joint, robot_links
 from tamp.execution.simulator import STEP
 from tamp.task import Pose, RobotSpec
 from tamp.task.robot import GENTLE_FORCE

@@ -12,10 +12,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from tamp.errors import RobotError
-from tamp.execution.gripper_drive import FINGER_SPEED, GripperDrive, gripper_drive
 from tamp.execution.pybullet.bodies import MARGIN, eroded, hulls_as_obj, write_obj
 from tamp.execution.pybullet.client import pybullet
-from tamp.execution.robot_links import Link, robot_links
+from tamp.execution.robot.gripper_drive import FINGER_SPEED, GripperDrive, gripper_drive
+from tamp.execution.robot.links import Link, robot_links
 from tamp.task import Pose, RobotSpec
 from tamp.task.robot import GENTLE_FORCE, PAD_FRICTION
 from tamp.world.robot.urdf import link_shapes

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tamp.execution.robot_links import principal
+from tamp.execution.robot.links import principal
 from tamp.execution.sapien.client import physx, sapien
 from tamp.task import Object, Pose
 from tamp.task.mesh.parts import Part, parts

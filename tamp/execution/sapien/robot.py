@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.execution.gripper_drive import FINGER_SPEED, gripper_drive
-from tamp.execution.robot_links import Joint, Link, merged_fingers
+from tamp.execution.robot.gripper_drive import FINGER_SPEED, gripper_drive
+from tamp.execution.robot.links import Joint, Link, merged_fingers
 from tamp.execution.sapien.bodies import ROBOT_GROUP, add_hull, fixed_material, from_sapien, set_inertia, to_sapien
 from tamp.execution.sapien.client import physx, sapien
 from tamp.execution.simulator import STEP

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from tamp.execution.monitor import angle_between
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import DEFAULT
 from tamp.perception.estimate import Estimate
 from tamp.task import Pose, Task

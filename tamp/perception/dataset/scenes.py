@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import DEFAULT
 from tamp.task import Object, Pose, Table, Task
 from tamp.task.mesh.parts import bounds

@@ -28,7 +28,7 @@ ASTRAY = 0.02
 
 
 class Planner(Protocol):
-    """What makes plans from what is known, and keeps count; `tamp.pipeline.job.Job` is one."""
+    """What makes plans from what is known, and keeps count; `tamp.pipeline.solving.job.Job` is one."""
 
     task: Task
     plans: list[Plan]

@@ -16,7 +16,7 @@ from tamp.checking.physics.contacts import Contacts, Patch
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest, without_part
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.execution.settling import settle
+from tamp.execution.settling.settle import settle
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.task import Box, Object, Pose, Table, Task
 from tamp.world.geometry.object_geometry import load_geometry

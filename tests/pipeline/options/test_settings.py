@@ -14,7 +14,7 @@ from tamp.execution.pybullet.simulator import PyBulletSimulator
 from tamp.pipeline.options.settings import MOTION_PLANNERS, Options, Settings, settings_of
 from tamp.pipeline.options.tuning import DEFAULT_TUNING, Tuning
 from tamp.pipeline.plan import plan
-from tamp.pipeline.solve import carry_out
+from tamp.pipeline.solving.solve import carry_out
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.workspace import HandMotion

@@ -16,11 +16,11 @@ from tamp.perception.cameras.setup import load_setup
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.perception.workcell.simulated import SimulatedWorkcell
 from tamp.perception.workcell.workcell import Workcell
-from tamp.pipeline.job import Job
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.perceived import run as perceived
-from tamp.pipeline.run import save_run
-from tamp.pipeline.solve import carry_out
+from tamp.pipeline.solving.job import Job
+from tamp.pipeline.solving.run import save_run
+from tamp.pipeline.solving.solve import carry_out
 from tamp.task import At, Box, Object, Pose, Shape, Task, load_robot
 from tamp.task.files.plan_file import plan_sha256
 

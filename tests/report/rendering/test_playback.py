@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from tamp.cli import main
-from tamp.pipeline.run import save_run
-from tamp.pipeline.solve import Run
+from tamp.pipeline.solving.run import save_run
+from tamp.pipeline.solving.solve import Run
 from tamp.report.rendering.images import save_animation
 from tamp.report.rendering.playback import play, simulate
 from tamp.report.runs import read_run

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tamp.execution.settling import let_fall
+from tamp.execution.settling.settle import let_fall
 from tamp.streams.affordances.tilts import tilts
 from tamp.streams.releasing import landing
 from tamp.streams.releasing.landing import NEAR, aimed

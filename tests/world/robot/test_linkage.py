@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tamp.checking.robot.kinematics import read_kinematics
 from tamp.errors import RobotError
-from tamp.execution.gripper_drive import gripper_drive
+from tamp.execution.robot.gripper_drive import gripper_drive
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.task import RobotSpec, load_robot
 from tamp.task.files.robot_file import read_robot

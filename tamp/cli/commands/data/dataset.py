@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tamp.cli.options import Commands
 
 FORMATS = ("bop", "ocrtoc")
-PRELOAD = ("tamp.perception.dataset.generate", "tamp.execution.settling")
+PRELOAD = ("tamp.perception.dataset.generate", "tamp.execution.settling.settle")
 WORK = "tamp.perception.dataset.generate:write_random_scene"
 
 

@@ -23,7 +23,7 @@ LOG = logging.getLogger(__name__)
 
 AT_ONCE = 10
 """Tasks that one worker process makes: enough that its start costs little."""
-PRELOAD = ("tamp.generate.run", "tamp.execution.settling", "tamp.world.kinematics.inverse")
+PRELOAD = ("tamp.generate.run", "tamp.execution.settling.settle", "tamp.world.kinematics.inverse")
 
 
 def add(commands: Commands) -> None:

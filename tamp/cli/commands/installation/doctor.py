@@ -124,7 +124,7 @@ def _simulators() -> str:
 
 
 def _one_block() -> str:
-    from tamp.pipeline.solve import solve
+    from tamp.pipeline.solving.solve import solve
     from tamp.task import At, Box, Object, Pose, Task
 
     robot = next((name for name, reason in _why_not().items() if not reason), None)

@@ -20,7 +20,7 @@ def replay(options: argparse.Namespace) -> int:
         TampError: where the folder holds no run, or an input has changed since.
     """
     from tamp.pipeline.options.trust import HOW
-    from tamp.pipeline.solve import solve
+    from tamp.pipeline.solving.solve import solve
     from tamp.task.files.load import load_task
     from tamp.task.robots import with_robot
     from tamp.versions import versions

@@ -104,7 +104,7 @@ def execute(options: argparse.Namespace) -> int:
     """Carry a plan out that the checker accepts, print what happened, write the final poses."""
     from tamp.execution.executor import execute as execute_unchecked
     from tamp.pipeline.execute import execute as execute_plan
-    from tamp.pipeline.run import save_poses
+    from tamp.pipeline.solving.run import save_poses
     from tamp.task.files.plan_file import load_plan
 
     task = load(options.task, options)

@@ -1,0 +1,57 @@
+"""The strategies by name: which part of a task the stream planner is asked next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Protocol
+
+from tamp.pipeline.strategies.all_at_once import AllAtOnce, NetBenefit
+from tamp.pipeline.strategies.serialization.goal_order import Ordering
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.planning import Report
+from tamp.streams.values import Placement
+
+
+class Search(Protocol):
+    """A search for a plan from one state."""
+
+    @property
+    def left(self) -> Mapping[str, str]:
+        """Goals that the plan does not reach -> why."""
+
+    @property
+    def progress(self) -> Progress:
+        """The plan so far."""
+
+    @property
+    def report(self) -> Report:
+        """Of all that was asked, in sum."""
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether time was up for any of it, so that more time may find more."""
+
+    @property
+    def hopeless(self) -> Mapping[str, tuple[Placement, str]]:
+        """Objects that do not reach their goals even with all others out of the way -> from where, and why."""
+
+    def run(self, *, persistent: bool = False) -> None:
+        """Reach as many goals as the time allows; `persistent` seeks a plan for all of them until time is up."""
+
+
+class Strategy(Protocol):
+    """Begins such a search."""
+
+    def __call__(
+        self,
+        attempt: Attempt,
+        seed: int,
+        deadline: float,
+        algorithm: str,
+        hopeless: Mapping[str, str] = MappingProxyType({}),
+    ) -> Search:
+        """A search from an attempt's state, until a deadline on the clock of tamp.clock.now() [s]."""
+
+
+STRATEGIES: Mapping[str, Strategy] = {"all-at-once": AllAtOnce, "serialized": Ordering, "net-benefit": NetBenefit}

@@ -1,0 +1,275 @@
+"""Candidate placements in place of a goal: upright, turned, shifted, and those that come to rest."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp import clock
+from tamp.execution.settling.settle import settle
+from tamp.execution.simulators import DEFAULT
+from tamp.pipeline.situation import placements, raised
+from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
+from tamp.scoring.ede import CORNERS, ede, mean_edge
+from tamp.streams.affordances.stable_poses import stands, steady_faces
+from tamp.streams.placing.sampler import RELEASE_HEIGHT
+from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import At, Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+LOWERINGS = 48  # steps on the way down
+SETTLING_S = 3.0  # an object that moves longer than this has no place there
+PUSHED = 0.005  # what the others move at most when an object settles among them [m]
+AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
+
+
+def lowered(
+    workspace: Workspace, name: str, pose: Pose, least: float, others: Mapping[str, Placement]
+) -> Placement | None:
+    """Lower an object straight down from a pose until it touches something; None where that takes too many steps.
+
+    Args:
+        workspace: the shapes.
+        name: the object.
+        pose: where it begins (world frame), clear of all others.
+        least: the height of its origin when it is just above the table [m].
+        others: what stands in its way.
+    """
+    T = pose.matrix
+    beside = {other: place.pose.matrix for other, place in others.items()}
+    for _ in range(LOWERINGS):
+        gaps = {other: workspace.world.separation(name, T, other, T_other) for other, T_other in beside.items()}
+        down = min([gap - RELEASE_HEIGHT for gap in gaps.values()], default=math.inf)
+        if down < RELEASE_HEIGHT:
+            touched = [other for other, gap in gaps.items() if gap < 2 * RELEASE_HEIGHT]
+            return Placement(Pose.from_matrix(T), tuple(sorted(touched)))
+        if T[2, 3] == least:
+            return Placement(Pose.from_matrix(T), (TABLE,))
+        # Lowering by the distance cannot make them touch, whatever their shapes (conservative advancement).
+        T = T + np.outer([0, 0, 1, 0], [0, 0, 0, max(least - T[2, 3], -down)])
+    return None
+
+
+def settled(workspace: Workspace, name: str, place: Placement, simulator: str = DEFAULT) -> Placement | None:
+    """Where an object comes to rest that is let go at a place; None where that pushes others or it falls off the table.
+
+    Args:
+        workspace: what else stands where.
+        name: the object.
+        place: where it is let go.
+        simulator: in which it settles.
+    """
+    poses = {other: workspace.start[other].pose for other in _company(workspace, name, place)}
+    after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S, simulator=simulator)
+    pushed = any(moved > PUSHED for other, moved in after.moved.items() if other != name)
+    if pushed or not after.resting or after.poses[name].xyz[2] < -workspace.task.table.thickness:
+        return None
+    return raised(placements(after.poses, after.supports)[name])
+
+
+def _company(workspace: Workspace, name: str, place: Placement) -> list[str]:
+    """What an object may meet as it comes to rest, and whatever that rests on or carries; all else keeps still."""
+    low, high = workspace.bounds(name, place.pose)
+    found, touched = set[str](), set[str]()
+    for other, standing in workspace.start.items():
+        lower, upper = workspace.bounds(other, standing.pose)
+        if other != name and (lower < high + AROUND)[:2].all() and (upper > low - AROUND)[:2].all():
+            touched.add(other)
+    pairs = [{other, *standing.on} - {TABLE, name} for other, standing in workspace.start.items() if other != name]
+    while touched > found:
+        found = set(touched)
+        touched = found.union(*(pair for pair in pairs if pair & found))
+    return sorted(found)
+
+
+GAIN = 0.03  # a placement must bring the object this much nearer to its goal (EDE) [m]
+FACES = 6  # stable poses tried, the likeliest
+TURNS = 8  # about the vertical, in which each is tried
+RINGS = (0.015, 0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.18, 0.22, 0.27, 0.33)  # round the goal's position [m]
+SPOKES = 12  # positions on each ring
+LOWERED = 300  # of those over other objects that are looked at
+SETTLED = 12  # of those that are tried in physics
+UNSEEN = 3  # of those, the nearest, that are tried whether they seem worth it or not
+UNFIT = 30  # beginnings that are looked at, the nearest, of those in which no hand has room
+APART = 0.02  # EDE between two that are tried [m]
+ALIKE = 0.02  # orientations whose entries differ by less are one
+ABOVE = 0.005  # where an object begins on its way down, above everything below it [m]
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Where an object begins on its way down, and how near its goal it may end.
+
+    Attributes:
+        pose: above everything below it (world frame).
+        least: the height of its origin when it is just above the table [m].
+        below: what may be in its way.
+        bound: EDE at the best height on its way [m].
+        steady: whether it would stay as it is on the table.
+        fit: whether a hand that puts it down so may have room.
+    """
+
+    pose: Pose
+    least: float
+    below: tuple[str, ...]
+    bound: float
+    steady: bool
+    fit: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Lowered:
+    """Where an object touches something on its way down; it may fall from there.
+
+    Attributes:
+        place: there.
+        fit: as of where it began.
+    """
+
+    place: Placement
+    fit: bool
+
+
+def substitutes(
+    workspace: Workspace,
+    name: str,
+    worth: Callable[[Placement], bool],
+    fits: Callable[[Array], bool],
+    deadline: float = math.inf,
+    simulator: str = DEFAULT,
+) -> Iterator[Placement]:
+    """Yield places to rest that are nearer to an object's goal than it is by `GAIN`, the nearest first.
+
+    Args:
+        workspace: what stands where.
+        name: an object whose goal, in the workspace's task, is a pose.
+        worth: whether a place is worth a look in physics, where it is not plainly on the table.
+        fits: whether a hand may put the object down as it is turned, shape (3, 3); otherwise only the nearest places
+            are looked at, and none where the goal has all that it rests on.
+        deadline: when no more are looked at, on the clock of tamp.clock.now() [s].
+        simulator: in which objects settle there.
+    """
+    edge = mean_edge(workspace.task.object(name).shape)
+    enough = _error(workspace, name, workspace.start[name].pose) - GAIN
+    turns = [(R, steady, fits(R)) for R, steady in _orientations(workspace, name)]
+    starts = [start for turn in turns for start in _starts(workspace, name, *turn)]
+    waiting: list[tuple[float, int, _Start | _Lowered | Placement]] = [
+        (start.bound, number, start) for number, start in enumerate(starts) if start.bound < enough
+    ]
+    heapq.heapify(waiting)
+    # Where all that the goal rests on is there, the goal itself was tried, and what it is near will fail alike.
+    tried = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    unfit, unseen = (0, 0) if tried else (UNFIT, UNSEEN)
+    lowerings, looked = LOWERED, list[Pose]()
+    while waiting and clock.now() < deadline:
+        _, number, found = heapq.heappop(waiting)
+        if isinstance(found, Placement):
+            yield found
+            continue
+        if isinstance(found, _Start):
+            unfit -= not found.fit
+            if (unfit < 0 and not found.fit) or (found.below and not lowerings):
+                continue
+            lowerings -= bool(found.below)
+            step = _lowered(workspace, name, found)
+        else:
+            place = found.place
+            known = any(ede(edge, place.pose, pose) < APART for pose in looked)
+            if known or len(looked) == SETTLED or not (len(looked) < unseen or (found.fit and worth(place))):
+                continue
+            looked.append(place.pose)
+            step = settled(workspace, name, place, simulator)
+        if step is not None and (error := _error(workspace, name, _pose(step))) < enough:
+            heapq.heappush(waiting, (error, number, step))
+
+
+def _lowered(workspace: Workspace, name: str, start: _Start) -> _Lowered | Placement | None:
+    """Where an object touches something on its way down, as it would rest there where that is plain."""
+    below = {other: workspace.start[other] for other in start.below}
+    place = lowered(workspace, name, start.pose, start.least, below)
+    return place if place is None or (start.steady and place.on == (TABLE,)) else _Lowered(place, start.fit)
+
+
+def _pose(step: _Lowered | Placement) -> Pose:
+    return step.place.pose if isinstance(step, _Lowered) else step.pose
+
+
+def _goal(workspace: Workspace, name: str) -> Pose:
+    goal = workspace.task.object(name).goal
+    if not isinstance(goal, At):
+        raise ValueError(f"the goal of {name} is no pose")
+    return goal.pose
+
+
+def _error(workspace: Workspace, name: str, pose: Pose) -> float:
+    return ede(mean_edge(workspace.task.object(name).shape), pose, _goal(workspace, name))
+
+
+def _orientations(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
+    """Different orientations (3, 3), and whether the object stands so on the table."""
+    seen: list[Array] = []
+    for R, steady in _turns(workspace, name):
+        if not any(np.allclose(R, other, atol=ALIKE) for other in seen):
+            seen.append(R)
+            yield R, steady
+
+
+def _turns(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
+    """Orientations (3, 3): as the goal has it, as it is, and that and its stable faces turned about the vertical.
+
+    The first turn of each is as near to the goal's orientation as it comes.
+    """
+    geometry = workspace.world.geometries[name]
+    wanted, here = _goal(workspace, name).matrix[:3, :3], workspace.start[name].pose.matrix[:3, :3]
+    # A ball has many faces, none of them likely, but it rests as it lies now.
+    known = [here] if workspace.start[name].on == (TABLE,) else []
+    faces = steady_faces(geometry)
+    yield wanted, stands(geometry, wanted)
+    yield from ((R, True) for R in known)
+    for R in [*known, *faces[:FACES]]:
+        M = R @ wanted.T
+        # The angle that maximises the trace of Rz(angle) M.
+        nearest = np.arctan2(M[0, 1] - M[1, 0], M[0, 0] + M[1, 1])
+        for angle in nearest + np.linspace(0.0, 2 * np.pi, TURNS, endpoint=False):
+            c, s = np.cos(angle), np.sin(angle)
+            yield np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ R, True
+
+
+def _starts(workspace: Workspace, name: str, R: Array, steady: bool, fit: bool) -> Iterator[_Start]:
+    """Where an object may begin on its way down in one orientation, over and around its goal."""
+    goal, points = _goal(workspace, name), workspace.points(name) @ R.T
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = np.array(workspace.task.table.center), np.array(workspace.task.table.size) / 2
+    xy = np.array(goal.xyz[:2]) + _offsets()
+    xy = xy[((xy + low[:2] > middle - half) & (xy + high[:2] < middle + half)).all(axis=1)]
+    names = [other for other in workspace.start if other != name]
+    boxes = np.array([workspace.bounds(other, workspace.start[other].pose) for other in names]).reshape(-1, 2, 3)
+    over = ((xy[:, None] + low[:2] < boxes[:, 1, :2]) & (xy[:, None] + high[:2] > boxes[:, 0, :2])).all(axis=2)
+    least = RELEASE_HEIGHT - low[2]
+    most = np.maximum(least, np.where(over, boxes[:, 1, 2] + ABOVE - low[2], -np.inf).max(axis=1, initial=-np.inf))
+    best = np.column_stack([xy, np.clip(goal.xyz[2], least, most)])
+    turn = mean_edge(workspace.task.object(name).shape) * CORNERS @ (R - goal.matrix[:3, :3]).T
+    bounds = np.linalg.norm(best[:, None] - goal.xyz + turn, axis=2).mean(axis=1)
+    T = np.eye(4)
+    T[:3, :3] = R
+    for (x, y), z, bound, hit in zip(xy, most, bounds, over, strict=True):
+        T[:3, 3] = x, y, z
+        below = tuple(other for other, is_hit in zip(names, hit, strict=True) if is_hit)
+        yield _Start(Pose.from_matrix(T), float(least), below, float(bound), steady, fit)
+
+
+def _offsets() -> Array:
+    """Positions on the rings and their centre, shape (n, 2) [m]."""
+    angles = np.linspace(0.0, 2 * np.pi, SPOKES, endpoint=False)
+    rings = np.multiply.outer(RINGS, np.column_stack([np.cos(angles), np.sin(angles)]))
+    return np.vstack([np.zeros((1, 2)), rings.reshape(-1, 2)])

@@ -1,0 +1,169 @@
+"""Whether an object reaches its goal at all: alone in the world, or only for what stands in its way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
+from typing import Any
+
+from tamp.pipeline.strategies.serialization.goal_graph import alone, goal_supports, supports_first, supports_in_the_way
+from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
+from tamp.planning import Context
+from tamp.planning.context import generator_for
+from tamp.streams.affordances.flat_faces import lies_flat
+from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+
+BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do, which are longer
+
+
+@dataclass
+class Prospects:
+    """What short tries say of single objects; each object is tried once, from where it stands by then.
+
+    Attributes:
+        asker: the plan so far.
+        hopeless: object that does not reach its goal even alone -> where it stood then, and why.
+        regrasped: objects that reach theirs alone by way of another grasp.
+    """
+
+    asker: Asker
+    hopeless: dict[str, tuple[Placement, str]] = field(default_factory=dict)
+    regrasped: set[str] = field(default_factory=set)
+    _hopeful: set[str] = field(default_factory=set)
+
+    def known_against(self, name: str) -> str | None:
+        """Why an object does not reach its goal even alone, where that is known by now, wherever it stands."""
+        return self.hopeless[name][1] if name in self.hopeless else None
+
+    def beyond_hope(self, names: Collection[str]) -> set[str]:
+        """Those that are known not to reach their goals even alone, and all whose goals rest on any of them."""
+        found, workspace = {name for name in names if name in self.hopeless}, self.asker.workspace
+        for name in supports_first(workspace, sorted(names)):
+            if found & {*goal_supports(workspace, name)}:
+                found.add(name)
+        return found
+
+    def against(self, name: str) -> str | None:
+        """Why an object does not reach its goal even with all others out of the way; None where it does."""
+        if name in self._hopeful:
+            return None
+        if name in self.hopeless:
+            return self.known_against(name)
+        workspace = alone(self.asker.workspace, name)
+        iterations = self.asker.tuning.alone_iterations
+        if to_be_pushed(workspace, name, workspace.start[name]):
+            iterations *= BEGINNING_WITH_A_SLIDE
+        solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)})
+        if solution.plan is not None or self._regrasp_helps(name):
+            self._hopeful.add(name)
+            return None
+        why = f"even alone: {reason(solution)}"
+        if not self.asker.late:
+            self.hopeless[name] = workspace.start[name], why
+        return why
+
+    def _regrasp_helps(self, name: str) -> bool:
+        """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
+        workspace = alone(self.asker.workspace, name)
+        # Wherever what lies flat is put down in between, no hand takes it up again.
+        able = name in workspace.goals and not lies_flat(workspace, name)
+        movable = {name, *supports_in_the_way(workspace, name)}
+        if (
+            able
+            and self.asker.ask(workspace, self.asker.tuning.alone_iterations, movable, regrasped={name}).plan
+            is not None
+        ):
+            self.regrasped.add(name)
+        return name in self.regrasped
+
+
+LOOKED_AT = 12  # grasps of an object
+
+
+def clearest_first(
+    workspace: Workspace, names: Sequence[str], samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+) -> list[str]:
+    """The names, those of objects for which the fewest others have to leave first; arguments as of `in_the_way`."""
+    return sorted(names, key=lambda name: len(in_the_way(workspace, name, samplers, seed, deadline)))
+
+
+def in_the_way(
+    workspace: Workspace, name: str, samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+) -> set[str]:
+    """What stands on an object, where its goal is, or in the hand's way to it, and all that stands on any of those.
+
+    Of the grasps that are looked at, that which meets the fewest counts.
+
+    Args:
+        workspace: what stands where.
+        name: the object.
+        samplers: one function for each stream.
+        seed: decides every random choice.
+        deadline: on the clock of tamp.clock.now() [s].
+    """
+    others = {other: place for other, place in workspace.start.items() if other != name}
+    found = {other for other, place in others.items() if name in place.on}
+    if name in workspace.goals:
+        found |= _overlapping(workspace, name, workspace.goals[name], others)
+    found |= _met(workspace, name, others, samplers, seed, deadline)
+    while above := {other for other, place in others.items() if not found.isdisjoint(place.on)} - found:
+        found |= above
+    return found
+
+
+def barred(
+    workspace: Workspace, name: str, samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+) -> str | None:
+    """Why an object cannot reach its goal while no other moves, as where they stand tells; None if that does not.
+
+    Something may stand on it, or where its goal pose is; arguments as of `in_the_way`.
+    """
+    goal, test = workspace.goals.get(name), samplers["test-cfree-placements"]
+    for other, place in workspace.start.items():
+        if name in place.on:
+            return f"{other} stands on {name}"
+        inputs = (name, goal, other, place)
+        rng = partial(generator_for, seed, "test-cfree-placements", map(repr, inputs))
+        context = Context(workspace, rng, deadline, seed=seed)
+        if goal is not None and other != name and not test(context, *inputs):
+            return f"{name} would overlap {other}"
+    return None
+
+
+def _overlapping(workspace: Workspace, name: str, goal: Placement, others: Mapping[str, Placement]) -> set[str]:
+    return {
+        other
+        for other, place in others.items()
+        if workspace.world.overlap(name, goal.pose.matrix, other, place.pose.matrix, tolerance=CONTACT_DEPTH)
+    }
+
+
+def _met(
+    workspace: Workspace,
+    name: str,
+    others: Mapping[str, Placement],
+    samplers: Mapping[str, Callable[..., Any]],
+    seed: int,
+    deadline: float,
+) -> set[str]:
+    """Those that the arm meets where it takes an object from where it stands by the grasp that meets the fewest."""
+
+    def context(stream: str, *inputs: Any) -> Context:
+        keys = (name, *map(repr, inputs))
+        made = Context(workspace, lambda: generator_for(seed, stream, keys), deadline, seed=seed)
+        made.bound = tuple(("AtPose", other, place) for other, place in others.items())
+        return made
+
+    start, fewest = workspace.start[name], set(others)
+    for grasp in filter(None, islice(samplers["sample-grasp"](context("sample-grasp"), name), LOOKED_AT)):
+        ways = samplers["inverse-kinematics"](context("inverse-kinematics", start, grasp), name, start, grasp)
+        for _, _, handling in filter(None, islice(ways, 1)):
+            fewest = min(fewest, set(handling_hits(workspace, handling, others)), key=len)
+        if not fewest:
+            break
+    return fewest

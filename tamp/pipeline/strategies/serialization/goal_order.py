@@ -1,0 +1,344 @@
+"""A search for the order of goals, and the status of each goal: reached, left and why, or brought near."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from tamp.pipeline.situation import left_at
+from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
+from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
+from tamp.pipeline.strategies.serialization.goal_graph import (
+    all_goals,
+    asking_for,
+    away,
+    goal_names,
+    goal_supports,
+    nearly_there,
+    supports_first,
+)
+from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
+from tamp.planning import Report, combined
+from tamp.scoring.score import SOLVED_WITHIN_M
+from tamp.streams.affordances.neighbours import enclosed
+from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.placing.packing import crowded
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+from tamp.task import Goal, In, On
+
+
+@dataclass
+class Ledger:
+    """The goals of a plan in the making.
+
+    Attributes:
+        asker: the plan so far.
+        left: objects whose goals it does not reach -> why.
+        facts: symbolic goals that it does not reach, as PDDL writes them -> why.
+        reached: the other objects with a goal.
+    """
+
+    asker: Asker
+    left: dict[str, str] = field(init=False)
+    facts: dict[str, str] = field(init=False)
+    reached: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        names, why = goal_names(self.asker.workspace), "no time was left to plan for it"
+        self.left = dict.fromkeys(names, why)
+        self.facts = {name: why for name in all_goals(self.asker.workspace) if name not in self.left}
+
+    def clear(self) -> None:
+        """Count everything as reached."""
+        self.left.clear()
+        self.facts.clear()
+
+    def reach(self, name: str) -> None:
+        """Count an object as there."""
+        del self.left[name]
+        self.reached.add(name)
+
+    def reach_near(self, names: Sequence[str]) -> bool:
+        """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""
+        before = len(self.left)
+        for name in supports_first(self.asker.workspace, names):
+            workspace = self.asker.workspace
+            if nearly_there(workspace, name):
+                progress = self.asker.progress
+                progress.now = replace(progress.now, workspace=left_at(workspace, name))
+                self.reach(name)
+        return len(self.left) < before
+
+    def reach_hard_to_grasp(self) -> None:
+        """Let what is near its goal count as there while others are far from theirs, if it is hard to get hold of.
+
+        It takes long to find hands that have room in a container, or ways to the table's edge for what no hand can
+        grasp as it lies, and less is gained.
+        """
+        workspace = self.asker.workspace
+        if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
+            places = [(workspace, name, workspace.start[name]) for name in self.left]
+            self.reach_near([place[1] for place in places if enclosed(*place) or to_be_pushed(*place)])
+
+
+FAR = 0.15  # from its goal (EDE) is what is brought near before all else was tried [m]
+
+
+@dataclass
+class Early:
+    """Objects without hope, each brought near once.
+
+    Attributes:
+        prospects: tell who has no hope.
+        allowed: whether anything shall be brought merely near.
+    """
+
+    prospects: Prospects
+    allowed: bool = False
+    _tried: set[str] = field(default_factory=set)
+
+    def bring(self, name: str, left: Collection[str], kept: Collection[str]) -> bool:
+        """Bring an object near if it has no hope and is far, but not to where those shall be that have; whether it was.
+
+        Args:
+            name: the object.
+            left: all objects that are not at their goals.
+            kept: objects that must stay at theirs.
+        """
+        asker = self.prospects.asker
+        goals, hopeless = asker.workspace.goals.keys(), self.prospects.beyond_hope(left)
+        if not self.allowed or name not in hopeless & goals - self._tried:
+            return False
+        self._tried.add(name)
+        return away(asker.workspace, name) > FAR and bring_near(asker, {name}, kept, (goals & {*left}) - hopeless)
+
+
+UNLIMITED = 1_000_000
+
+
+class Ordering:
+    """A search for the order of goals.
+
+    Args:
+        attempt: the state it starts from.
+        seed: decides every random choice.
+        deadline: on the clock of tamp.clock.now() [s].
+        algorithm: of the stream planner.
+        hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
+    """
+
+    def __init__(
+        self,
+        attempt: Attempt,
+        seed: int,
+        deadline: float,
+        algorithm: str,
+        hopeless: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
+        self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
+        self._ledger = Ledger(self._asker)
+        self._early = Early(self._prospects)
+        self._together: list[Report] = []
+
+    @property
+    def left(self) -> dict[str, str]:
+        """Objects whose goals it does not reach, and symbolic goals that it does not -> why."""
+        return {**self._ledger.left, **self._ledger.facts}
+
+    @property
+    def _left(self) -> dict[str, str]:
+        return self._ledger.left
+
+    @property
+    def report(self) -> Report:
+        """Of all that was asked, in sum; its status is that of the longest search for all goals that were left."""
+        if not self._asker.reports:
+            return Report(self._asker.algorithm, "solved", 0.0, 0.0, {}, (), (), message="All is where it shall be.")
+        longest = max(self._together, key=lambda report: report.total_s, default=None)
+        ended = "timeout" if longest is None else longest.status
+        return combined(self._asker.reports, ended if self.left else "solved")
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether time was up for the search or for one of its questions."""
+        return self._asker.late or any(report.status == "timeout" for report in self._asker.reports)
+
+    @property
+    def hopeless(self) -> Mapping[str, tuple[Placement, str]]:
+        """Objects known not to reach their goals even alone -> from where, and why."""
+        return self._prospects.hopeless
+
+    @property
+    def progress(self) -> Progress:
+        """The plan so far."""
+        return self._asker.progress
+
+    def run(self, *, persistent: bool = False) -> None:
+        """Reach as many goals as the time allows.
+
+        Args:
+            persistent: whether all goals at once are sought until time is up where some are left.
+        """
+        self._reach_objects(persistent)
+        if self._ledger.facts and not self._asker.late:
+            self._reach_facts()
+
+    def _reach_facts(self) -> None:
+        """Reach the symbolic goals in one question, what objects have reached included."""
+        wanted = self._ledger.reached | self._ledger.facts.keys()
+        solution = self._asker.ask(asking_for(self._asker.workspace, wanted), UNLIMITED, None)
+        refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
+        self._ledger.facts = {} if refused is None else dict.fromkeys(self._ledger.facts, refused)
+
+    def _reach_objects(self, persistent: bool) -> None:
+        begin, task = self.progress.now, self.progress.now.setup.task
+        if task.goal or any(_takes_room(begin.workspace, obj.goal) for obj in task.objects):
+            with self._asker.within(self._asker.tuning.together_share):
+                if self._all_together(self._asker.tuning.together_iterations):
+                    return
+        self._ledger.reach_hard_to_grasp()
+        while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self._left)):
+            pass
+        if not self._left:
+            return
+        with self._asker.within(self._asker.tuning.together_share):
+            # What is at its goal stays there if it can: plans that take it away again are long, and much may go wrong.
+            staying = set() if persistent else self._ledger.reached
+            iterations = 1 if stuck(begin.workspace, self._left) else self._asker.tuning.together_iterations
+            reached = self._all_together(iterations, staying)
+        if not reached and not persistent:
+            self._come_near()
+        if reached or not persistent:
+            return
+        self._climb((*EFFORTS, *LAST))
+        if self._left:
+            self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
+            while not self._asker.late and self._together[-1].status != "infeasible":
+                if self._all_together(UNLIMITED):
+                    break
+
+    def _come_near(self) -> None:
+        """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing."""
+        asker = self._asker
+        self._early.allowed = True
+        for efforts in (EFFORTS, LAST):
+            nearer = True
+            while self._left and nearer and not asker.late:
+                with asker.within(asker.tuning.goals_share):
+                    self._climb(efforts)
+                nearer = bring_near(asker, self._left.keys() & asker.workspace.goals.keys(), self._ledger.reached)
+        self.progress.cut_back()
+
+    def _climb(self, efforts: Sequence[Effort]) -> None:
+        """Reach one goal after the other, with growing effort, but with little for what is nearly there."""
+        level = 0
+        while self._left and level < len(efforts) and not self._asker.late:
+            level = 0 if self._advance(efforts[level]) else level + 1
+        self._ledger.reach_near(list(self._left))
+
+    def _advance(self, effort: Effort) -> bool:
+        """Reach goals, or count as reached what is near, or make room where hands lack it; whether anything came of it.
+
+        Crowded objects come last. That they look stuck is a guess: to try each takes less time than to seek a nudge.
+        """
+        crowded = set() if effort.others_move else stuck(self._asker.workspace, self._left)
+        if self._sweep(effort, crowded) or (crowded and self._sweep(effort, self._left.keys() - crowded)):
+            return True
+        near = self._ledger.reach_near(list(self._left))
+        return near or (bool(crowded) and make_room(self._asker, crowded, self._ledger.reached))
+
+    def _all_together(self, iterations: int, staying: Collection[str] = ()) -> bool:
+        """Plan for all goals together, while some objects stay where they are; whether that succeeded."""
+        workspace = self._asker.workspace
+        movable = workspace.start.keys() - {*staying} if staying else None
+        solution = self._asker.ask(workspace, iterations, movable, regrasped=self._prospects.regrasped)
+        proven = not staying or solution.status != "infeasible"
+        self._together.append(solution.report if proven else replace(solution.report, status="failed"))
+        if solution.plan is None or self._asker.refused(solution.plan) is not None:
+            return False
+        self._ledger.clear()
+        return True
+
+    def _sweep(self, effort: Effort, spared: Container[str] = ()) -> bool:
+        """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
+        asker, progress = self._asker, False
+        workspace, samplers = asker.workspace, self.progress.now.samplers
+        names = supports_first(workspace, [name for name in self._left if name not in spared])
+        if effort.others_move:
+            names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
+        share = self._share(names, effort)
+        for name in names:
+            if asker.late:
+                break
+            with asker.within(share, asker.tuning.one_goal_least_s):
+                progress |= self._try(name, effort)
+            if progress and effort.others_move:
+                break
+        return progress
+
+    def _try(self, name: str, effort: Effort) -> bool:
+        """Plan for one more goal; whether it was reached."""
+        workspace = self._asker.workspace
+        start, goals = workspace.start, workspace.goals
+        if missing := self._missing(name):
+            self._left[name] = f"its goal rests on {missing[0]}, which is not at its own"
+            return effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
+        if name in goals and start[name] == goals[name]:
+            self._ledger.reach(name)
+            return True
+        if not effort.others_move and (against := self._barred(name)) is not None:
+            self._left[name] = against
+            return False
+        if not effort.hopeless_too:
+            prospects = self._prospects
+            against = prospects.against(name) if effort.others_move else prospects.known_against(name)
+            if against is not None:
+                self._left[name] = against
+                brought = effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
+                return self._ledger.reach_near([name]) or brought
+        asked = asking_for(workspace, self._ledger.reached | {name})
+        movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, set[str]())
+        solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
+        refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
+        if refused is not None:
+            self._left[name] = refused
+            if solution.plan is not None and effort.others_move:  # what is refused is tried by way of another grasp
+                self._prospects.regrasped.add(name)
+            return False
+        self._ledger.reach(name)
+        return True
+
+    def _share(self, names: Sequence[str], effort: Effort) -> float:
+        """Of the time that is left, what goes to one of the goals at most: the more, the fewer wait for theirs.
+
+        Those whose goals rest on others that are not there yet take no time; what is hopeless shall not take all.
+        """
+        able = sum(not self._missing(name) for name in names)
+        fair = 0.0 if effort.hopeless_too else 1 / max(able, 1)
+        return max(self._asker.tuning.one_goal_share, fair) if effort.others_move else 1.0
+
+    def _missing(self, name: str) -> list[str]:
+        """Objects that an object's goal rests on and that are not at their own."""
+        workspace = self._asker.workspace
+        supports = goal_supports(workspace, name)
+        return [lower for lower in supports if workspace.start[lower] != workspace.goals[lower]]
+
+    def _barred(self, name: str) -> str | None:
+        """Why an object need not be tried while no other moves: that would only be found out more slowly."""
+        asker = self._asker
+        return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed, asker.deadline)
+
+
+def _takes_room(workspace: Workspace, goal: Goal | None) -> bool:
+    """Whether it is open where a goal is reached, so that one that is reached alone may take the room of the next.
+
+    Where a region is filled in rows it does not: there a jam shall cost one object and not the plan for all.
+    """
+    regions = {region.name: region for region in workspace.task.regions}
+    in_rows = isinstance(goal, On) and goal.target in regions and crowded(workspace, regions[goal.target])
+    return isinstance(goal, On | In) and not in_rows

@@ -1,0 +1,223 @@
+"""Placements nearest to a goal that cannot be reached, and the feasible grasps that reach them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tamp import clock
+from tamp.pipeline.situation import raised
+from tamp.pipeline.strategies.serialization.candidate_placements import substitutes
+from tamp.pipeline.strategies.serialization.goal_graph import asking_for, farthest_first
+from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.planning import Context
+from tamp.planning.context import generator_for
+from tamp.streams.affordances.falls import drops
+from tamp.streams.affordances.stable_poses import amid
+from tamp.streams.affordances.tilts import layable
+from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.hand.candidates import Pinches
+from tamp.streams.hand.clearance import clear_of_falling, hand_hits, opening_for
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LOOKED_AT = 60  # grasps of an object
+KEPT = 24  # of those, that can take it
+SERVING = 2  # grasps after which a place needs no more
+PUT, DROP = "inverse-kinematics", "plan-laying"  # streams that know ways to a place
+REACHED = 4  # grasps for which the arm is asked about a place
+
+
+class Grips:
+    """The grasps that can take one object as things stand, by the run's own samplers.
+
+    Args:
+        workspace: what stands where; the object may be moved, all others stay.
+        name: the object.
+        samplers: one function for each stream.
+        seed: decides every random choice.
+        deadline: on the clock of tamp.clock.now() [s].
+    """
+
+    def __init__(
+        self, workspace: Workspace, name: str, samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+    ) -> None:
+        goals = {other: place for other, place in workspace.goals.items() if other != name}
+        self._workspace, self._name = replace(workspace, goals=goals), name
+        self._samplers, self._seed, self._deadline = samplers, seed, deadline
+        self._others = {other: place for other, place in workspace.start.items() if other != name}
+        self._scene = Scene(poses={other: place.pose.matrix for other, place in self._others.items()})
+        if any(name in place.on for place in self._others.values()):
+            self.grasps: tuple[Grasp, ...] = ()
+        else:
+            offered = islice(samplers["sample-grasp"](self._context("sample-grasp", ()), name), LOOKED_AT)
+            taking = (grasp for grasp in filter(None, offered) if self._reaches(PUT, grasp, workspace.start[name]))
+            self.grasps = tuple(islice(taking, KEPT))
+
+    def fits(self, R: NDArray[np.float64]) -> bool:
+        """Whether there is a grasp whose hand is clear of the table on which the object stands, turned by R (3, 3)."""
+        pose = raised(amid(self._workspace, self._name, R)).pose
+        return any(self._is_clear(grasp, pose, Scene()) for grasp in self.grasps)
+
+    def roomy(self, place: Placement) -> tuple[Grasp, ...]:
+        """Those of the grasps for whose hand, open and without an arm, there is room at a place or to drop it there."""
+        above = [fall[0] for fall in drops(self._workspace, self._name, place)]
+        loose = clear_of_falling(self._workspace, self._name, _pinches(self.grasps), place.pose)
+        poses = [[place.pose, *above] if falls_out else [place.pose] for falls_out in loose]
+        return tuple(
+            grasp
+            for grasp, let_go in zip(self.grasps, poses, strict=True)
+            if any(self._is_clear(grasp, pose, self._scene) for pose in let_go)
+        )
+
+    def serving(self, place: Placement) -> tuple[Grasp, ...]:
+        """A few of the grasps, best first, that can also bring the object to a place; none where there are none."""
+        streams = (PUT, DROP) if drops(self._workspace, self._name, place) else (PUT,)
+        grasps = self.roomy(place)[:REACHED]
+        able = (grasp for grasp in grasps if any(self._reaches(stream, grasp, place) for stream in streams))
+        return tuple(islice(able, SERVING))
+
+    def _is_clear(self, grasp: Grasp, pose: Pose, scene: Scene) -> bool:
+        opening = opening_for(self._workspace.world.robot.spec.gripper, grasp)
+        return not hand_hits(self._workspace, pose.matrix @ grasp.T_object_tool.matrix, opening, scene)
+
+    def _reaches(self, stream: str, grasp: Grasp, place: Placement) -> bool:
+        """Whether the first way to a place that a stream knows meets nothing; once time is up no more are asked for."""
+        if clock.now() >= self._deadline:
+            return False
+        found = self._samplers[stream](self._context(stream, (place, grasp)), self._name, place, grasp)
+        first = next(found, None)
+        return first is not None and not handling_hits(self._workspace, first[-1], self._others)
+
+    def _context(self, stream: str, inputs: tuple[Any, ...]) -> Context:
+        keys = (self._name, *map(repr, inputs))
+        context = Context(
+            self._workspace, lambda: generator_for(self._seed, stream, keys), self._deadline, seed=self._seed
+        )
+        context.bound = tuple(("AtPose", other, place) for other, place in self._others.items())
+        return context
+
+
+def _pinches(grasps: Sequence[Grasp]) -> Pinches:
+    T = np.array([grasp.T_object_tool.matrix for grasp in grasps]).reshape(-1, 4, 4)
+    widths = np.array([grasp.width for grasp in grasps])
+    clearances = np.array([grasp.clearance for grasp in grasps])
+    return Pinches(T, widths, np.zeros(len(grasps)), np.zeros(len(grasps)), clearances)
+
+
+SHARE = 0.5  # of the time goes to one object at most; what the last one leaves serves goals and deviations
+LEAST = 5.0  # less than this would be of no use to it: to grasp, to settle and to plan take most of it [s]
+PLACES = 1000  # looked at for an object
+LOOKS = 40  # of those with room for the hand, for which the arm is asked
+TRIES = 6  # of those it reaches, for which the planner is asked
+UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp, once no other has come of it
+VAIN = 2  # places on one face to which the arm brings it by none of the grasps, after which no more are looked at
+ALIKE = 0.985  # cosine of the angle between two faces that count as one
+SLID = 2  # places tried for what can only be gripped once it was slid: by which grasp nobody knows before
+ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
+
+
+def bring_near(asker: Asker, names: Collection[str], kept: Collection[str], free: Collection[str] = ()) -> bool:
+    """Put each of some objects to the best second-best place that it reaches; whether any was brought nearer.
+
+    Those that are farthest from their goals have most to gain and come first: time may run out. Each gets a share, so
+    that one that nothing comes of leaves some to the others, but no less than it takes.
+
+    Args:
+        asker: the plan so far, which grows.
+        names: objects whose goals are poses.
+        kept: objects that must stay at their goals.
+        free: objects whose goal poses are to stay free.
+    """
+    waiting, nearer = farthest_first(asker.workspace, names), False
+    while waiting and not asker.late:
+        with asker.within(SHARE, LEAST):
+            nearer |= _bring_near(asker, waiting.pop(0), kept, free)
+    return nearer
+
+
+def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
+    workspace, samplers = asker.workspace, asker.progress.now.samplers
+    grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
+    if not grips.grasps:
+        return to_be_pushed(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept, free)
+    looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
+
+    def hopeful(place: Placement) -> bool:
+        fresh = sum(_alike(place, other) for other in vain) < VAIN
+        return fresh and bool(grips.roomy(place)) and not _covers(workspace, name, place, free)
+
+    simulator = asker.progress.now.setup.settings.settling
+    for place in islice(substitutes(workspace, name, hopeful, grips.fits, asker.deadline, simulator), PLACES):
+        if asker.late or not (looks and tries):
+            break
+        if _covers(workspace, name, place, free):
+            continue
+        if hopeful(place):
+            looks -= 1
+            serving = grips.serving(place)
+            if serving:
+                tries -= 1
+                if _put(asker, name, place, kept, serving):
+                    return True
+                continue
+            vain.append(place)
+        if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)):
+            unseen.append(place)
+    return any(not asker.late and _put(asker, name, place, kept, ()) for place in unseen)
+
+
+def _covers(workspace: Workspace, name: str, place: Placement, goals: Collection[str]) -> bool:
+    """Whether an object at a place would be where some others shall be."""
+    T, wanted = place.pose.matrix, [(other, workspace.goals[other].pose.matrix) for other in sorted(goals)]
+    return any(workspace.world.overlap(name, T, other, T_goal, tolerance=CONTACT_DEPTH) for other, T_goal in wanted)
+
+
+def _alike(place: Placement, other: Placement) -> bool:
+    """Whether an object rests on the same face at both, and on the table at both or neither."""
+    up, other_up = place.pose.matrix[2, :3], other.pose.matrix[2, :3]
+    return (place.on == (TABLE,)) == (other.on == (TABLE,)) and float(up @ other_up) > ALIKE
+
+
+def _slide_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
+    """The same for an object that can only be gripped where it was slid to."""
+    workspace = asker.workspace
+
+    def uncovered(place: Placement) -> bool:
+        return not _covers(workspace, name, place, free)
+
+    simulator = asker.progress.now.setup.settings.settling
+    found = substitutes(workspace, name, uncovered, lambda R: True, asker.deadline, simulator)
+    places = filter(uncovered, found)
+    return any(not asker.late and _put(asker, name, place, kept, (), SLIDING) for place in islice(places, SLID))
+
+
+def _put(
+    asker: Asker,
+    name: str,
+    place: Placement,
+    kept: Collection[str],
+    serving: Sequence[Grasp],
+    iterations: int = ITERATIONS,
+) -> bool:
+    """Plan to put an object to a place while all others stay; with the grasps that serve there, or else with any."""
+    workspace = asker.workspace
+    stay = {other: workspace.start[other] for other in workspace.goals}
+    near = replace(workspace, goals={**stay, name: place})
+
+    def grasps(context: Context, obj: str) -> Iterator[Grasp]:
+        yield from serving
+
+    samplers = {"sample-grasp": grasps} if serving else {}
+    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers)
+    return solution.plan is not None and asker.refused(solution.plan) is None

@@ -1,0 +1,163 @@
+"""One question to the stream planner: from where, for which goals, with which effort, and why it failed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from tamp import clock
+from tamp.pipeline.options.tuning import Tuning
+from tamp.pipeline.strategies.serialization.goal_graph import away
+from tamp.pipeline.strategies.serialization.partial_plan import Progress
+from tamp.planning import GroundAction, Problem, Report, Solution, solve
+from tamp.planning.strategies.net_benefit import NetBenefit
+from tamp.streams.workspace import Workspace
+from tamp.task import At
+
+SYMBOLIC_WORTH = 500.0  # of a goal without a pose, in millimetres of error
+ENOUGH = 8.0  # a plan that costs no more for each goal, an action counting as a millimetre, is not improved on
+ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
+
+
+@dataclass
+class Asker:
+    """A plan in the making and what it takes to make it longer.
+
+    Attributes:
+        progress: the plan so far.
+        seed: decides every random choice.
+        deadline: on the clock of tamp.clock.now() [s].
+        algorithm: of the stream planner.
+        refusals: how many answers the checker has sent back; each lets the next question draw other samples.
+        reports: the planner's on every question.
+    """
+
+    progress: Progress
+    seed: int
+    deadline: float
+    algorithm: str
+    refusals: int = 0
+    reports: list[Report] = field(default_factory=list)
+
+    @property
+    def workspace(self) -> Workspace:
+        """What stands where by now; it asks for all goals."""
+        return self.progress.now.workspace
+
+    @property
+    def tuning(self) -> Tuning:
+        """The numbers that a user may change."""
+        return self.progress.now.setup.settings.tuning
+
+    @property
+    def late(self) -> bool:
+        """Whether time is up."""
+        return clock.now() >= self.deadline
+
+    @contextmanager
+    def within(self, share: float, least: float = 0.0) -> Iterator[None]:
+        """Inside, only such a share of the time that is left may be used, or at least so much of it [s]."""
+        final, now = self.deadline, clock.now()
+        self.deadline = min(final, now + max(least, share * (final - now)))
+        try:
+            yield
+        finally:
+            self.deadline = final
+
+    @property
+    def drawn_seed(self) -> int:
+        """The seed of the next question."""
+        return self.seed + self.refusals * ANOTHER_SEED
+
+    def ask(
+        self,
+        workspace: Workspace,
+        iterations: int,
+        movable: Container[str] | None,
+        samplers: Mapping[str, Callable[..., Any]] | None = None,
+        regrasped: Collection[str] = (),
+        strategy: str = "all-at-once",
+    ) -> Solution:
+        """Plan for what a workspace asks for, from where the arm is by now.
+
+        Args:
+            workspace: the question.
+            iterations: of the stream planner at most.
+            movable: objects that may be moved; None for all.
+            samplers: in place of the run's own.
+            regrasped: objects that shall reach the goal poses asked for only by way of another placement and grasp.
+            strategy: of the stream planner; "net-benefit" takes each goal for worth what it takes off the error.
+        """
+        now = self.progress.now
+        posed = {name for name in regrasped if isinstance(workspace.task.object(name).goal, At)}
+        moving = {name for name in posed if workspace.goals[name] != workspace.start[name]}
+        problem = now.problem(workspace, samplers or {}, movable, moving)
+        if strategy == "net-benefit":
+            problem = softened(problem, workspace)
+        solution = solve(
+            problem,
+            algorithm=self.algorithm,
+            timeout=max(0.0, self.deadline - clock.now()),
+            seed=self.drawn_seed,
+            max_iterations=iterations,
+            search=now.setup.settings.chosen("search"),
+            strategy=NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once",
+        )
+        self.reports.append(solution.report)
+        return solution
+
+    def refused(self, actions: Sequence[GroundAction]) -> str | None:
+        """Add actions to the plan; what is wrong with them where the checker refuses them."""
+        refused = self.progress.take(actions, self.seed)
+        self.refusals += refused is not None
+        return refused
+
+
+def softened(problem: Problem, workspace: Workspace) -> Problem:
+    """The problem with its goals soft, each worth the millimetres that it takes off the task's error.
+
+    A goal that no pose measures is worth as much as one that is a bound of the score away.
+    """
+    worth = dict[Any, float]()
+    for condition in problem.goal[1:]:
+        predicate, *about = condition
+        if predicate == "AtPose" and about[0] in workspace.goals:
+            worth[condition] = max(1.0, 1000.0 * away(workspace, about[0]))
+        elif predicate != "HandEmpty":
+            worth[condition] = SYMBOLIC_WORTH
+    hard = tuple(condition for condition in problem.goal[1:] if condition not in worth)
+    return replace(problem, goal=("and", *hard), soft_goals=tuple(worth.items()))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard a goal is tried.
+
+    Attributes:
+        iterations: of the stream planner; counts, so that a busy machine finds the same plan.
+        others_move: whether other objects may be put aside.
+        hopeless_too: whether goals that not even the object alone could reach are tried.
+    """
+
+    iterations: int
+    others_move: bool
+    hopeless_too: bool = False
+
+
+EFFORTS = (Effort(4, False), Effort(8, True), Effort(12, True))
+LAST = (Effort(30, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
+
+
+def reason(solution: Solution) -> str:
+    """Where the skeleton that was tried most broke; without one, the commonest failure of any stream; in words."""
+    broken = [skeleton for skeleton in solution.report.skeletons if skeleton.reason]
+    if broken:
+        most = max(broken, key=lambda skeleton: skeleton.attempts)
+        return f"{solution.status}; {most.broke_at}: {most.reason}"
+    streams = [s for s in solution.report.streams if s.failures]
+    if not streams:
+        return solution.status
+    worst = max(streams, key=lambda s: s.failures[0][1])
+    return f"{solution.status}; {worst.name}: {worst.failures[0][0]}"

@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first, in_the_way
+from tamp.pipeline.strategies.serialization.goal_order import Ordering
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.task import At, Box, Object, Pose, Task, load_robot
+from tests.pipeline.samplers import no_grasp, no_slide
+
+CUBE = Box((0.05, 0.05, 0.05))
+RED = Object("red", CUBE, Pose((0.1, 0.1, 0.025)), At(Pose((0.1, -0.2, 0.025))))
+TOP = Object("top", CUBE, Pose((0.1, 0.1, 0.075)))
+THERE = Object("there", CUBE, Pose((0.1, -0.2, 0.025)))
+ON_THERE = Object("on_there", CUBE, Pose((0.1, -0.2, 0.075)))
+FAR = Object("far", CUBE, Pose((-0.2, 0.4, 0.025)))
+
+
+def obstacles(*objects, samplers=None):
+    setup = prepare(Task("obstacles", objects))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, samplers)
+    return in_the_way(attempt.workspace, "red", attempt.samplers, 0, math.inf)
+
+
+def test_nothing_is_in_the_way_of_what_stands_and_shall_stand_alone():
+    assert obstacles(RED, FAR) == set()
+
+
+def test_what_stands_on_it_is_in_the_way():
+    assert obstacles(RED, TOP, FAR) == {"top"}
+
+
+def test_what_stands_at_the_goal_is_in_the_way_and_what_stands_on_that():
+    assert obstacles(RED, THERE, ON_THERE, FAR) == {"there", "on_there"}
+
+
+def test_who_leaves_the_hand_no_room_is_in_the_way():
+    walls = [
+        Object(f"wall-{n}", Box((0.02, 0.2, 0.25) if dx else (0.06, 0.02, 0.25)), Pose((0.1 + dx, 0.1 + dy, 0.125)))
+        for n, (dx, dy) in enumerate(((0.045, 0.0), (-0.045, 0.0), (0.0, 0.045), (0.0, -0.045)))
+    ]
+    assert obstacles(RED, *walls, FAR) & {wall.name for wall in walls}
+    assert "far" not in obstacles(RED, *walls, FAR)
+
+
+def test_where_nobody_knows_a_grasp_all_others_may_be_in_the_way():
+    assert obstacles(RED, FAR, samplers={"sample-grasp": no_grasp}) == {"far"}
+
+
+def test_what_has_nothing_in_its_way_comes_first():
+    setup = prepare(Task("obstacles", (RED, TOP, FAR)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    assert clearest_first(attempt.workspace, ["red", "top", "far"], attempt.samplers, 0, math.inf) == [
+        "top",
+        "far",
+        "red",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("others", "why"),
+    [((FAR,), None), ((TOP, FAR), "top stands on red"), ((FAR, THERE), "red would overlap there")],
+)
+def test_what_is_covered_or_shall_stand_where_another_one_does_is_barred(others, why):
+    setup = prepare(Task("barred", (RED, *others)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    assert barred(attempt.workspace, "red", attempt.samplers, 0, math.inf) == why
+
+
+def test_the_test_of_a_run_decides_what_is_barred():
+    setup = prepare(Task("barred", (RED, THERE)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, {"test-cfree-placements": lambda *_: True})
+    assert barred(attempt.workspace, "red", attempt.samplers, 0, math.inf) is None
+
+
+UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
+BOARD = Object("board", Box((0.3, 0.3, 0.02)), Pose((-0.05, 0.3, 0.01)), At(Pose((-0.05, 0.3, 0.01), UPSIDE_DOWN)))
+PROSPECTS_RED = Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, 0.0, 0.04)), At(Pose((0.05, -0.2, 0.04))))
+
+
+@pytest.fixture
+def attempt():
+    """A board that no hand can turn over, and a block."""
+    setup = prepare(Task("turn", (BOARD, PROSPECTS_RED)))
+    return Attempt.of(setup, setup.start, load_robot("panda").home, {"plan-sliding": no_slide})
+
+
+def prospects(attempt, seconds=600.0):
+    return Prospects(Asker(Progress(attempt), 0, time.monotonic() + seconds, "adaptive"))
+
+
+def test_what_does_not_get_to_its_goal_even_alone_is_remembered_with_a_reason(attempt):
+    found = prospects(attempt)
+    assert found.known_against("board") is None
+    why = found.against("board")
+    assert why.startswith("even alone: ")
+    asked = len(found.asker.reports)
+    assert found.against("board") == found.known_against("board") == why
+    assert found.against("red") is None
+    assert found.known_against("red") is None
+    assert set(found.hopeless) == {"board"}
+    assert len(found.asker.reports) == asked + 1
+
+
+def test_what_time_cut_short_is_not_remembered(attempt):
+    found = prospects(attempt, seconds=0.0)
+    assert found.against("red") is not None
+    assert found.hopeless == {}
+
+
+@pytest.mark.parametrize(("hopeless", "first"), [({}, "board"), ({"board": "even alone: no grasp"}, "red")])
+def test_what_is_known_to_be_hopeless_is_not_tried_before_all_else(attempt, monkeypatch, hopeless, first):
+    class AskedError(Exception):
+        pass
+
+    def ask(self, workspace, *_, **__):
+        raise AskedError(*(obj.name for obj in workspace.task.objects if obj.goal is not None))
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", hopeless)
+    with pytest.raises(AskedError) as asked:
+        ordering.run()
+    assert asked.value.args == (first,)
+
+
+def test_beyond_hope_is_also_what_shall_rest_on_what_is_hopeless():
+    top = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((0.05, -0.2, 0.1))))
+    aside = Object("aside", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.25, 0.02)), At(Pose((0.15, -0.3, 0.02))))
+    setup = prepare(Task("tower", (top, PROSPECTS_RED, aside)))
+    found = prospects(Attempt.of(setup, setup.start, load_robot("panda").home, None))
+    names = {"top", "red", "aside"}
+    assert found.beyond_hope(names) == set()
+    found.hopeless["red"] = found.asker.workspace.start["red"], "even alone: no grasp"
+    assert found.beyond_hope(names) == {"red", "top"}

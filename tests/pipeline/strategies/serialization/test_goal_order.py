@@ -1,0 +1,252 @@
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import pytest
+
+import tamp
+from tamp.pipeline.options.settings import Settings
+from tamp.pipeline.plan import Planning
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.solving.job import Job
+from tamp.pipeline.strategies.serialization import goal_order as early
+from tamp.pipeline.strategies.serialization.feasibility import Prospects
+from tamp.pipeline.strategies.serialization.goal_order import Early, Ledger, Ordering
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
+from tamp.planning import Report, Solution
+from tamp.task import At, Box, Object, On, Pose, Region, Release, Task, load_robot
+from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
+from tests.streams.tables import CRATE
+
+RED = Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, 0.0, 0.04)), At(Pose((0.05, -0.2, 0.04))))
+TOP = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((0.05, -0.2, 0.1))))
+CUBE = Object("cube", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.25, 0.02)), At(Pose((0.15, -0.3, 0.02))))
+CLOSE = Object("close", Box((0.04, 0.04, 0.04)), Pose((-0.1, 0.2, 0.02)), At(Pose((-0.1, 0.3, 0.02))))
+
+
+def test_what_has_no_hope_is_brought_near_once_if_far_and_not_to_where_others_shall_be(monkeypatch):
+    setup = prepare(Task("far", (RED, TOP, CUBE, CLOSE)))
+    asker = Asker(Progress(Attempt.of(setup, setup.start, load_robot("panda").home, None)), 0, math.inf, "adaptive")
+    here, asked = asker.workspace.start, []
+    monkeypatch.setattr(early, "bring_near", lambda _, names, __, free: asked.append((names, free)) or True)
+    without_hope = Early(Prospects(asker, {name: (here[name], "no grasp") for name in ("red", "close")}))
+    names = ["red", "top", "cube", "close"]
+    assert not any(without_hope.bring(name, names, ()) for name in names)  # where all goals are asked for
+    without_hope.allowed = True
+    assert [without_hope.bring(name, names, ()) for name in (*names, "top")] == [True, True, False, False, False]
+    assert asked == [({"red"}, {"cube"}), ({"top"}, {"cube"})]
+
+
+HOME = load_robot("panda").home
+UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
+BOARD = Object("board", Box((0.3, 0.3, 0.02)), Pose((-0.05, 0.3, 0.01)), At(Pose((-0.05, 0.3, 0.01), UPSIDE_DOWN)))
+
+
+def search(task, seconds, samplers=None, seed=0):
+    setup = prepare(task)
+    deadline = time.monotonic() + seconds
+    return Planning(setup, setup.start, HOME, seed=seed, deadline=deadline, settings=Settings(samplers=samplers or {}))
+
+
+def attempt(task):
+    setup = prepare(task)
+    return Attempt.of(setup, setup.start, HOME, None)
+
+
+def test_what_cannot_be_done_is_left_with_a_reason_and_the_rest_is_done():
+    result = tamp.solve(Task("turn", (BOARD, RED)), timeout=300.0, samplers={"plan-sliding": no_slide})
+    assert result.status == "failed"
+    assert dict(result.goals_met) == {"board": False, "red": True}
+    assert not result.plan_checked
+    assert "board left: " in result.message
+    assert "red left" not in result.message
+    assert result.n_actions == 4
+
+
+def test_where_nothing_can_be_done_it_says_why_for_each_object():
+    planning = search(Task("none", (RED, TOP)), 300.0, NO_HANDS)
+    assert planning.run() is None
+    assert list(planning.left) == ["red", "top"]
+    assert planning.left["red"].endswith("nobody grasps red")
+    assert planning.left["top"] == "its goal rests on red, which is not at its own"
+
+
+@pytest.mark.parametrize(("off", "counts"), [(0.02, True), (0.04, False)])
+def test_what_cannot_be_brought_nearer_counts_as_there_within_what_a_solved_task_asks(off, counts):
+    red = replace(RED, pose=Pose((0.05 + off, -0.2, 0.04)))
+    job = Job(Task("near", (red,)), 0, 300.0, Settings(samplers=NO_HANDS))
+    setup = prepare(job.task)
+    assert job.plan(setup, setup.start, HOME) is counts
+    if counts:
+        assert job.plans[0].actions == ()
+        assert job.plans[0].report["left"] == {}
+        job.final_poses = dict(setup.start)
+        assert job.astray(setup) == set()  # so it is not planned for again
+
+
+def test_what_rests_on_something_that_counts_as_there_is_brought_to_its_goal():
+    board = Object("board", BOARD.shape, Pose((0.07, -0.2, 0.01)), At(Pose((0.05, -0.2, 0.01))))
+    red = replace(RED, goal=At(Pose((0.05, -0.2, 0.06))))
+    plan = search(Task("rest", (board, red)), 300.0).run()
+    assert plan.report["left"] == {}
+    assert [action.arguments[0] for action in plan.actions if action.name == "stack"] == ["red"]
+
+
+def test_objects_that_fill_their_region_are_brought_there_one_by_one_and_leave_each_other_room():
+    narrow = Region("narrow", (0.05, -0.25), (0.12, 0.14))
+    boxes = [
+        Object(f"box_{k}", Box((0.04, 0.04, 0.08)), Pose((-0.1 + 0.08 * k, 0.2, 0.04)), On("narrow")) for k in range(5)
+    ]
+    setup = prepare(Task("narrow", tuple(boxes), regions=(narrow,)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    search = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive")
+    search.run()
+    assert not search.left
+    assert len(search.progress.pieces) == len(boxes)
+    assert [action.name for action in search.progress.actions].count("pick") == len(boxes)
+
+
+def test_what_can_be_done_leaves_nothing():
+    plan = search(Task("stack", (TOP, RED)), 300.0).run()
+    assert plan.report["left"] == {}
+    placed = [action.arguments for action in plan.actions if action.name in ("place", "stack")]
+    # What the other one rests on comes first, whatever their order in the task.
+    assert placed == [("red", "table"), ("top", "red")]
+
+
+def test_what_would_stand_on_something_that_is_left_is_brought_near():
+    on_board = Object("red", RED.shape, Pose((0.1, -0.1, 0.04)), At(Pose((-0.05, 0.3, 0.06))))
+    board = Object("board", Box((0.2, 0.2, 0.02)), Pose((-0.15, -0.25, 0.01)), At(Pose((-0.05, 0.3, 0.01))))
+    planning = search(Task("brought", (board, on_board)), 300.0, {"plan-sliding": no_slide})
+    plan = planning.run()
+    assert set(planning.left) == {"board", "red"}
+    assert planning.left["red"] == "its goal rests on board, which is not at its own"
+    assert [action.arguments[0] for action in plan.actions if action.name == "place"] == ["red"]
+    release = next(step for step in plan.steps if isinstance(step, Release))
+    assert math.dist(release.pose.xyz, plan.goals["red"].xyz) < 0.03
+
+
+def test_others_step_aside_where_the_goal_is_taken():
+    here, there = Pose((0.05, 0.0, 0.04)), Pose((0.05, -0.2, 0.04))
+    first, second = (Object(n, RED.shape, a, At(b)) for n, a, b in (("a", here, there), ("b", there, here)))
+    ordering = Ordering(attempt(Task("swap", (first, second))), 0, time.monotonic() + 300.0, "adaptive")
+    for effort in EFFORTS:
+        if ordering._sweep(effort):
+            break
+    assert effort.others_move
+    assert len(ordering.left) == 1
+
+
+def test_what_shall_rest_on_an_object_that_is_left_near_its_goal_is_put_on_it():
+    def only_top(context, obj):
+        yield from from_above(context, obj) if obj == "top" else no_grasp(context, obj)
+
+    red = replace(RED, pose=Pose((0.07, -0.2, 0.04)))
+    planning = search(Task("near", (red, TOP)), 300.0, {"sample-grasp": only_top})
+    plan = planning.run()
+    assert not planning.left
+    (put,) = [step for action in plan.actions for step in action.steps if isinstance(step, Release)]
+    assert put.object == "top"
+    assert put.pose.xyz[0] == pytest.approx(TOP.goal.pose.xyz[0], abs=0.001)
+
+
+def test_what_the_checker_refuses_is_tried_by_way_of_another_grasp(monkeypatch):
+    asked = []
+    ask = Asker.ask
+
+    def noting(self, *args, regrasped=(), **kwargs):
+        asked.append(set(regrasped))
+        return ask(self, *args, regrasped=regrasped, **kwargs)
+
+    monkeypatch.setattr(Asker, "ask", noting)
+    monkeypatch.setattr(Asker, "refused", lambda self, actions: "slides farther than it can")
+    ordering = Ordering(attempt(Task("one", (RED,))), 0, time.monotonic() + 600.0, "adaptive")
+    for effort in (EFFORTS[0], EFFORTS[-1], EFFORTS[-1]):
+        assert not ordering._sweep(effort)
+    assert ordering.left == {"red": "slides farther than it can"}
+    # At first by any grasp, at last not by the one that serves both; what is asked in between is whether it can alone.
+    assert asked[0] == set()
+    assert asked[-1] == {"red"}
+
+
+@pytest.mark.parametrize(("far", "first"), [(True, "red"), (False, "cube")])
+def test_what_lies_in_a_container_near_its_goal_waits_for_what_is_far_from_its_own(monkeypatch, far, first):
+    class AskedError(Exception):
+        pass
+
+    def ask(self, workspace, *_, **__):
+        raise AskedError(*(obj.name for obj in workspace.task.objects if obj.goal is not None))
+
+    cube = Object("cube", Box((0.04, 0.04, 0.04)), Pose((0.05, 0.0, 0.03)), At(Pose((0.05, 0.015, 0.03))))
+    red = RED if far else replace(RED, goal=None)
+    red = replace(red, pose=Pose((0.05, 0.3, 0.04)))
+    monkeypatch.setattr(Asker, "ask", ask)
+    ordering = Ordering(attempt(Task("crate", (CRATE, cube, red))), 0, time.monotonic() + 600.0, "adaptive")
+    with pytest.raises(AskedError) as asked:
+        ordering.run()
+    assert asked.value.args[-1] == first
+    assert list(ordering.left) == [first]
+
+
+def test_what_is_at_its_goal_stays_there_while_all_that_is_left_is_tried_together(monkeypatch):
+    asked = []
+
+    def ask(self, workspace, iterations, movable, **kwargs):
+        asked.append(movable)
+        return Solution(None, math.inf, "failed", (), Report("adaptive", "failed", 0.0, math.inf, {}, (), ()))
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    done = replace(RED, pose=RED.goal.pose)
+    here = Object("here", RED.shape, Pose((0.2, 0.2, 0.04)), At(Pose((0.2, -0.3, 0.04))))
+    ordering = Ordering(attempt(Task("two", (done, here))), 0, time.monotonic() + 600.0, "adaptive")
+    monkeypatch.setattr(ordering, "_come_near", lambda: None)
+    ordering.run()
+    assert set(asked[-1]) == {"here"}
+
+
+def test_that_goals_fail_while_what_is_at_its_own_stays_proves_nothing(monkeypatch):
+    def ask(self, *args, **kwargs):
+        report = Report("adaptive", "infeasible", 1.0, math.inf, {}, (), ())
+        self.reports.append(report)
+        return Solution(None, math.inf, "infeasible", (), report)
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    done, here = replace(RED, pose=RED.goal.pose), replace(RED, name="here", goal=At(Pose((0.2, -0.3, 0.04))))
+    for objects, status in (((done, here), "failed"), ((here,), "infeasible")):
+        ordering = Ordering(attempt(Task("two", objects)), 0, time.monotonic() + 600.0, "adaptive")
+        monkeypatch.setattr(ordering, "_come_near", lambda: None)
+        ordering.run()
+        assert ordering.report.status == status
+
+
+def ledger(*objects):
+    return Ledger(Asker(Progress(attempt(Task("goals", objects))), 0, math.inf, "adaptive"))
+
+
+@pytest.mark.parametrize(("off", "near"), [(0.02, True), (0.04, False)])
+def test_what_is_near_its_goal_counts_as_there_and_stands_at_it_from_then_on(off, near):
+    x, y, z = RED.goal.pose.xyz
+    goals = ledger(replace(RED, pose=Pose((x + off, y, z))))
+    assert goals.reach_near(["red"]) is near
+    assert (goals.reached, set(goals.left)) == (({"red"}, set()) if near else (set(), {"red"}))
+    workspace = goals.asker.workspace
+    assert (workspace.goals["red"] == workspace.start["red"]) is near
+
+
+def test_what_can_be_grasped_is_not_given_up_while_others_are_far():
+    near, far = (replace(RED, name=name, pose=Pose((x, -0.2, 0.04))) for name, x in (("near", 0.07), ("far", 0.25)))
+    goals = ledger(near, replace(far, goal=At(Pose((0.25, 0.2, 0.04)))))
+    goals.reach_hard_to_grasp()
+    assert set(goals.left) == {"near", "far"}
+
+
+@pytest.mark.parametrize(("off", "left"), [(0.2, ["red"]), (0.0, ["board", "red"])])
+def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_are_far(off, left):
+    board = replace(BOARD, goal=At(Pose((-0.03, 0.3, 0.01))))
+    red = replace(RED, pose=Pose((0.05, off - 0.2, 0.04)))
+    goals = ledger(board, red)
+    goals.reach_hard_to_grasp()
+    assert list(goals.left) == left

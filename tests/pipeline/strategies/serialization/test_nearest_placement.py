@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import math
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tamp.pipeline.options.settings import Settings
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.strategies.serialization import nearest_placement as nearness
+from tamp.pipeline.strategies.serialization.nearest_placement import KEPT, Grips, bring_near
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.scoring.ede import ede, mean_edge
+from tamp.streams.values import Placement
+from tamp.task import At, Box, Mesh, Object, Pose, Task, load_robot
+from tests.pipeline.samplers import no_grasp
+from tests.streams.tables import OBJECTS
+
+CUBE = Box((0.05, 0.05, 0.05))
+RED = Object("red", CUBE, Pose((0.1, 0.1, 0.025)))
+TOP = Object("top", CUBE, Pose((0.1, 0.1, 0.075)))
+WIDE = Object("wide", Box((0.12, 0.12, 0.04)), Pose((0.1, 0.1, 0.02)))
+THERE = Placement(Pose((0.1, -0.2, 0.026)), ("table",))
+
+
+def grips(*objects, samplers=None):
+    setup = prepare(Task("grips", objects))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, samplers)
+    return Grips(attempt.workspace, objects[0].name, attempt.samplers, 0, math.inf)
+
+
+def test_what_can_be_taken_can_be_put_to_a_free_place():
+    red = grips(RED)
+    assert 0 < len(red.grasps) <= KEPT
+    serving = red.serving(THERE)
+    assert serving
+    assert set(serving) <= set(red.roomy(THERE)) <= set(red.grasps)
+
+
+def test_the_same_seed_finds_the_same():
+    assert grips(RED).grasps == grips(RED).grasps
+
+
+def test_beside_a_wall_on_every_side_there_is_no_room():
+    x, y, _ = THERE.pose.xyz
+    walls = [
+        Object(f"wall-{n}", Box((0.02, 0.3, 0.3) if dx else (0.15, 0.02, 0.3)), Pose((x + dx, y + dy, 0.15)))
+        for n, (dx, dy) in enumerate(((0.1, 0.0), (-0.1, 0.0), (0.0, 0.05), (0.0, -0.05)))
+    ]
+    red = grips(RED, *walls)
+    assert red.grasps
+    assert red.serving(THERE) == ()
+
+
+def test_nothing_takes_what_carries_others_or_is_too_wide_or_nobody_grasps():
+    assert grips(RED, TOP).grasps == ()
+    assert grips(WIDE).grasps == ()
+    assert grips(RED, samplers={"sample-grasp": no_grasp}).grasps == ()
+
+
+def test_a_hand_from_above_fits_as_the_object_stands_and_not_upside_down():
+    red = grips(Object("red", Box((0.05, 0.05, 0.02)), Pose((0.1, 0.1, 0.01))))
+    assert red.grasps
+    assert red.fits(np.eye(3))
+    assert not red.fits(np.diag([1.0, -1.0, -1.0]))
+
+
+def test_what_finds_no_room_for_the_hand_in_a_crate_may_be_dropped_into_it():
+    crate = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
+    block = grips(Object("block", Box((0.04, 0.05, 0.03)), Pose((0.05, 0.2, 0.015))), crate)
+    assert block.serving(Placement(Pose((0.012, -0.352, 0.022)), ("crate",)))
+    assert not block.serving(Placement(Pose((0.012, -0.352, 0.022)), ("table",)))
+
+
+BLOCK = Object("block", Box((0.16, 0.16, 0.1)), Pose((0.1, 0.25, 0.05)), At(Pose((0.1, 0.0, 0.05))))
+"""No hand takes it, so that what shall rest on it never can."""
+SLAB = Object("slab", Box((0.12, 0.16, 0.03)), Pose((0.0, -0.4, 0.015)), At(Pose((0.1, 0.0, 0.115))))
+NEARNESS_CUBE = Object("cube", Box((0.05, 0.05, 0.05)), Pose((0.0, -0.2, 0.025)), At(Pose((0.1, 0.0, 0.125))))
+
+
+@pytest.mark.parametrize(("obj", "actions"), [(NEARNESS_CUBE, {"pick", "place"}), (SLAB, {"slide", "pick"})])
+def test_what_cannot_rest_where_it_shall_is_brought_near_even_if_it_has_to_be_slid_first(obj, actions):
+    setup = prepare(Task("near", (BLOCK, obj)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    asker = Asker(Progress(attempt), seed=0, deadline=time.monotonic() + 600.0, algorithm="adaptive")
+    assert bring_near(asker, {obj.name}, set())
+    here = asker.workspace.start[obj.name].pose
+    assert ede(mean_edge(obj.shape), here, obj.goal.pose) < 0.15
+    assert actions <= {action.name for action in asker.progress.actions}
+
+
+def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
+    """On a clock on which each of three objects uses all the time that it is given."""
+    time, given = [0.0], []
+
+    def in_vain(asker, name, *_):
+        given.append((name, asker.deadline - time[0]))
+        time[0] = asker.deadline
+        return False
+
+    monkeypatch.setattr("tamp.clock.now", lambda: time[0])
+    monkeypatch.setattr(nearness, "farthest_first", lambda workspace, names: sorted(names))
+    monkeypatch.setattr(nearness, "_bring_near", in_vain)
+    asker = Asker(SimpleNamespace(now=SimpleNamespace(workspace=None)), seed=0, deadline=24.0, algorithm="adaptive")
+    assert not bring_near(asker, {"a", "b", "c"}, ())
+    assert given == [("a", 12.0), ("b", 6.0), ("c", nearness.LEAST)]
+    assert asker.deadline == 24.0
+
+
+def looked_into(monkeypatch, places, serves):
+    """The places that the planner is asked for in vain, each with how many grasps, and those that are looked at."""
+    asked, looked = [], []
+
+    def serving(place):
+        looked.append(place)
+        return ("grasp",) * (place in serves)
+
+    grips = SimpleNamespace(grasps=("grasp",), fits=None, roomy=lambda place: ("grasp",), serving=serving)
+    monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
+    monkeypatch.setattr(nearness, "substitutes", lambda *args: iter(places))
+    monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
+    asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False)
+    asker.progress = SimpleNamespace(now=SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings())))
+    assert not nearness._bring_near(asker, "object", (), ())
+    return asked, looked
+
+
+def inside(x, roll=0.0):
+    return Placement(Pose.from_rpy((x, 0.0, 0.1), (roll, 0.0, 0.0)), ("crate",))
+
+
+def test_where_a_hand_can_put_it_is_tried_before_where_nobody_knows(monkeypatch):
+    unknown, known = inside(0.0), inside(0.1)
+    assert looked_into(monkeypatch, [unknown, known], [known])[0] == [(known, 1), (unknown, 0)]
+
+
+def test_a_face_on_which_the_arm_cannot_put_it_is_not_looked_at_for_ever(monkeypatch):
+    on_one_face, on_another = [inside(0.01 * i) for i in range(9)], inside(0.2, roll=1.0)
+    looked = looked_into(monkeypatch, [*on_one_face, on_another], [on_another])[1]
+    assert looked == [*on_one_face[: nearness.VAIN], on_another]
+
+
+def test_where_others_shall_be_is_kept_free():
+    setup = prepare(Task("near", (BLOCK, NEARNESS_CUBE)))
+    workspace = Attempt.of(setup, setup.start, load_robot("panda").home, None).workspace
+    there, beside = (Placement(Pose((x, 0.0, 0.025)), ("table",)) for x in (0.12, -0.1))
+    assert nearness._covers(workspace, "cube", there, {"block"})
+    assert not nearness._covers(workspace, "cube", beside, {"block"})
+    assert not nearness._covers(workspace, "cube", there, ())

@@ -1,0 +1,34 @@
+"""The strategies by name: each plans what the others plan, and net benefit reaches what it can."""
+
+import pytest
+
+import tamp
+from tamp.errors import PlanningFailure
+from tamp.pipeline.options.settings import Settings
+from tamp.pipeline.solving.solve import carry_out
+from tamp.pipeline.strategies.named import STRATEGIES
+from tamp.task import At, Box, Object, Pose, Task
+
+BLOCK = Box((0.05, 0.05, 0.08))
+RED = Object("red", BLOCK, Pose((0.05, 0.2, 0.04)), At(Pose((0.05, -0.2, 0.04))))
+HUGE = Object("huge", Box((0.3, 0.3, 0.2)), Pose((-0.2, 0.3, 0.1)), At(Pose((-0.2, -0.35, 0.1))))
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_each_strategy_moves_a_block_with_one_pick(strategy):
+    plan = tamp.plan(Task("one", (RED,)), timeout=120.0, strategy=strategy)
+    assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
+
+
+def test_where_not_all_goals_can_be_reached_net_benefit_reaches_what_it_can():
+    settings = Settings(strategy="net-benefit", clock="processor")
+    run = carry_out(Task("two", (RED, HUGE)), timeout=3.0, settings=settings, execute=False)
+    (plan,) = run.plans
+    assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
+    assert set(plan.report["left"]) == {"huge"}
+
+
+def test_all_at_once_says_why_there_is_no_plan():
+    with pytest.raises(PlanningFailure) as failed:
+        tamp.plan(Task("two", (RED, HUGE)), timeout=3.0, clock="processor", strategy="all-at-once")
+    assert failed.value.status in ("failed", "timeout")
