@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,7 @@ from tamp.task.files.load import load_task
 
 BOUND_M = 0.01
 NUMBER = 1000
+BATCH = 50
 REASONS = ("let_go", "fell", "pushed", "with_support", "touched")
 
 
@@ -48,25 +49,23 @@ class End:
 
 
 def run(quick: bool, number: int | None, seed: int, seconds: float) -> Sequence[Row]:
-    with tempfile.TemporaryDirectory() as name:
-        count = number or (3 if quick else NUMBER)
-        if command(["generate", "-n", str(count), "--seed", str(seed), "-o", name]) != 0:
-            sys.exit("tamp generate failed")
-        tasks = [load_task(file) for file in sorted(Path(name).glob("*.yaml"))]
-        outcomes: Counter[str] = Counter()
-        ends: list[End] = []
-        for task in tasks:
-            outcome, found = judged(task, seconds)
-            outcomes[outcome] += 1
-            ends += found
-            for end in found:
-                if end.why:
-                    print(f"{task.name}: {end.name} {1000 * end.off:.0f} mm off: {end.why}, {end.action}", flush=True)
+    outcomes: Counter[str] = Counter()
+    ends: list[End] = []
+    count = number or (3 if quick else NUMBER)
+    for at, task in enumerate(drawn(count, seed), start=1):
+        outcome, found = judged(task, seconds)
+        outcomes[outcome] += 1
+        ends += found
+        for end in found:
+            if end.why:
+                print(f"{task.name}: {end.name} {1000 * end.off:.0f} mm off: {end.why}, {end.action}", flush=True)
+        if at % BATCH == 0:
+            print(f"{at} of {count} tasks: {dict(outcomes)}", file=sys.stderr, flush=True)
     why = Counter(end.why for end in ends)
     offs = [end.off for end in ends] or [0.0]
     return [
         {
-            "tasks": len(tasks),
+            "tasks": count,
             **{outcome: outcomes[outcome] for outcome in ("executed", "unplanned", "rejected")},
             "objects": len(ends),
             "off_m": percentile(offs, 50),
@@ -75,6 +74,19 @@ def run(quick: bool, number: int | None, seed: int, seconds: float) -> Sequence[
             **{reason: why[reason] for reason in REASONS},
         }
     ]
+
+
+def drawn(count: int, seed: int) -> Iterator[Task]:
+    """So many tasks as `tamp generate` makes them, a batch at a time: each batch has a seed of its own."""
+    seeds = np.random.default_rng(seed).integers(2**31, size=-(-count // BATCH))
+    for batch, drawn_seed in enumerate(seeds):
+        with tempfile.TemporaryDirectory() as name:
+            size = min(BATCH, count - batch * BATCH)
+            if command(["generate", "-n", str(size), "--seed", str(drawn_seed), "-o", name]) != 0:
+                sys.exit("tamp generate failed")
+            for file in sorted(Path(name).glob("*.yaml")):
+                task = load_task(file)
+                yield replace(task, name=f"{batch}-{task.name}")
 
 
 def judged(task: Task, seconds: float) -> tuple[str, list[End]]:
