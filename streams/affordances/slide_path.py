@@ -80,11 +80,11 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
     spec = workspace.world.robot.spec
     base = np.array(spec.T_world_base.xyz[:2])
     distance = {way: float(np.linalg.norm(way.end.pose.xyz[:2] - base)) for way in _ways(workspace, obj, placement)}
-    near = [way for way in distance if distance[way] < spec.reach[1] and _stands(workspace, obj, way.end)]
+    near = [way for way in distance if distance[way] < spec.reach[1] and stands(workspace, obj, way.end)]
     return sorted(near, key=lambda way: (-way.hanging, distance[way]))
 
 
-def _stands(workspace: Workspace, obj: str, end: Placement) -> bool:
+def stands(workspace: Workspace, obj: str, end: Placement) -> bool:
     """Whether what is left of an object's base on the table carries it: no base is all that its outline spans."""
     return inside_support(workspace, obj, end, {}, GAP) > FIRM
 
@@ -98,30 +98,84 @@ def squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
     return bool(upper[2] - lower[2] < SQUAT * (along.max(axis=0) - along.min(axis=0)).min())
 
 
-def _ways(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Way]:
-    T = placement.pose.matrix
-    points = workspace.points(obj) @ T[:2, :3].T + T[:2, 3]
-    center = (T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3])[:2]
-    table = workspace.task.table
-    middle, half = np.array(table.center), np.array(table.size) / 2
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """One in which an object can be pushed: `ahead` is a unit vector, (2,); the others are as in a way."""
+
+    ahead: Array
+    behind: Array
+    touch: Array
+    room: float
+
+    def way(self, start: Placement, before: Array, length: float, hanging: float) -> Way:
+        """The way of a length [m] from where the object has been shifted to from `start` before, (2,) [m]."""
+        shift = length * self.ahead
+        return Way(shifted(start, before + shift), self.behind, self.touch + before, self.room, shift, hanging)
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """An edge of the table that an object may be pushed over.
+
+    Attributes:
+        outward: unit vector, (2,).
+        room: from the object to the edge along it [m].
+        farthest: the object can hang over so far [m].
+    """
+
+    outward: Array
+    room: float
+    farthest: float
+
+
+def directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
+    """Those in which two fingers can push an object at a placement, the widest sides first."""
+    points, center = _seen_from_above(workspace, obj, placement)
     for behind, side in _sides(points):
         for slant in SLANTS:
             ahead = -_turned(behind, slant)
             touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
             across = (side - touch) @ np.array([-behind[1], behind[0]])
             room = float(min(across.max(), -across.min()))
-            if room < workspace.world.robot.spec.gripper.fingertip:
-                continue
-            for outward in np.vstack([np.eye(2), -np.eye(2)]):
-                reach = float(middle @ outward + half @ np.abs(outward))  # the table's edge in that direction
-                farthest = float((points @ outward).max() - center @ outward) - STEADY
-                for share in OVERHANGS:
-                    hanging = share * farthest
-                    length = float((reach + hanging - (points @ outward).max()) / max(ahead @ outward, 1e-9))
-                    inside = half - STEADY - np.abs(center + length * ahead - middle)
-                    good = ahead @ outward > STEEPEST and hanging > LEAST_OVERHANG and 0.0 < length < LONGEST
-                    if good and (inside > -1e-9).all():
-                        yield Way(_shifted(placement, length * ahead), behind, touch, room, length * ahead, share)
+            if room >= workspace.world.robot.spec.gripper.fingertip:
+                yield Direction(ahead, behind, touch, room)
+
+
+def edges(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Edge]:
+    """All four, as an object at a placement has them before it."""
+    points, center = _seen_from_above(workspace, obj, placement)
+    table = workspace.task.table
+    for outward in np.vstack([np.eye(2), -np.eye(2)]):
+        reach = float(np.array(table.center) @ outward + np.array(table.size) / 2 @ np.abs(outward))
+        foremost = float((points @ outward).max())
+        yield Edge(outward, reach - foremost, foremost - float(center @ outward) - STEADY)
+
+
+def on_table(workspace: Workspace, obj: str, placement: Placement, shift: Array, inside: float = STEADY) -> bool:
+    """Whether the centre of mass of an object that is shifted, (2,) [m], is at least so far inside the table [m]."""
+    _, center = _seen_from_above(workspace, obj, placement)
+    table = workspace.task.table
+    beside = np.abs(center + shift - np.array(table.center)) - np.array(table.size) / 2
+    return bool((beside < 1e-9 - inside).all())
+
+
+def _ways(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Way]:
+    for direction in directions(workspace, obj, placement):
+        for edge in edges(workspace, obj, placement):
+            rate = float(direction.ahead @ edge.outward)
+            for share in OVERHANGS:
+                hanging = share * edge.farthest
+                length = (edge.room + hanging) / max(rate, 1e-9)
+                good = rate > STEEPEST and hanging > LEAST_OVERHANG and 0.0 < length < LONGEST
+                if good and on_table(workspace, obj, placement, length * direction.ahead):
+                    yield direction.way(placement, np.zeros(2), length, share)
+
+
+def _seen_from_above(workspace: Workspace, obj: str, placement: Placement) -> tuple[Array, Array]:
+    """Points on an object, (n, 2), and its centre of mass, (2,) [m]."""
+    T = placement.pose.matrix
+    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
+    return workspace.points(obj) @ T[:2, :3].T + T[:2, 3], center[:2]
 
 
 def _sides(points: Array) -> Iterator[tuple[Array, Array]]:
@@ -144,6 +198,7 @@ def _turned(vector: Array, angle: float) -> Array:
     return turned
 
 
-def _shifted(placement: Placement, shift: Array) -> Placement:
+def shifted(placement: Placement, shift: Array) -> Placement:
+    """A placement shifted over the table, (2,) [m]."""
     x, y, z = placement.pose.xyz
     return Placement(Pose((x + float(shift[0]), y + float(shift[1]), z), placement.pose.quat), placement.on)

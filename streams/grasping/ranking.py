@@ -12,7 +12,7 @@ from tamp.streams.grasping.hand_clearance import HINDERED, support_cost, tilt_co
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import above_table, clear_of_falling
 from tamp.streams.values import Placement, falls_straight
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.kinematics.inverse import reachable
 
@@ -39,7 +39,8 @@ def over_table(
     """
     serves = np.array([above_table(workspace, pinches, place) for place in places])
     served = serves.any(axis=0)  # who serves no placement needs not be looked at closely, unless nobody serves any
-    asked = ~serves & (served if served.any() else True)
+    raised = np.array([[TABLE not in place.on] for place in places])  # what carries it there may be in the hand's way
+    asked = (~serves | raised) & (served if served.any() else True)
     lays = np.array([_lays(workspace, obj, pinches, place, asked[i]) for i, place in enumerate(places)])
     ways = (serves | lays).sum(axis=0) + 0.5 * serves.sum(axis=0)
     order = rng.permutation(len(pinches.widths))

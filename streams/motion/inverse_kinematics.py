@@ -59,9 +59,7 @@ def handlings(
     opening = opening_for(world.robot.spec.gripper, grasp)
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     neighbours = Scene(poses={name: place.pose.matrix for name, place in around.items()})
-    # Where the hand itself meets others, no other arm configuration will help: one handling stands for all.
-    widths = (opening, grasp.width)
-    hand_blocked = any(world.hand_contact(T_world_tool, w, neighbours, margin=ARM_MARGIN) is not None for w in widths)
+    hand_blocked: bool | None = None
     blocked_by_others = []
     inputs = (obj, placement, grasp, fall)
     reads = upon_carriers(workspace, obj, placement)
@@ -69,9 +67,13 @@ def handlings(
         handling = _lifted(context, reach)
         if handling is None:
             continue
+        if hand_blocked is None:  # where the hand itself meets others, no other arm configuration will help
+            widths = (opening, grasp.width)
+            contacts = (world.hand_contact(T_world_tool, w, neighbours, margin=ARM_MARGIN) for w in widths)
+            hand_blocked = any(contact is not None for contact in contacts)
         before = Configuration(tuple(handling.approach[0].tolist()), opening)
         after = Configuration(tuple(handling.lift[-1].tolist()), grasp.width)
-        if hand_blocked:
+        if hand_blocked:  # one handling stands for all
             yield before, after, handling
             return
         if not handling_hits(workspace, handling, around):

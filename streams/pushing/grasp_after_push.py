@@ -20,13 +20,13 @@ Offer = tuple[Placement, Configuration, Configuration, Slide]
 
 def sample_exposed_grasp(context: Context, obj: str, placement: Placement) -> Iterator[Grasp]:
     """Yield grasps of an object where it was pushed to, best first: those that also serve its goal."""
-    yield from grasps(context, obj, _places(context, obj, placement))
+    yield from grasps(context, obj, (placement, *goal_of(context, obj)))
 
 
-def grippable(context: Context, obj: str, placement: Placement) -> Generator[None, None, bool]:
-    """Whether the arm can take an object where it was pushed to by one of its best grasps."""
+def grippable(context: Context, obj: str, placement: Placement, *others: Placement) -> Generator[None, None, bool]:
+    """Whether the arm can take an object where it was pushed to by one of the best grasps for there and some others."""
     tried = 0
-    for grasp in islice(grasps_in_steps(context, obj, _places(context, obj, placement)), PATIENCE):
+    for grasp in islice(grasps_in_steps(context, obj, (placement, *others)), PATIENCE):
         if grasp is None:
             yield None
         elif next(inverse_kinematics(context, obj, placement, grasp), None) is not None:
@@ -62,7 +62,7 @@ def table_alone(workspace: Workspace, obj: str) -> Workspace:
     return upon_carriers(workspace, obj, *workspace.placements_of(obj))
 
 
-def _places(context: Context, obj: str, placement: Placement) -> tuple[Placement, ...]:
-    """Where grasps of an object that was pushed to a placement shall serve: there, and at its goal if it has one."""
+def goal_of(context: Context, obj: str) -> tuple[Placement, ...]:
+    """The goal pose of an object, if it has one: grasps that serve there too need no regrasp."""
     goals: Mapping[str, Placement] = context.scene.goals
-    return (placement, goals[obj]) if obj in goals else (placement,)
+    return (goals[obj],) if obj in goals else ()

@@ -2,40 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 
+from tamp.streams.affordances.detour import End, detours, ends
 from tamp.streams.affordances.slide_path import Way, ways
 from tamp.streams.cache import recalled
 from tamp.streams.context import Context
-from tamp.streams.pushing.grasp_after_push import Offer, free_first, grippable, offer, table_alone
+from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offer, table_alone
 from tamp.streams.pushing.hand_contact import barred
 from tamp.streams.pushing.push_motion import push_hits, pushes
-from tamp.streams.values import Placement, Slide
+from tamp.streams.values import Configuration, Placement, Slide
 from tamp.streams.workspace import standing
 
-TRIED = 16  # ways
+TRIED = 16  # ways, and ends
+PAIRS = 4  # of ways to each end
+
+Detour = tuple[Placement, Configuration, Configuration, Slide, Placement, Configuration, Configuration, Slide]
 
 
 def plan_sliding(context: Context, obj: str, placement: Placement) -> Iterator[Offer]:
     """Yield (placement over the edge, first configuration, last configuration, slide) for an object at a placement.
 
-    The arm can grip the object where it is slid to, as far as the table alone matters. Slides that are also free of
-    what the plan has standing there come first; the others may serve when that has moved. As it takes long to find out
-    where the arm can grip it, ways that are barred for the hand alone are only looked at after all others.
+    The arm can grip the object where it is slid to, as far as the table alone matters; ends at which no such grasp
+    serves the goal too come last. Slides that are also free of what the plan has standing there come first; the others
+    may serve when that has moved. As it takes long to find out where the arm can grip it, ways that are barred for the
+    hand alone are only looked at after all others.
     """
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     all_ways = ways(context.scene, obj, placement)[:TRIED]
     blocked = [way for way in all_ways if barred(context.scene, obj, placement, way, around)]
 
-    def slides(chosen: list[Way]) -> Iterator[Slide]:
+    def slides(chosen: list[Way], serving: tuple[Placement, ...]) -> Iterator[Slide]:
         for way in chosen:
-            inputs = (obj, placement, tuple(way.behind.tolist()), tuple(way.shift.tolist()))
-            draw = partial(_alone, obj=obj, placement=placement, way=way)
+            inputs = (obj, placement, tuple(way.behind.tolist()), tuple(way.shift.tolist()), serving)
+            draw = partial(_alone, obj=obj, placement=placement, way=way, serving=serving)
             yield from recalled(context, "slides", inputs, table_alone(context.scene, obj), draw)
 
-    yield from free_first(context, obj, slides([way for way in all_ways if way not in blocked]))
-    yield from map(offer, slides(blocked))
+    for serving in dict.fromkeys((goal_of(context, obj), ())):
+        yield from free_first(context, obj, slides([way for way in all_ways if way not in blocked], serving))
+        yield from map(offer, slides(blocked, serving))
+
+
+def plan_detour(context: Context, obj: str, placement: Placement) -> Iterator[Detour]:
+    """Yield two slides after each other, as `plan_sliding` does one, where the second ends over an edge."""
+    around = {name: place for name, place in standing(context.bound).items() if name != obj}
+
+    def found(chosen: list[End], serving: tuple[Placement, ...]) -> Iterator[tuple[Slide, Slide]]:
+        for end in chosen:
+            inputs = (obj, placement, end.placement, serving)
+            draw = partial(_twice_alone, obj=obj, placement=placement, end=end, serving=serving)
+            yield from recalled(context, "detours", inputs, table_alone(context.scene, obj), draw)
+
+    all_ends = ends(context.scene, obj, placement)[:TRIED]
+    for serving in dict.fromkeys((goal_of(context, obj), ())):
+        blocked = []
+        for both in found(all_ends, serving):
+            if any(push_hits(context.scene, slide, around) is not None for slide in both):
+                blocked.append(both)
+            else:
+                yield _detour(both)
+        yield from map(_detour, blocked)
+
+
+def _detour(both: Iterable[Slide]) -> Detour:
+    first, second = map(offer, both)
+    return *first, *second
 
 
 def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:
@@ -46,7 +78,9 @@ def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, stand
     return reason is None
 
 
-def _alone(context: Context, obj: str, placement: Placement, way: Way) -> Iterator[Slide | None]:
+def _alone(
+    context: Context, obj: str, placement: Placement, way: Way, serving: tuple[Placement, ...]
+) -> Iterator[Slide | None]:
     """A few slides along a way to where the arm can grip the object, as if nothing else stood on the table.
 
     In the second the hand keeps close to the object, in the third it is slim as well, which may be the only room that
@@ -55,7 +89,26 @@ def _alone(context: Context, obj: str, placement: Placement, way: Way) -> Iterat
     hand = context.scene.hand
     slide = next(pushes(context, obj, placement, way, hand.push_gap), None)
     yield None
-    if slide is not None and (yield from grippable(context, obj, way.end)):
+    if slide is not None and (yield from grippable(context, obj, way.end, *serving)):
         yield slide
         yield next(pushes(context, obj, placement, way, hand.close_push_gap), None)
         yield next(pushes(context, obj, placement, way, hand.close_push_gap, slim=True), None)
+
+
+def _twice_alone(
+    context: Context, obj: str, placement: Placement, end: End, serving: tuple[Placement, ...]
+) -> Iterator[tuple[Slide, Slide] | None]:
+    """Pairs of slides to an end where the arm can grip the object, as if nothing else stood on the table."""
+    pairs, gap = detours(context.scene, obj, placement, end), context.scene.hand.push_gap
+    if not pairs or not (yield from grippable(context, obj, end.placement, *serving)):
+        return
+    left = PAIRS
+    for first, second in pairs[: 4 * PAIRS]:
+        last = next(pushes(context, obj, first.end, second, gap), None)
+        yield None
+        begin = next(pushes(context, obj, placement, first, gap), None) if last is not None else None
+        if begin is not None and last is not None:
+            yield begin, last
+            left -= 1
+        if not left:
+            return

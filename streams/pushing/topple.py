@@ -11,7 +11,7 @@ import numpy as np
 from tamp.streams.affordances.topple_path import Topple, topples
 from tamp.streams.cache import recalled
 from tamp.streams.context import Context
-from tamp.streams.pushing.grasp_after_push import Offer, free_first, grippable, table_alone
+from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, table_alone
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import drawn_back, push_hits
 from tamp.streams.values import Placement, Slide
@@ -46,7 +46,7 @@ def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide |
     for topple in topples(context.scene, obj, placement)[:TRIED]:
         slide = next(_toppled(context, obj, placement, topple), None)
         yield None
-        if slide is not None and (yield from grippable(context, obj, topple.end)):
+        if slide is not None and (yield from grippable(context, obj, topple.end, *goal_of(context, obj))):
             yield slide
 
 

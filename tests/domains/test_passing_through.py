@@ -28,6 +28,7 @@ USED = {
     "sample-put-aside": "lay_aside",
     "sample-laid-aside": "lay_aside",
     "plan-sliding": "slide_box",
+    "plan-detour": "slide_twice",
     "plan-toppling": "topple_pail",
     "sample-exposed-grasp": "topple_pail",
     "plan-nudging": "nudge_in_crate",

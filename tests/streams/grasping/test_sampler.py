@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.grasping.sampler import grasps_in_steps, sample_grasp
 from tamp.streams.hand.clearance import opening_for
+from tamp.streams.releasing.tilted_release import lays
 from tamp.streams.surfaces import surface_points
+from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.scene import Scene
@@ -120,3 +123,13 @@ def test_what_stands_on_a_support_is_grasped_without_touching_the_support():
     for grasp in grasps_of(workspace, "cube", count=4):
         tool = on_slab.pose.matrix @ grasp.T_object_tool.matrix
         assert workspace.world.hand_contact(tool, opening_for(GRIPPER, grasp), support, margin=0.0) is None
+
+
+def test_grasps_that_can_lay_it_down_on_a_high_support_count_as_serving_it():
+    pack = Object("pack", Box((0.12, 0.1, 0.06)), Pose.from_rpy((0.05, 0.2, 0.05), (np.pi / 2, 0.0, 0.0)))
+    stool = Object("stool", Box((0.16, 0.16, 0.14)), Pose((0.05, -0.2, 0.07)))
+    workspace = workspace_of(pack, stool)
+    goal = Placement(Pose.from_rpy((0.05, -0.2, 0.17), (np.pi, 0.0, 0.0)), ("stool",))
+    workspace = replace(workspace, goals={"pack": goal})
+    steps = islice(grasps_in_steps(ToldContext(workspace), "pack", (workspace.start["pack"], goal)), 24)
+    assert any(lays(ToldContext(workspace), "pack", goal, grasp) for grasp in steps if grasp is not None)

@@ -25,8 +25,11 @@ SLIDE = Skill(
     actions=("slide",),
     domain=FOLDER / "domain.pddl",
     streams=FOLDER / "stream.pddl",
-    samplers={"plan-sliding": "tamp.streams.pushing.slide:plan_sliding"},
-    info={"plan-sliding": SAMPLED},
+    samplers={
+        "plan-sliding": "tamp.streams.pushing.slide:plan_sliding",
+        "plan-detour": "tamp.streams.pushing.slide:plan_detour",
+    },
+    info={"plan-sliding": SAMPLED, "plan-detour": SAMPLED},
     affordances=affordances,
     steps=steps,
     effect=effect,

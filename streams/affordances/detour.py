@@ -1,0 +1,121 @@
+"""Where one straight push does not bring an object to an edge of the table, two do: from anywhere to any end in reach.
+
+Nothing turns on its way, so an end at an edge is the start plus two shifts along two of the directions in which the
+object can be pushed; those determine how long each shift is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import permutations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.affordances.slide_path import (
+    LEAST_OVERHANG,
+    LONGEST,
+    OVERHANGS,
+    STEEPEST,
+    Direction,
+    Way,
+    directions,
+    edges,
+    on_table,
+    shifted,
+    stands,
+)
+from tamp.streams.values import Placement
+from tamp.streams.workspace import Workspace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+SPACING = 0.06  # of ends along an edge [m]
+SHORTEST = 0.02  # push [m]
+SQUARE = 0.2  # sine of the angle between two pushes, at least: else one would nearly do
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """Where an object can hang over an edge.
+
+    Attributes:
+        placement: there.
+        shift: from where it stands, (2,) [m].
+        outward: unit vector over the edge, (2,).
+        hanging: how far it hangs over, as a share of how far it can.
+    """
+
+    placement: Placement
+    shift: Array
+    outward: Array
+    hanging: float
+
+
+def ends(workspace: Workspace, obj: str, placement: Placement) -> list[End]:
+    """Ends within the arm's reach, those over which most of the object hangs first.
+
+    Among equal ones those come first that are neither near to the arm nor far from it.
+    """
+    spec = workspace.world.robot.spec
+    base = np.array(spec.T_world_base.xyz[:2])
+    distance = {
+        end: float(np.linalg.norm(end.placement.pose.xyz[:2] - base)) for end in _ends(workspace, obj, placement)
+    }
+    near, far = spec.reach
+    found = [end for end in distance if near < distance[end] < far and stands(workspace, obj, end.placement)]
+    return sorted(found, key=lambda end: (-end.hanging, abs(distance[end] - (near + far) / 2)))
+
+
+def _ends(workspace: Workspace, obj: str, placement: Placement) -> Iterator[End]:
+    spec = workspace.world.robot.spec
+    from_base = np.subtract(placement.pose.xyz, spec.T_world_base.xyz)[:2]
+    lattice = SPACING * np.arange(-int(spec.reach[1] / SPACING), int(spec.reach[1] / SPACING) + 1)
+    for edge in edges(workspace, obj, placement):
+        along = np.array([-edge.outward[1], edge.outward[0]])
+        for hanging in (share for share in OVERHANGS if share * edge.farthest > LEAST_OVERHANG):
+            for beside in lattice:
+                shift = (edge.room + hanging * edge.farthest) * edge.outward + (beside - from_base @ along) * along
+                if on_table(workspace, obj, placement, shift):
+                    yield End(shifted(placement, shift), shift, edge.outward, hanging)
+
+
+def detours(workspace: Workspace, obj: str, placement: Placement, end: End) -> list[tuple[Way, Way]]:
+    """Pairs of ways that bring an object to one of its ends, the shortest in sum first."""
+    pairs = list(_pairs(workspace, obj, placement, end))
+    return sorted(pairs, key=lambda pair: float(sum(np.linalg.norm(way.shift) for way in pair)))
+
+
+def _pairs(workspace: Workspace, obj: str, placement: Placement, end: End) -> Iterator[tuple[Way, Way]]:
+    for first, second in permutations(directions(workspace, obj, placement), 2):
+        lengths = _lengths(first, second, end.shift)
+        if lengths is None or second.ahead @ end.outward <= STEEPEST:
+            continue
+        between = lengths[0] * first.ahead
+        if _whole(workspace, obj, placement, between):
+            yield (
+                first.way(placement, np.zeros(2), lengths[0], 0.0),
+                second.way(placement, between, lengths[1], end.hanging),
+            )
+
+
+def _lengths(first: Direction, second: Direction, shift: Array) -> tuple[float, float] | None:
+    """How far two pushes go that add up to a shift [m]; None where they cannot."""
+    across = float(first.ahead[0] * second.ahead[1] - first.ahead[1] * second.ahead[0])
+    if abs(across) < SQUARE:
+        return None
+    lengths = np.linalg.solve(np.stack([first.ahead, second.ahead], axis=1), shift)
+    if (lengths < SHORTEST).any() or (lengths > LONGEST).any():
+        return None
+    return float(lengths[0]), float(lengths[1])
+
+
+def _whole(workspace: Workspace, obj: str, placement: Placement, shift: Array) -> bool:
+    """Whether the whole object is on the table after a shift, (2,) [m]."""
+    lower, upper = (bound[:2] + shift for bound in workspace.bounds(obj, placement.pose))
+    middle, half = np.array(workspace.task.table.center), np.array(workspace.task.table.size) / 2
+    return bool((lower > middle - half).all() and (upper < middle + half).all())
