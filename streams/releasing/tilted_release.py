@@ -22,6 +22,7 @@ from tamp.world.scene import Scene
 
 TRIED = 3  # falls from the least to the farthest that tell whether an object can be laid down at all ...
 FURTHER = 3  # ... tried so often, where none of them lands as it shall
+MISSES = 9  # falls in a row that land elsewhere, after which the object is taken to land there from nowhere
 ON_EDGE = 0.004  # the edge is at most this far above what it is set on [m]
 
 
@@ -70,12 +71,25 @@ def _falls(
     on_table = placement.on == (TABLE,)
     at = midtable(workspace, placement) if on_table else placement
     ways, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
-    falls = filter(None, (_landing(workspace, obj, at, grasp, fall) for fall in _spread(ways, most)))
     found = None
-    for found in islice(falls, most):
+    for found in islice(_landings(context, obj, at, grasp, _spread(ways, most)), most):
         yield moved(found, placement) if on_table else found
     if found is None:
         context.fail(f"{obj} would not fall there" if ways else reason)
+
+
+def _landings(
+    context: Context, obj: str, placement: Placement, grasp: Grasp, ways: Sequence[tuple[Pose, ...]]
+) -> Iterator[tuple[Pose, ...]]:
+    """The ways to fall, as the object lands, that end at its placement, until too many in a row end elsewhere."""
+    misses = 0
+    for way in ways:
+        if misses == MISSES or clock.now() > context.deadline:
+            return
+        landed = _landing(context.scene, obj, placement, grasp, way)
+        misses = misses + 1 if landed is None else 0
+        if landed is not None:
+            yield landed
 
 
 def _spread(ways: Sequence[tuple[Pose, ...]], most: int | None) -> list[tuple[Pose, ...]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -187,7 +187,7 @@ def let_fall(
         TampError, TaskError: as `settle`.
     """
     with make_simulator(simulator, objects, poses, table=table) as world:
-        rests = wait(world, FALLING_S, lambda: at_rest(world), patience=FALLEN_STEPS)
+        rests = wait(world, FALLING_S, _resting(world), patience=FALLEN_STEPS)
         return world.poses() if rests else None
 
 
@@ -203,7 +203,11 @@ def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf)
         simulator.step()
         simulator.limit_speeds(GENTLE_SPEED, GENTLE_TURN)
     _in_time(deadline)
+    return wait(simulator, limit_s - GENTLE_S, _resting(simulator, deadline), patience=REST_STEPS)
 
+
+def _resting(simulator: Simulator, deadline: float = math.inf) -> Callable[[], bool]:
+    """Tells after each step whether every object is nearly still, or has hardly moved on for a while."""
     since, poses, stays = simulator.time, simulator.poses(), False
 
     def resting() -> bool:
@@ -215,7 +219,7 @@ def let_settle(simulator: Simulator, limit_s: float, deadline: float = math.inf)
             since = simulator.time
         return stays or at_rest(simulator)
 
-    return wait(simulator, limit_s - GENTLE_S, resting, patience=REST_STEPS)
+    return resting
 
 
 def _deepest(simulator: Simulator) -> float:
