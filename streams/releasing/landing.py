@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.execution.monitor import angle_between
 from tamp.execution.settling.settle import let_fall
 from tamp.streams.affordances.neighbours import carriers
 from tamp.streams.values import Placement
@@ -31,6 +32,8 @@ SKIDS = 0.004  # how much farther aside than friction or ice explain the centre 
 CORNER = 0.018  # ... and so much more over a corner, but no more than it is beside that [m]
 SHOTS = 5  # falls onto other objects that are simulated until one lands where it was aimed at
 NEAR = 0.005  # so near to the placement is where it was aimed at [m]
+BESIDE = 0.003  # let go so far beside what lands as it shall [m] ...
+SPREAD, TURNED = 0.02, 0.15  # ... it still lands so near to there [m], turned by no more [rad]
 PUSHED = 0.003  # what it falls on stays where it is, but for this [m]
 
 
@@ -38,7 +41,7 @@ def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> F
     """A fall over an edge, shifted so that the object comes to rest at its placement; None where it lands otherwise.
 
     Where it lands beside, it is let go as far to the other side. On a table every place is like the others, and that
-    serves; on other objects it is seen where it lands then, and aimed anew a few times.
+    serves; on other objects it is seen where it lands then, and aimed anew a few times, and how sure that is.
 
     Args:
         workspace: where the object is, and which simulator tells how things come to rest.
@@ -50,7 +53,9 @@ def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> F
 
     def found() -> Fall | None:
         shot = _shot_in(workspace, obj, placement, below, fall)
-        return shot if shot is not None and _explained(workspace, obj, fall, shot) else None
+        if shot is None or not _explained(workspace, obj, fall, shot):
+            return None
+        return shot if placement.on == (TABLE,) or _sure(workspace, obj, below, shot) else None
 
     return workspace.cache.value(("aimed", obj, placement, fall[0], *below.items()), found)
 
@@ -73,6 +78,16 @@ def _shot_in(
             return None  # in all, however many shots it takes
         shifted = nearer
     return None
+
+
+def _sure(workspace: Workspace, obj: str, below: Mapping[str, Pose], shot: Fall) -> bool:
+    """Whether an object lands near the same pose if it is let go a little beside: it hardly ever is just there."""
+    x, y, z = shot[0].xyz
+    for dx, dy in ((BESIDE, 0.0), (-BESIDE, 0.0), (0.0, BESIDE), (0.0, -BESIDE)):
+        end = _landed(workspace, obj, below, Pose((x + dx, y + dy, z), shot[0].quat))
+        if end is None or math.dist(end.xyz, shot[-1].xyz) > SPREAD or angle_between(end, shot[-1]) > TURNED:
+            return False
+    return True
 
 
 def _landed(workspace: Workspace, obj: str, below: Mapping[str, Pose], let_go: Pose) -> Pose | None:
