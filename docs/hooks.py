@@ -68,8 +68,14 @@ def _with_mathematics(markdown: str) -> str:
     """LaTeX between backslashed parentheses or brackets as MathML, which browsers show without any script."""
     from latex2mathml.converter import convert
 
-    markdown = re.sub(r"\\\((.+?)\\\)", lambda m: convert(m[1].strip()), markdown, flags=re.DOTALL)
-    return re.sub(r"\\\[(.+?)\\\]", lambda m: convert(m[1].strip(), display="block"), markdown, flags=re.DOTALL)
+    def inline(found: re.Match[str]) -> str:  # a line that begins with <math> would end the paragraph
+        return f"<span>{convert(found[1].strip())}</span>"
+
+    def block(found: re.Match[str]) -> str:
+        return f'<div class="formula">{convert(found[1].strip(), display="block")}</div>'
+
+    markdown = re.sub(r"\\\((.+?)\\\)", inline, markdown, flags=re.DOTALL)
+    return re.sub(r"\\\[(.+?)\\\]", block, markdown, flags=re.DOTALL)
 
 
 def _commands() -> Iterator[str]:

@@ -99,6 +99,7 @@ def test_the_manual_builds_without_warnings(tmp_path: Path) -> None:
     assert len(pages) > 15
     score = (tmp_path / "site" / "reference" / "score.html").read_text(encoding="utf-8")
     assert "<math" in score
+    assert "<p><math" not in score and "</math>\n" not in score.replace("</math></span>", "")  # sentences go on
 
 
 @pytest.mark.parametrize("page", [*PAGES, *TUTORIALS, *BESIDE], ids=named)
