@@ -6,9 +6,8 @@ object can be pushed; those determine how long each shift is.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +19,6 @@ from tamp.streams.affordances.slide_path import (
     STEEPEST,
     Direction,
     Way,
-    directions,
     edges,
     on_table,
     shifted,
@@ -84,34 +82,31 @@ def _ends(workspace: Workspace, obj: str, placement: Placement) -> Iterator[End]
                     yield End(shifted(placement, shift), shift, edge.outward, hanging)
 
 
-def detours(workspace: Workspace, obj: str, placement: Placement, end: End) -> list[tuple[Way, Way]]:
-    """Pairs of ways that bring an object to one of its ends, the shortest in sum first."""
-    pairs = list(_pairs(workspace, obj, placement, end))
-    return sorted(pairs, key=lambda pair: float(sum(np.linalg.norm(way.shift) for way in pair)))
+def detours(
+    workspace: Workspace, obj: str, placement: Placement, end: End, among: Sequence[Direction]
+) -> Iterator[tuple[Way, Way]]:
+    """Yield pairs of ways that bring an object to one of its ends by two of its directions, the shortest in sum first.
 
-
-def _pairs(workspace: Workspace, obj: str, placement: Placement, end: End) -> Iterator[tuple[Way, Way]]:
-    for first, second in permutations(directions(workspace, obj, placement), 2):
-        lengths = _lengths(first, second, end.shift)
-        if lengths is None or second.ahead @ end.outward <= STEEPEST:
-            continue
-        between = lengths[0] * first.ahead
+    Between the two the whole object is on the table.
+    """
+    ahead = np.array([direction.ahead for direction in among]).reshape(-1, 2)
+    across = _cross(ahead[:, None], ahead[None])
+    # shift = lengths[0] * first + lengths[1] * second, by Cramer's rule
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lengths = np.stack([_cross(end.shift, ahead)[None] / across, _cross(ahead, end.shift)[:, None] / across])
+    able = (np.abs(across) > SQUARE) & ((lengths > SHORTEST) & (lengths < LONGEST)).all(axis=0)
+    firsts, seconds = np.nonzero(able & (ahead @ end.outward > STEEPEST)[None])
+    for index in np.argsort(lengths[:, firsts, seconds].sum(axis=0), kind="stable"):
+        first, second = among[firsts[index]], among[seconds[index]]
+        begin, last = (float(length) for length in lengths[:, firsts[index], seconds[index]])
+        between = begin * first.ahead
         if _whole(workspace, obj, placement, between):
-            yield (
-                first.way(placement, np.zeros(2), lengths[0], 0.0),
-                second.way(placement, between, lengths[1], end.hanging),
-            )
+            yield first.way(placement, np.zeros(2), begin, 0.0), second.way(placement, between, last, end.hanging)
 
 
-def _lengths(first: Direction, second: Direction, shift: Array) -> tuple[float, float] | None:
-    """How far two pushes go that add up to a shift [m]; None where they cannot."""
-    across = float(first.ahead[0] * second.ahead[1] - first.ahead[1] * second.ahead[0])
-    if abs(across) < SQUARE:
-        return None
-    lengths = np.linalg.solve(np.stack([first.ahead, second.ahead], axis=1), shift)
-    if (lengths < SHORTEST).any() or (lengths > LONGEST).any():
-        return None
-    return float(lengths[0]), float(lengths[1])
+def _cross(one: Array, other: Array) -> Array:
+    """The vertical component of the product of level vectors, shapes (..., 2)."""
+    return np.asarray(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0])
 
 
 def _whole(workspace: Workspace, obj: str, placement: Placement, shift: Array) -> bool:

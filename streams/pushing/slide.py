@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from itertools import islice
 
 from tamp.streams.affordances.detour import End, detours, ends
-from tamp.streams.affordances.slide_path import Way, ways
+from tamp.streams.affordances.slide_path import Way, directions, ways
 from tamp.streams.cache import recalled
 from tamp.streams.context import Context
 from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offer, table_alone
@@ -16,7 +17,7 @@ from tamp.streams.values import Configuration, Placement, Slide
 from tamp.streams.workspace import standing
 
 TRIED = 16  # ways, and ends
-PAIRS = 4  # of ways to each end
+PAIRS, LOOKED_AT = 4, 16  # of ways to each end that the arm can follow, and that it is asked for
 
 Detour = tuple[Placement, Configuration, Configuration, Slide, Placement, Configuration, Configuration, Slide]
 
@@ -32,37 +33,49 @@ def plan_sliding(context: Context, obj: str, placement: Placement) -> Iterator[O
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     all_ways = ways(context.scene, obj, placement)[:TRIED]
     blocked = [way for way in all_ways if barred(context.scene, obj, placement, way, around)]
-
-    def slides(chosen: list[Way], serving: tuple[Placement, ...]) -> Iterator[Slide]:
-        for way in chosen:
-            inputs = (obj, placement, tuple(way.behind.tolist()), tuple(way.shift.tolist()), serving)
-            draw = partial(_alone, obj=obj, placement=placement, way=way, serving=serving)
-            yield from recalled(context, "slides", inputs, table_alone(context.scene, obj), draw)
-
+    clear = [way for way in all_ways if way not in blocked]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
-        yield from free_first(context, obj, slides([way for way in all_ways if way not in blocked], serving))
-        yield from map(offer, slides(blocked, serving))
+        yield from free_first(context, obj, _slides(context, obj, placement, clear, serving))
+        yield from map(offer, _slides(context, obj, placement, blocked, serving))
+
+
+def _slides(
+    context: Context, obj: str, placement: Placement, chosen: Sequence[Way], serving: tuple[Placement, ...]
+) -> Iterator[Slide]:
+    """Slides along some ways, to ends where a grasp serves some other placements too."""
+    for way in chosen:
+        inputs = (obj, placement, tuple(way.behind.tolist()), tuple(way.shift.tolist()), serving)
+        draw = partial(_alone, obj=obj, placement=placement, way=way, serving=serving)
+        yield from recalled(context, "slides", inputs, table_alone(context.scene, obj), draw)
 
 
 def plan_detour(context: Context, obj: str, placement: Placement) -> Iterator[Detour]:
-    """Yield two slides after each other, as `plan_sliding` does one, where the second ends over an edge."""
+    """Yield two slides after each other, as `plan_sliding` does one, where the second ends over an edge.
+
+    There are none where a straight slide would do, were nothing else on the table.
+    """
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
-
-    def found(chosen: list[End], serving: tuple[Placement, ...]) -> Iterator[tuple[Slide, Slide]]:
-        for end in chosen:
-            inputs = (obj, placement, end.placement, serving)
-            draw = partial(_twice_alone, obj=obj, placement=placement, end=end, serving=serving)
-            yield from recalled(context, "detours", inputs, table_alone(context.scene, obj), draw)
-
-    all_ends = ends(context.scene, obj, placement)[:TRIED]
+    all_ways, all_ends = ways(context.scene, obj, placement)[:TRIED], ends(context.scene, obj, placement)[:TRIED]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
+        if any(_slides(context, obj, placement, all_ways, serving)):
+            return
         blocked = []
-        for both in found(all_ends, serving):
+        for both in _pairs(context, obj, placement, all_ends, serving):
             if any(push_hits(context.scene, slide, around) is not None for slide in both):
                 blocked.append(both)
             else:
                 yield _detour(both)
         yield from map(_detour, blocked)
+
+
+def _pairs(
+    context: Context, obj: str, placement: Placement, chosen: Sequence[End], serving: tuple[Placement, ...]
+) -> Iterator[tuple[Slide, Slide]]:
+    """Two slides each to some ends, where a grasp serves some other placements too."""
+    for end in chosen:
+        inputs = (obj, placement, end.placement, serving)
+        draw = partial(_twice_alone, obj=obj, placement=placement, end=end, serving=serving)
+        yield from recalled(context, "detours", inputs, table_alone(context.scene, obj), draw)
 
 
 def _detour(both: Iterable[Slide]) -> Detour:
@@ -99,11 +112,12 @@ def _twice_alone(
     context: Context, obj: str, placement: Placement, end: End, serving: tuple[Placement, ...]
 ) -> Iterator[tuple[Slide, Slide] | None]:
     """Pairs of slides to an end where the arm can grip the object, as if nothing else stood on the table."""
-    pairs, gap = detours(context.scene, obj, placement, end), context.scene.hand.push_gap
+    among, gap = list(directions(context.scene, obj, placement)), context.scene.hand.push_gap
+    pairs = list(islice(detours(context.scene, obj, placement, end, among), LOOKED_AT))
     if not pairs or not (yield from grippable(context, obj, end.placement, *serving)):
         return
     left = PAIRS
-    for first, second in pairs[: 4 * PAIRS]:
+    for first, second in pairs:
         last = next(pushes(context, obj, first.end, second, gap), None)
         yield None
         begin = next(pushes(context, obj, placement, first, gap), None) if last is not None else None
