@@ -96,20 +96,33 @@ class Recorded:
             return {}
         return found if isinstance(found, dict) and all(isinstance(text, str) for text in found.values()) else {}
 
+    @cached_property
+    def searches(self) -> tuple[Mapping[str, Any], ...]:
+        """What the planner tells of each search, those in vain included; of runs that kept none, of each plan."""
+        path = self.folder / "searches.json"
+        try:
+            found = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+            if found is not None and not (isinstance(found, list) and all(isinstance(each, dict) for each in found)):
+                raise ValueError("it must be a list of objects")
+        except (OSError, ValueError) as error:
+            log.warning("%s: not a record of searches: %s", path, error)
+            found = None
+        return tuple(plan.report for plan in self.plans) if found is None else tuple(found)
+
     @property
     def stream_seconds(self) -> dict[str, float]:
-        """Stream -> time spent in its sampler, over all plans that tell [s]."""
+        """Stream -> time spent in its sampler, over all searches that tell [s]."""
         return self._summed("streams", lambda report: {s["name"]: s["seconds"] for s in report})
 
     @property
     def phase_seconds(self) -> dict[str, float]:
-        """Phase of planning -> time spent in it, over all plans that tell [s]."""
+        """Phase of planning -> time spent in it, over all searches that tell [s]."""
         return self._summed("seconds", dict)
 
     def _summed(self, key: str, read: Any) -> dict[str, float]:
         total: dict[str, float] = {}
-        for plan in self.plans:
-            for name, seconds in read(plan.report.get(key, ())).items():
+        for search in self.searches:
+            for name, seconds in read(search.get(key, ())).items():
                 total[name] = total.get(name, 0.0) + seconds
         return total
 

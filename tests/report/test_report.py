@@ -19,7 +19,7 @@ from tamp.errors import TampError
 from tamp.perception.belief.belief import Belief
 from tamp.perception.estimate import Estimate
 from tamp.pipeline.perceived.run import Look
-from tamp.pipeline.solving.run import save_run
+from tamp.pipeline.solving.run import Run, save_run
 from tamp.report.rendering.playback import play, playable
 from tamp.report.report import REST, _phases
 from tamp.report.runs import Recorded, read_run
@@ -27,7 +27,7 @@ from tamp.report.tables import csv_text, summary_line
 from tamp.report.viewer import Viewer
 from tamp.report.words import reasons, sentences
 from tamp.results import Result, to_json
-from tamp.task import Pose
+from tamp.task import Pose, Task
 from tests.browser import look, needs_chromium
 
 FAILED = Result(
@@ -73,6 +73,23 @@ def test_a_browser_shows_it(folder: Path, page: str, tmp_path: Path) -> None:
     assert look((folder / "report.html").as_uri(), tmp_path / "page.png", size=(1200, 3000)) == []
     shown = np.asarray(Image.open(tmp_path / "page.png").convert("RGB"), int) @ (65536, 256, 1)
     assert len(np.unique(shown)) > 1500, "plots and pictures are there"
+
+
+def test_searches_in_vain_count_where_time_goes(tmp_path: Path, run: Run, one_object: Task) -> None:
+    vain = replace(run.searches[0], status="failed", seconds={"search": 7.0}, streams=())
+    save_run(replace(run, searches=(*run.searches, vain)), one_object, {"seed": 0}, tmp_path)
+    alone = dict(run.searches[0].seconds)
+    assert read_run(tmp_path).phase_seconds == {**alone, "search": alone.get("search", 0.0) + 7.0}
+
+
+@pytest.mark.parametrize("text", ["{}", "[1]", "no json"])
+def test_of_a_broken_record_of_searches_the_plans_tell(
+    tmp_path: Path, run: Run, one_object: Task, text: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    save_run(run, one_object, {"seed": 0}, tmp_path)
+    (tmp_path / "searches.json").write_text(text, encoding="utf-8")
+    assert read_run(tmp_path).phase_seconds == run.plans[0].report["seconds"]
+    assert "not a record of searches" in caplog.text
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,6 +18,7 @@ from tamp.pipeline.prepare import Setup
 from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.solving.repair import Resuming
 from tamp.pipeline.solving.risk import worth_its_risk
+from tamp.planning import Report
 from tamp.scoring import score
 from tamp.scoring.ede import ede, mean_edge
 from tamp.task import Plan, Pose, SymbolicFact, Task
@@ -40,6 +41,7 @@ class Job:
     began: float = field(default_factory=time.monotonic)
     planning_s: float = 0.0
     searches: int = 0
+    reports: list[Report] = field(default_factory=list)
     plans: list[Plan] = field(default_factory=list)
     executions: list[Execution] = field(default_factory=list)
     final_poses: dict[str, Pose] = field(default_factory=dict)
@@ -145,6 +147,7 @@ class Job:
                 hopeless={name: why for name, (pose, why) in self.hopeless.items() if self._is_at(name, pose, poses)},
             )
             found = search.run()
+            self.reports.append(search.report)
             self.hopeless |= search.hopeless
             return search, found
 

@@ -53,7 +53,9 @@ def closed(job: Job, execute: bool) -> Run:
     )
     executions, rejections = tuple(job.executions), tuple(job.rejections)
     looks = () if job.perceived is None else job.perceived.looks
-    return Run(result, tuple(job.plans), executions, job.final_poses, job.failure, rejections, job.words, looks)
+    reports = tuple(job.reports)
+    plans = tuple(job.plans)
+    return Run(result, plans, executions, job.final_poses, job.failure, rejections, job.words, looks, reports)
 
 
 def _status(job: Job, execute: bool, reached: Score) -> Status:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.log import Execution
+from tamp.planning import Report
 from tamp.results import Result, to_json
 from tamp.task import Mesh, Plan, Pose, Task
 from tamp.task.files.plan_file import save_plan
@@ -32,6 +33,7 @@ class Run:
         rejections: the verdict on each piece of a plan that the checker sent back.
         words: action -> what it does, as the domain says, for reports.
         looks: what was seen, where poses were perceived.
+        searches: the planner's report on each search for a plan, in order, those in vain included.
     """
 
     result: Result
@@ -42,10 +44,11 @@ class Run:
     rejections: tuple[str, ...] = ()
     words: Mapping[str, str] = field(default_factory=dict)
     looks: tuple[Look, ...] = ()
+    searches: tuple[Report, ...] = ()
 
 
 def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Path) -> None:
-    """Write a run's files into `folder`: manifest.json, result.json, poses.json, plan-N.json, report.txt.
+    """Write a run's files into `folder`: manifest, result, poses, searches and plan-N as .json, and report.txt.
 
     Where poses were perceived also look-N.json, look-N.details.json and the pictures look-N-VIEW.png.
 
@@ -63,6 +66,7 @@ def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Pat
             stale.unlink()
     for number, plan in enumerate(run.plans):
         save_plan(plan, folder / f"plan-{number}.json")
+    _write_json(folder / "searches.json", [_times(report) for report in run.searches])
     for number, look in enumerate(run.looks):
         look.save(folder, number)
     _write_json(folder / "manifest.json", manifest(task, configuration, run))
@@ -91,6 +95,12 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
         "words": dict(run.words),
         "inputs": {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(inputs)},
     }
+
+
+def _times(report: Report) -> dict[str, Any]:
+    """How a search ended and where its time went."""
+    streams = [{"name": stream.name, "calls": stream.calls, "seconds": stream.seconds} for stream in report.streams]
+    return {"status": report.status, "total_s": report.total_s, "seconds": dict(report.seconds), "streams": streams}
 
 
 def _report(run: Run) -> str:
