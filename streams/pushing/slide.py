@@ -52,13 +52,13 @@ def _slides(
 def plan_detour(context: Context, obj: str, placement: Placement) -> Iterator[Detour]:
     """Yield two slides after each other, as `plan_sliding` does one, where the second ends over an edge.
 
-    There are none where a straight slide would do, were nothing else on the table.
+    There are none where a straight slide leads to any grasp, were nothing else on the table.
     """
+    if any(_slides(context, obj, placement, ways(context.scene, obj, placement)[:TRIED], ())):
+        return
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
-    all_ways, all_ends = ways(context.scene, obj, placement)[:TRIED], ends(context.scene, obj, placement)[:TRIED]
+    all_ends = ends(context.scene, obj, placement)[:TRIED]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
-        if any(_slides(context, obj, placement, all_ways, serving)):
-            return
         blocked = []
         for both in _pairs(context, obj, placement, all_ends, serving):
             if any(push_hits(context.scene, slide, around) is not None for slide in both):
