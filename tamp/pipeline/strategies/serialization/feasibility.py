@@ -59,7 +59,7 @@ class Prospects:
         if to_be_pushed(workspace, name, workspace.start[name]):
             iterations *= BEGINNING_WITH_A_SLIDE
         solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)})
-        if solution.plan is not None or self._regrasp_helps(name):
+        if solution.plan is not None or self._regrasp_helps(workspace, name, iterations):
             self._hopeful.add(name)
             return None
         why = f"even alone: {reason(solution)}"
@@ -67,18 +67,13 @@ class Prospects:
             self.hopeless[name] = workspace.start[name], why
         return why
 
-    def _regrasp_helps(self, name: str) -> bool:
+    def _regrasp_helps(self, workspace: Workspace, name: str, iterations: int) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
-        workspace = alone(self.asker.workspace, name)
         # Wherever what lies flat is put down in between, no hand takes it up again.
-        able = name in workspace.goals and not lies_flat(workspace, name)
-        movable = {name, *supports_in_the_way(workspace, name)}
-        if (
-            able
-            and self.asker.ask(workspace, self.asker.tuning.alone_iterations, movable, regrasped={name}).plan
-            is not None
-        ):
-            self.regrasped.add(name)
+        if name in workspace.goals and not lies_flat(workspace, name):
+            movable = {name, *supports_in_the_way(workspace, name)}
+            if self.asker.ask(workspace, iterations, movable, regrasped={name}).plan is not None:
+                self.regrasped.add(name)
         return name in self.regrasped
 
 
