@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ABOVE_TABLE = 0.008  # of the fingertips while they push [m]
 BELOW_TOP = 0.003  # of the object: the palm stays this far above what the fingers push [m]
 TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
-FARTHEST, HALVINGS = 0.15, 14  # of the search for that place behind the object [m]
+FARTHEST, COARSE, HALVINGS = 0.15, 0.01, 10  # of the search for that place behind the object [m]
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
 
 
@@ -44,7 +44,9 @@ def hands_at(
     across = np.array([-way.behind[1], way.behind[0]])
     for beside in (across, -across) if slim else (way.behind, -way.behind):
         opening = 0.0 if slim else wide
-        yield _touching(workspace, obj, placement, way, opening, beside), opening
+        tool = _touching(workspace, obj, placement, way, opening, beside)
+        if tool is not None:
+            yield tool, opening
 
 
 def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:
@@ -61,8 +63,10 @@ def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, other
     return all(any(among.hit(moved(T, each), opening) for each in shifts) for T, opening in hands)
 
 
-def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, beside: Array) -> Array:
-    """The tool, shape (4, 4), where its upright fingers nearly touch the side of the object that is pushed.
+def _touching(
+    workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, beside: Array
+) -> Array | None:
+    """The tool, shape (4, 4), where its upright fingers nearly touch the side that is pushed; None where they do not.
 
     The line of the push through the centre of mass passes midway between the fingers, which close across `beside` (2,).
     """
@@ -72,14 +76,19 @@ def _touching(workspace: Workspace, obj: str, placement: Placement, way: Way, op
     tool = upright(workspace, beside)
     tool[:2, 3] = way.touch
     tool[2, 3] = max(ABOVE_TABLE + tip, top + BELOW_TOP + root)
-    scene, near, clear = Scene({obj: T}), 0.0, FARTHEST
-    back = np.append(way.behind, 0.0)
+    scene, back = Scene({obj: T}), np.append(way.behind, 0.0)
+
+    def touches(away: float) -> bool:
+        return workspace.world.hand_contact(moved(tool, away * back), opening, scene, margin=TOUCHING) == obj
+
+    # From outside: farther in, the hand may be in a hollow, where it touches nothing either.
+    near = next((away for away in np.arange(FARTHEST - COARSE, -COARSE / 2, -COARSE) if touches(away)), None)
+    if near is None:
+        return None
+    clear = near + COARSE
     for _ in range(HALVINGS):
         middle = (near + clear) / 2
-        if workspace.world.hand_contact(moved(tool, middle * back), opening, scene, margin=TOUCHING) == obj:
-            near = middle
-        else:
-            clear = middle
+        near, clear = (middle, clear) if touches(middle) else (near, middle)
     return moved(tool, clear * back)
 
 

@@ -1,11 +1,12 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
 
-from tamp.streams.affordances.slide_path import ways
+from tamp.streams.affordances.slide_path import directions, ways
 from tamp.streams.collisions import approach_contact
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
@@ -14,7 +15,9 @@ from tamp.streams.pushing.push_motion import push_hits, pushes
 from tamp.streams.pushing.slide import plan_sliding, test_cfree_slide
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
-from tests.streams.tables import ToldContext, workspace_of
+from tamp.world.scene import Scene
+from tamp.world.transforms import moved
+from tests.streams.tables import CRATE, ToldContext, corners, workspace_of
 
 test_cfree_slide.__test__ = False
 
@@ -129,3 +132,25 @@ def test_where_neighbours_leave_little_room_the_hand_keeps_close_to_the_object(w
     context = ToldContext(workspace, bound=(("AtPose", "peg", met[-1]),))
     close = next(s for ended, *_, s in plan_sliding(context, "box", workspace.start["box"]) if ended == end)
     assert push_hits(workspace, close, {"peg": met[-1]}) is None
+
+
+@pytest.mark.parametrize("angle", [0.0, 2.75, np.pi])
+def test_every_hand_that_pushes_touches_what_it_pushes_from_outside(angle):
+    """Also what is hollow, and leans: a hand in its hollow would push nothing."""
+    turned = Pose.from_rpy((0.0, 0.0, 0.0), (angle, 0.0, 0.3))
+    crate = Object("crate", CRATE.shape, turned)
+    lowest = corners(workspace_of(crate), "crate", turned)[:, 2].min()
+    pose = Pose((0.05, -0.2, -float(lowest)), turned.quat)
+    workspace = workspace_of(replace(crate, pose=pose))
+    start = workspace.start["crate"]
+    for direction in directions(workspace, "crate", start):
+        way = direction.way(start, np.zeros(2), 0.1, 0.0)
+        for slim in (False, True):
+            for T, opening in hands_at(workspace, "crate", start, way, slim):
+                nearer = moved(T, -0.001 * np.append(way.behind, 0.0))
+                scene = Scene({"crate": pose.matrix})
+                assert workspace.world.hand_contact(T, opening, scene, margin=0.0) is None
+                assert workspace.world.hand_contact(nearer, opening, scene, margin=0.0) == "crate"
+                for away in np.arange(0.01, 0.1, 0.01):
+                    farther = moved(T, away * np.append(way.behind, 0.0))
+                    assert workspace.world.hand_contact(farther, opening, scene, margin=0.0) is None
