@@ -47,6 +47,7 @@ SCENARIOS_OF = {
     "sample-regrasp": "regrasp_into_box",
     "regrasp-kinematics": "regrasp_into_box",
     "plan-sliding": "slide_box",
+    "plan-detour": "slide_twice",
     "plan-toppling": "topple_pail",
     "sample-exposed-grasp": "slide_box",
     "test-cfree-slide": "slide_box",
