@@ -19,10 +19,11 @@ from tamp.streams.affordances.slide_path import (
     STEEPEST,
     Direction,
     Way,
+    center_from_above,
     edges,
-    on_table,
     shifted,
     stands,
+    steady,
 )
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -72,13 +73,14 @@ def ends(workspace: Workspace, obj: str, placement: Placement) -> list[End]:
 def _ends(workspace: Workspace, obj: str, placement: Placement) -> Iterator[End]:
     spec = workspace.world.robot.spec
     from_base = np.subtract(placement.pose.xyz, spec.T_world_base.xyz)[:2]
+    center = center_from_above(workspace, obj, placement)
     lattice = SPACING * np.arange(-int(spec.reach[1] / SPACING), int(spec.reach[1] / SPACING) + 1)
     for edge in edges(workspace, obj, placement):
         along = np.array([-edge.outward[1], edge.outward[0]])
         for hanging in (share for share in OVERHANGS if share * edge.farthest > LEAST_OVERHANG):
             for beside in lattice:
                 shift = (edge.room + hanging * edge.farthest) * edge.outward + (beside - from_base @ along) * along
-                if on_table(workspace, obj, placement, shift):
+                if steady(workspace, center + shift):
                     yield End(shifted(placement, shift), shift, edge.outward, hanging)
 
 

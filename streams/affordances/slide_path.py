@@ -130,7 +130,7 @@ class Edge:
 
 def directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
     """Those in which two fingers can push an object at a placement, the widest sides first."""
-    points, center = _seen_from_above(workspace, obj, placement)
+    points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
     for behind, side in _sides(points):
         for slant in SLANTS:
             ahead = -_turned(behind, slant)
@@ -141,41 +141,50 @@ def directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator
                 yield Direction(ahead, behind, touch, room)
 
 
-def edges(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Edge]:
+def edges(workspace: Workspace, obj: str, placement: Placement) -> list[Edge]:
     """All four, as an object at a placement has them before it."""
-    points, center = _seen_from_above(workspace, obj, placement)
+    points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
     table = workspace.task.table
+    found = []
     for outward in np.vstack([np.eye(2), -np.eye(2)]):
         reach = float(np.array(table.center) @ outward + np.array(table.size) / 2 @ np.abs(outward))
         foremost = float((points @ outward).max())
-        yield Edge(outward, reach - foremost, foremost - float(center @ outward) - STEADY)
+        found.append(Edge(outward, reach - foremost, foremost - float(center @ outward) - STEADY))
+    return found
 
 
-def on_table(workspace: Workspace, obj: str, placement: Placement, shift: Array, inside: float = STEADY) -> bool:
-    """Whether the centre of mass of an object that is shifted, (2,) [m], is at least so far inside the table [m]."""
-    _, center = _seen_from_above(workspace, obj, placement)
+def center_from_above(workspace: Workspace, obj: str, placement: Placement) -> Array:
+    """An object's centre of mass at a placement, (2,) [m]."""
+    T = placement.pose.matrix
+    center: Array = (T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3])[:2]
+    return center
+
+
+def steady(workspace: Workspace, center: Array) -> bool:
+    """Whether a centre of mass, (2,) [m], is far enough inside the table's edges."""
     table = workspace.task.table
-    beside = np.abs(center + shift - np.array(table.center)) - np.array(table.size) / 2
-    return bool((beside < 1e-9 - inside).all())
+    inside = np.array(table.size) / 2 - STEADY - np.abs(center - np.array(table.center))
+    return bool((inside > -1e-9).all())
 
 
 def _ways(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Way]:
+    center, around = center_from_above(workspace, obj, placement), edges(workspace, obj, placement)
     for direction in directions(workspace, obj, placement):
-        for edge in edges(workspace, obj, placement):
+        for edge in around:
             rate = float(direction.ahead @ edge.outward)
             for share in OVERHANGS:
                 hanging = share * edge.farthest
                 length = (edge.room + hanging) / max(rate, 1e-9)
                 good = rate > STEEPEST and hanging > LEAST_OVERHANG and 0.0 < length < LONGEST
-                if good and on_table(workspace, obj, placement, length * direction.ahead):
+                if good and steady(workspace, center + length * direction.ahead):
                     yield direction.way(placement, np.zeros(2), length, share)
 
 
-def _seen_from_above(workspace: Workspace, obj: str, placement: Placement) -> tuple[Array, Array]:
-    """Points on an object, (n, 2), and its centre of mass, (2,) [m]."""
+def _outline_points(workspace: Workspace, obj: str, placement: Placement) -> Array:
+    """Points on an object, seen from above, (n, 2) [m]."""
     T = placement.pose.matrix
-    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
-    return workspace.points(obj) @ T[:2, :3].T + T[:2, 3], center[:2]
+    points: Array = workspace.points(obj) @ T[:2, :3].T + T[:2, 3]
+    return points
 
 
 def _sides(points: Array) -> Iterator[tuple[Array, Array]]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from itertools import islice
+from typing import TypeVar
 
 from tamp.streams.affordances.neighbours import upon_carriers
 from tamp.streams.context import Context
@@ -16,6 +17,7 @@ from tamp.streams.workspace import Workspace, standing
 GRASPS, PATIENCE = 6, 60  # tried at the end of a way, and steps of the search for them after which it is given up
 
 Offer = tuple[Placement, Configuration, Configuration, Slide]
+Pushes = TypeVar("Pushes", bound=tuple[Slide, ...])
 
 
 def sample_exposed_grasp(context: Context, obj: str, placement: Placement) -> Iterator[Grasp]:
@@ -36,18 +38,18 @@ def grippable(context: Context, obj: str, placement: Placement, *others: Placeme
     return False
 
 
-def free_first(context: Context, obj: str, found: Iterator[Slide]) -> Iterator[Offer]:
-    """Yield (placement, first configuration, last configuration, slide) for each of some slides of an object.
+def free_first(context: Context, obj: str, found: Iterable[Pushes]) -> Iterator[Pushes]:
+    """Yield pushes of an object that follow each other, those first that are free of what the plan has standing there.
 
-    Those that are free of what the plan has standing there come first; the others may serve when that has moved.
+    The others may serve when that has moved.
     """
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     blocked = []
-    for slide in found:
-        if push_hits(context.scene, slide, around) is None:
-            yield offer(slide)
+    for pushes in found:
+        if all(push_hits(context.scene, push, around) is None for push in pushes):
+            yield pushes
         else:
-            blocked.append(offer(slide))
+            blocked.append(pushes)
     yield from blocked
 
 

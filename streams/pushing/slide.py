@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import islice
 
@@ -35,7 +35,9 @@ def plan_sliding(context: Context, obj: str, placement: Placement) -> Iterator[O
     blocked = [way for way in all_ways if barred(context.scene, obj, placement, way, around)]
     clear = [way for way in all_ways if way not in blocked]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
-        yield from free_first(context, obj, _slides(context, obj, placement, clear, serving))
+        found = _slides(context, obj, placement, clear, serving)
+        for (slide,) in free_first(context, obj, ((each,) for each in found)):
+            yield offer(slide)
         yield from map(offer, _slides(context, obj, placement, blocked, serving))
 
 
@@ -56,16 +58,10 @@ def plan_detour(context: Context, obj: str, placement: Placement) -> Iterator[De
     """
     if any(_slides(context, obj, placement, ways(context.scene, obj, placement)[:TRIED], ())):
         return
-    around = {name: place for name, place in standing(context.bound).items() if name != obj}
     all_ends = ends(context.scene, obj, placement)[:TRIED]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
-        blocked = []
-        for both in _pairs(context, obj, placement, all_ends, serving):
-            if any(push_hits(context.scene, slide, around) is not None for slide in both):
-                blocked.append(both)
-            else:
-                yield _detour(both)
-        yield from map(_detour, blocked)
+        for first, second in free_first(context, obj, _pairs(context, obj, placement, all_ends, serving)):
+            yield *offer(first), *offer(second)
 
 
 def _pairs(
@@ -76,11 +72,6 @@ def _pairs(
         inputs = (obj, placement, end.placement, serving)
         draw = partial(_twice_alone, obj=obj, placement=placement, end=end, serving=serving)
         yield from recalled(context, "detours", inputs, table_alone(context.scene, obj), draw)
-
-
-def _detour(both: Iterable[Slide]) -> Detour:
-    first, second = map(offer, both)
-    return *first, *second
 
 
 def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:
@@ -120,7 +111,7 @@ def _twice_alone(
     for first, second in pairs:
         last = next(pushes(context, obj, first.end, second, gap), None)
         yield None
-        begin = next(pushes(context, obj, placement, first, gap), None) if last is not None else None
+        begin = None if last is None else next(pushes(context, obj, placement, first, gap), None)
         if begin is not None and last is not None:
             yield begin, last
             left -= 1

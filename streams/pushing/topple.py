@@ -11,7 +11,7 @@ import numpy as np
 from tamp.streams.affordances.topple_path import Topple, topples
 from tamp.streams.cache import recalled
 from tamp.streams.context import Context
-from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, table_alone
+from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offer, table_alone
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import drawn_back, push_hits
 from tamp.streams.values import Placement, Slide
@@ -38,7 +38,8 @@ def plan_toppling(context: Context, obj: str, placement: Placement) -> Iterator[
     """
     reads = table_alone(context.scene, obj)
     found = recalled(context, "topples", (obj, placement), reads, lambda first: _alone(first, obj, placement))
-    yield from free_first(context, obj, found)
+    for (topple,) in free_first(context, obj, ((each,) for each in found)):
+        yield offer(topple)
 
 
 def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide | None]:

@@ -102,12 +102,13 @@ class Recorded:
         path = self.folder / "searches.json"
         try:
             found = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-            if found is not None and not (isinstance(found, list) and all(isinstance(each, dict) for each in found)):
-                raise ValueError("it must be a list of objects")
-        except (OSError, ValueError) as error:
+            if not isinstance(found, list | None):
+                raise TypeError("it is no list")
+            searches = None if found is None else tuple(map(_search, found))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             log.warning("%s: not a record of searches: %s", path, error)
-            found = None
-        return tuple(plan.report for plan in self.plans) if found is None else tuple(found)
+            searches = None
+        return tuple(plan.report for plan in self.plans) if searches is None else searches
 
     @property
     def stream_seconds(self) -> dict[str, float]:
@@ -125,6 +126,14 @@ class Recorded:
             for name, seconds in read(search.get(key, ())).items():
                 total[name] = total.get(name, 0.0) + seconds
         return total
+
+
+def _search(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Raises an error of the value where the entry is not what `tamp solve` writes."""
+    return {
+        "seconds": {phase: float(seconds) for phase, seconds in entry["seconds"].items()},
+        "streams": [{"name": str(each["name"]), "seconds": float(each["seconds"])} for each in entry["streams"]],
+    }
 
 
 def _sighting(path: Path) -> Sighting:

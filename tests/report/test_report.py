@@ -82,7 +82,17 @@ def test_searches_in_vain_count_where_time_goes(tmp_path: Path, run: Run, one_ob
     assert read_run(tmp_path).phase_seconds == {**alone, "search": alone.get("search", 0.0) + 7.0}
 
 
-@pytest.mark.parametrize("text", ["{}", "[1]", "no json"])
+BROKEN = [
+    "{}",
+    "3",
+    "[1]",
+    "no json",
+    '[{"seconds": 3, "streams": []}]',
+    '[{"seconds": {"search": "?"}, "streams": []}]',
+]
+
+
+@pytest.mark.parametrize("text", BROKEN)
 def test_of_a_broken_record_of_searches_the_plans_tell(
     tmp_path: Path, run: Run, one_object: Task, text: str, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -142,11 +142,12 @@ def test_every_hand_that_pushes_touches_what_it_pushes_from_outside(angle):
     lowest = corners(workspace_of(crate), "crate", turned)[:, 2].min()
     pose = Pose((0.05, -0.2, -float(lowest)), turned.quat)
     workspace = workspace_of(replace(crate, pose=pose))
-    start = workspace.start["crate"]
+    start, hands = workspace.start["crate"], 0
     for direction in directions(workspace, "crate", start):
         way = direction.way(start, np.zeros(2), 0.1, 0.0)
         for slim in (False, True):
             for T, opening in hands_at(workspace, "crate", start, way, slim):
+                hands += 1
                 nearer = moved(T, -0.001 * np.append(way.behind, 0.0))
                 scene = Scene({"crate": pose.matrix})
                 assert workspace.world.hand_contact(T, opening, scene, margin=0.0) is None
@@ -154,3 +155,4 @@ def test_every_hand_that_pushes_touches_what_it_pushes_from_outside(angle):
                 for away in np.arange(0.01, 0.1, 0.01):
                     farther = moved(T, away * np.append(way.behind, 0.0))
                     assert workspace.world.hand_contact(farther, opening, scene, margin=0.0) is None
+    assert hands
