@@ -12,10 +12,10 @@ from urllib.parse import quote
 
 from tamp.report.page import render
 from tamp.report.plots import bars, boxes, stacked, survival
+from tamp.report.reasons import reasons
 from tamp.report.rendering.pictures import Gallery
 from tamp.report.runs import Recorded, read_runs
 from tamp.report.statistics import share
-from tamp.report.words import reasons, sentences
 from tamp.results import Result, Status
 from tamp.scoring.ranking import rank, recall
 
@@ -132,7 +132,7 @@ def _page(run: Recorded, home: Path, gallery: Gallery) -> dict[str, Any]:
     films = [name for name in ("run.gif", "run.mp4") if there and (folder / name).is_file()]
     return {
         "result": run.result,
-        "plans": [sentences(plan, run.words) for plan in run.plans],
+        "plans": run.told,
         "pictures": gallery.of(run),
         "folder": quote(link) if there else "",
         "films": [f"{quote(link)}/{name}" for name in films],

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tamp.errors import TampError
 from tamp.results import Result, from_json, read_results
@@ -19,6 +19,8 @@ from tamp.task.files.poses_file import load_poses
 from tamp.task.robots import with_robot
 
 RESULTS = "results.jsonl"
+
+Entry = TypeVar("Entry")
 
 log = logging.getLogger("tamp")
 
@@ -86,29 +88,30 @@ class Recorded:
         return tuple(map(_sighting, sorted(paths, key=lambda path: int(path.name.split("-")[1].partition(".")[0]))))
 
     @cached_property
-    def words(self) -> Mapping[str, str]:
-        """Action -> what it does, as the domain it was planned with says; empty where the run does not tell."""
-        path = self.folder / "manifest.json"
-        try:
-            found = json.loads(path.read_text(encoding="utf-8")).get("words", {}) if path.is_file() else {}
-        except (OSError, ValueError, AttributeError) as error:
-            log.warning("%s: not a manifest: %s", path, error)
-            return {}
-        return found if isinstance(found, dict) and all(isinstance(text, str) for text in found.values()) else {}
+    def told(self) -> tuple[tuple[str, ...], ...]:
+        """Each plan in words, an entry an action; of runs that kept none, the plans' own names."""
+        found = self._kept("actions.json", _words)
+        return tuple(tuple(map(str, plan.actions)) for plan in self.plans) if found is None else found
 
     @cached_property
     def searches(self) -> tuple[Mapping[str, Any], ...]:
         """What the planner tells of each search, those in vain included; of runs that kept none, of each plan."""
-        path = self.folder / "searches.json"
+        found = self._kept("searches.json", _search)
+        return tuple(plan.report for plan in self.plans) if found is None else found
+
+    def _kept(self, name: str, read: Callable[[Any], Entry]) -> tuple[Entry, ...] | None:
+        """The entries of a list that the run kept; None where it kept none, and with a warning where it is broken."""
+        path = self.folder / name
         try:
-            found = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-            if not isinstance(found, list | None):
+            found = json.loads(path.read_text(encoding="utf-8"))
+            if not isinstance(found, list):
                 raise TypeError("it is no list")
-            searches = None if found is None else tuple(map(_search, found))
+            return tuple(map(read, found))
+        except FileNotFoundError:
+            return None
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            log.warning("%s: not a record of searches: %s", path, error)
-            searches = None
-        return tuple(plan.report for plan in self.plans) if searches is None else searches
+            log.warning("%s: left out, as it is not what a run keeps there: %s", path, error)
+            return None
 
     @property
     def stream_seconds(self) -> dict[str, float]:
@@ -126,6 +129,13 @@ class Recorded:
             for name, seconds in read(search.get(key, ())).items():
                 total[name] = total.get(name, 0.0) + seconds
         return total
+
+
+def _words(entry: Any) -> tuple[str, ...]:
+    """Raises TypeError where the entry is not what `tamp solve` writes."""
+    if not isinstance(entry, list) or not all(isinstance(text, str) for text in entry):
+        raise TypeError("a plan in words is a list of sentences")
+    return tuple(entry)
 
 
 def _search(entry: Mapping[str, Any]) -> Mapping[str, Any]:

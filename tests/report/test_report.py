@@ -20,12 +20,12 @@ from tamp.perception.belief.belief import Belief
 from tamp.perception.estimate import Estimate
 from tamp.pipeline.perceived.run import Look
 from tamp.pipeline.solving.run import Run, save_run
+from tamp.report.reasons import reasons
 from tamp.report.rendering.playback import play, playable
 from tamp.report.report import REST, _phases
 from tamp.report.runs import Recorded, read_run
 from tamp.report.tables import csv_text, summary_line
 from tamp.report.viewer import Viewer
-from tamp.report.words import reasons, sentences
 from tamp.results import Result, to_json
 from tamp.task import Pose, Task
 from tests.browser import look, needs_chromium
@@ -99,7 +99,7 @@ def test_of_a_broken_record_of_searches_the_plans_tell(
     save_run(run, one_object, {"seed": 0}, tmp_path)
     (tmp_path / "searches.json").write_text(text, encoding="utf-8")
     assert read_run(tmp_path).phase_seconds == run.plans[0].report["seconds"]
-    assert "not a record of searches" in caplog.text
+    assert "searches.json: left out" in caplog.text
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -148,10 +148,19 @@ def test_names_are_escaped(tmp_path: Path) -> None:
     assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-def test_a_plan_reads_as_a_list(run) -> None:
-    pick, place = sentences(run.plans[0], run.words)
+def test_a_plan_reads_as_a_list(run, one_object, tmp_path) -> None:
+    save_run(run, one_object, {}, tmp_path)
+    ((pick, place),) = read_run(tmp_path).told
     assert re.fullmatch(r"pick red from table \(\d+\.\d s\)", pick)
     assert re.fullmatch(r"place red on table, at \(5\.0, -20\.0, 4\.\d\) cm \(\d+\.\d s\)", place)
+
+
+@pytest.mark.parametrize("text", ["{}", "[3]", "[[3]]", "no json"])
+def test_of_broken_words_the_plans_tell(run, one_object, tmp_path, text: str, caplog) -> None:
+    save_run(run, one_object, {}, tmp_path)
+    (tmp_path / "actions.json").write_text(text, encoding="utf-8")
+    assert read_run(tmp_path).told == (("move()", "pick(red, table)", "move(red)", "place(red, table)"),)
+    assert "actions.json: left out" in caplog.text
 
 
 def test_reasons_are_counted_without_names_and_numbers() -> None:

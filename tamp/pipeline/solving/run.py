@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.log import Execution
+from tamp.pipeline.solving.words import sentences
 from tamp.planning import Report
 from tamp.results import Result, to_json
 from tamp.task import Mesh, Plan, Pose, Task
@@ -48,7 +49,7 @@ class Run:
 
 
 def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Path) -> None:
-    """Write a run's files into `folder`: manifest, result, poses, searches and plan-N as .json, and report.txt.
+    """Write a run's files into `folder`: plan-N, manifest, result, poses, actions, searches as .json, and report.txt.
 
     Where poses were perceived also look-N.json, look-N.details.json and the pictures look-N-VIEW.png.
 
@@ -66,6 +67,7 @@ def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Pat
             stale.unlink()
     for number, plan in enumerate(run.plans):
         save_plan(plan, folder / f"plan-{number}.json")
+    _write_json(folder / "actions.json", [sentences(plan, run.words) for plan in run.plans])
     _write_json(folder / "searches.json", [_times(report) for report in run.searches])
     for number, look in enumerate(run.looks):
         look.save(folder, number)
@@ -92,7 +94,6 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
         "configuration": dict(configuration),
         "versions": dict(run.result.versions),
         "plan_sha256": run.result.plan_sha256,
-        "words": dict(run.words),
         "inputs": {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(inputs)},
     }
 

@@ -35,8 +35,8 @@ class Gallery:
 
     def of(self, run: Recorded) -> dict[str, str]:
         """Caption -> data URI: start, goals with marks on regions, end, what was seen; none for a run left out."""
-        task = run.task
-        if id(run) not in self._chosen or task is None:
+        task = run.task if id(run) in self._chosen else None
+        if task is None:
             return {}
         start: Mapping[str, Pose] = run.plans[0].start if run.plans else {o.name: o.pose for o in task.objects}
         goals = goal_poses(task)

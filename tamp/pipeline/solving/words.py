@@ -1,12 +1,9 @@
-"""A plan in words, and why runs failed, in words that can be counted."""
+"""A plan in words."""
 
 from __future__ import annotations
 
-import re
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 
-from tamp.results import Result
 from tamp.task import Action, Move, Plan, Release
 
 
@@ -38,24 +35,3 @@ def _sentence(action: Action, said: str) -> str:
         return text
     x, y, z = (100 * value for value in released[-1].pose.xyz)
     return f"{text}, at ({x:.1f}, {y:.1f}, {z:.1f}) cm"
-
-
-def reasons(results: Iterable[Result]) -> list[tuple[str, int]]:
-    """Why runs are not solved, commonest first: the parts of messages without objects' names and numbers."""
-    counts: Counter[str] = Counter()
-    for result in results:
-        if not result.solved:
-            names = sorted({*result.goals_met, *(o["name"] for o in result.objects)}, key=len, reverse=True)
-            parts = {_general(part, names) for part in result.message.split("; ") if part}
-            counts.update(parts or {result.status})
-    return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
-
-
-def _general(text: str, names: Sequence[str]) -> str:
-    if text.startswith("goals not reached"):
-        return "goals not reached"
-    for name in names:
-        text = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", "an object", text)
-    # Runs without execution do not list their objects: what a part begins with is one, if it is no exception.
-    text = re.sub(r"^(?!\w+Error:)\S+(?=( left)?: )", "an object", text)
-    return re.sub(r"\d+(\.\d+)?", "#", text)
