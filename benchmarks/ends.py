@@ -15,7 +15,9 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -48,19 +50,18 @@ class End:
     why: str = ""
 
 
-def run(quick: bool, number: int | None, seed: int, seconds: float) -> Sequence[Row]:
+def run(quick: bool, number: int | None, seed: int, seconds: float, workers: int) -> Sequence[Row]:
+    count = number or (3 if quick else NUMBER)
+    seeds = np.random.default_rng(seed).integers(2**31, size=-(-count // BATCH))
+    batches = [(i, min(BATCH, count - i * BATCH), int(drawn), seconds) for i, drawn in enumerate(seeds)]
     outcomes: Counter[str] = Counter()
     ends: list[End] = []
-    count = number or (3 if quick else NUMBER)
-    for at, task in enumerate(drawn(count, seed), start=1):
-        outcome, found = judged(task, seconds)
-        outcomes[outcome] += 1
-        ends += found
-        for end in found:
-            if end.why:
-                print(f"{task.name}: {end.name} {1000 * end.off:.0f} mm off: {end.why}, {end.action}", flush=True)
-        if at % BATCH == 0:
-            print(f"{at} of {count} tasks: {dict(outcomes)}", file=sys.stderr, flush=True)
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        for done in as_completed([pool.submit(_batch, *batch) for batch in batches]):
+            became, found = done.result()
+            outcomes.update(became)
+            ends += found
+            print(f"{outcomes.total()} of {count} tasks: {dict(outcomes)}", file=sys.stderr, flush=True)
     why = Counter(end.why for end in ends)
     offs = [end.off for end in ends] or [0.0]
     return [
@@ -76,17 +77,28 @@ def run(quick: bool, number: int | None, seed: int, seconds: float) -> Sequence[
     ]
 
 
-def drawn(count: int, seed: int) -> Iterator[Task]:
-    """So many tasks as `tamp generate` makes them, a batch at a time: each batch has a seed of its own."""
-    seeds = np.random.default_rng(seed).integers(2**31, size=-(-count // BATCH))
-    for batch, drawn_seed in enumerate(seeds):
-        with tempfile.TemporaryDirectory() as name:
-            size = min(BATCH, count - batch * BATCH)
-            if command(["generate", "-n", str(size), "--seed", str(drawn_seed), "-o", name]) != 0:
-                sys.exit("tamp generate failed")
-            for file in sorted(Path(name).glob("*.yaml")):
-                task = load_task(file)
-                yield replace(task, name=f"{batch}-{task.name}")
+def _batch(batch: int, size: int, seed: int, seconds: float) -> tuple[Counter[str], list[End]]:
+    """What became of a batch of tasks."""
+    outcomes: Counter[str] = Counter()
+    ends: list[End] = []
+    for task in drawn(batch, size, seed):
+        outcome, found = judged(task, seconds)
+        outcomes[outcome] += 1
+        ends += found
+        for end in found:
+            if end.why:
+                print(f"{task.name}: {end.name} {1000 * end.off:.0f} mm off: {end.why}, {end.action}", flush=True)
+    return outcomes, ends
+
+
+def drawn(batch: int, size: int, seed: int) -> Iterator[Task]:
+    """So many tasks as `tamp generate` makes them, each named after its batch."""
+    with tempfile.TemporaryDirectory() as name:
+        if command(["generate", "-n", str(size), "--seed", str(seed), "-o", name]) != 0:
+            sys.exit("tamp generate failed")
+        for file in sorted(Path(name).glob("*.yaml")):
+            task = load_task(file)
+            yield replace(task, name=f"{batch}-{task.name}")
 
 
 def judged(task: Task, seconds: float) -> tuple[str, list[End]]:
@@ -153,6 +165,7 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--number", type=int, metavar="N", help=f"how many tasks; default {NUMBER}")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the tasks")
     parser.add_argument("--seconds", type=float, default=20.0, metavar="S", help="limit for each plan [s]")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes; default 1")
     return parser
 
 
