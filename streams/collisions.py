@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from tamp.world.collision.checker import Contact
     from tamp.world.world import World
 
-CONTACT_DEPTH = 0.003  # settled bodies touch; what overlaps deeper collides [m]
+CONTACT_DEPTH = 0.003  # what settled together touches; what overlaps deeper collides [m]
+GRAZED = 0.001  # the same of what did not: it would be set down on what is beside its place [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
@@ -30,10 +31,18 @@ def test_cfree_placements(context: Context, obj: str, placement: Placement, othe
     workspace: Workspace = context.scene
     if obj == other or _apart(workspace, obj, placement, other, standing):
         return True
-    overlap = workspace.world.overlap(obj, placement.pose.matrix, other, standing.pose.matrix, tolerance=CONTACT_DEPTH)
-    if overlap:
+    if overlap(workspace, obj, placement, other, standing):
         context.fail(f"{obj} would overlap {other}")
-    return not overlap
+        return False
+    return True
+
+
+def overlap(workspace: Workspace, obj: str, placement: Placement, other: str, standing: Placement) -> bool:
+    """Whether two objects would be in each other at these placements."""
+    settled = (workspace.start, {**workspace.start, **workspace.goals})
+    together = any(places.get(obj) == placement and places.get(other) == standing for places in settled)
+    depth = CONTACT_DEPTH if together or other in placement.on or obj in standing.on else GRAZED
+    return workspace.world.overlap(obj, placement.pose.matrix, other, standing.pose.matrix, tolerance=depth)
 
 
 def _apart(workspace: Workspace, obj: str, placement: Placement, other: str, standing: Placement) -> bool:

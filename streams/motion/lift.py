@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.neighbours import standing_around
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, lift_contact, told
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, GRAZED, lift_contact, told
 from tamp.streams.context import Context
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Workspace
@@ -29,7 +29,6 @@ LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, 
 # How far straight up first, then up in all, and to a side, where it leans on something or is leant over [m].
 OBLIQUE = ((0.0, 0.08, 0.03), (0.03, 0.12, 0.05))
 SIDES = 8
-GRAZED = 0.001  # depth up to which bodies touch as they stand [m]
 STEP = 0.01  # between poses of an object on its way [m]
 
 Way = tuple[tuple[float, float, float], ...]

@@ -19,7 +19,7 @@ from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import amid, resting, turned
 from tamp.streams.cache import recalled
-from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps_in_steps
 from tamp.streams.hand.clearance import hand_above_table, reach_of_hand
@@ -153,11 +153,11 @@ def _free_goal(context: Context, obj: str) -> Iterator[Placement]:
     """The goal of an object, if it is another place on the table than now and nothing stands there by then."""
     workspace: Workspace = context.scene
     goal = workspace.goals.get(obj, workspace.start[obj])
-    others = ((name, place.pose.matrix) for name, place in standing(context.bound).items() if name != obj)
-    if goal != workspace.start[obj] and goal.on == (TABLE,):
-        T = goal.pose.matrix
-        if not any(workspace.world.overlap(obj, T, name, other, tolerance=CONTACT_DEPTH) for name, other in others):
-            yield goal
+    others = {name: place for name, place in standing(context.bound).items() if name != obj}
+    if goal == workspace.start[obj] or goal.on != (TABLE,):
+        return
+    if not any(overlap(workspace, obj, goal, name, other) for name, other in others.items()):
+        yield goal
 
 
 def _upright(workspace: Workspace, obj: str, grasp: Grasp) -> list[NDArray[np.float64]]:

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -48,8 +49,8 @@ def test_boxes_overlap_where_their_shadows_do(x, y):
     # Sides of 5 and 4 cm, parallel: they meet where the centres are nearer than 4.5 cm along both axes.
     depth = 0.045 - max(abs(x), abs(y))
     answer = free("red", placed(0.0, 0.0, 0.04), "cube", placed(x, y, 0.02))
-    if abs(depth - collisions.CONTACT_DEPTH) > 1e-4:
-        assert answer == (depth < collisions.CONTACT_DEPTH)
+    if abs(depth - collisions.GRAZED) > 1e-4:
+        assert answer == (depth < collisions.GRAZED)
 
 
 @given(x=offsets, y=offsets)
@@ -63,6 +64,18 @@ def test_an_overlap_is_told():
     context = ToldContext(scene())
     assert not free("red", placed(0.0, 0.0, 0.04), "cube", placed(0.01, 0.0, 0.02), context)
     assert context.reasons == ["red would overlap cube"]
+
+
+def test_only_what_settled_together_may_be_a_little_in_each_other():
+    """A goal 2 mm inside what stands beside it is none to put something down at: it would land on that."""
+    red, cube = placed(0.0, 0.0, 0.04), placed(0.043, 0.0, 0.02)
+    workspace = scene()
+    together = ToldContext(replace(workspace, start={**workspace.start, "red": red, "cube": cube}))
+    aimed = ToldContext(replace(workspace, start={**workspace.start, "cube": cube}, goals={"red": red}))
+    moved = ToldContext(replace(workspace, start={**workspace.start, "cube": cube}))
+    assert free("red", red, "cube", cube, together)
+    assert free("red", red, "cube", cube, aimed), "the cube has no goal: where it stands the red one settled beside it"
+    assert not free("red", red, "cube", cube, moved)
 
 
 def test_what_rests_on_another_is_free_of_it():

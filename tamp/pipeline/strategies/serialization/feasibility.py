@@ -14,7 +14,7 @@ from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.flat_faces import lies_flat
 from tamp.streams.affordances.topple_path import to_be_pushed
-from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 
@@ -131,11 +131,7 @@ def barred(
 
 
 def _overlapping(workspace: Workspace, name: str, goal: Placement, others: Mapping[str, Placement]) -> set[str]:
-    return {
-        other
-        for other, place in others.items()
-        if workspace.world.overlap(name, goal.pose.matrix, other, place.pose.matrix, tolerance=CONTACT_DEPTH)
-    }
+    return {other for other, place in others.items() if overlap(workspace, name, goal, other, place)}
 
 
 def _met(

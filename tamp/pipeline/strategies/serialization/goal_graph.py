@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.score import SOLVED_WITHIN_M, fact_text
-from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.collisions import overlap
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, In, On
@@ -104,12 +104,7 @@ def supports_in_the_way(workspace: Workspace, name: str) -> list[str]:
     """What an object rests on that stands where its goal is, so that it has to leave once the object is taken off."""
     goal = workspace.goals.get(name)
     below = _all_below(workspace.start, name) if goal is not None else []
-    return [lower for lower in below if goal is not None and _overlap(workspace, name, goal, lower)]
-
-
-def _overlap(workspace: Workspace, name: str, goal: Placement, other: str) -> bool:
-    T, T_other = goal.pose.matrix, workspace.start[other].pose.matrix
-    return workspace.world.overlap(name, T, other, T_other, tolerance=CONTACT_DEPTH)
+    return [low for low in below if goal is not None and overlap(workspace, name, goal, low, workspace.start[low])]
 
 
 def _all_below(places: Mapping[str, Placement], name: str) -> list[str]:

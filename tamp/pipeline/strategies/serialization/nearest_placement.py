@@ -20,7 +20,7 @@ from tamp.streams.affordances.falls import drops
 from tamp.streams.affordances.stable_poses import amid
 from tamp.streams.affordances.tilts import layable
 from tamp.streams.affordances.topple_path import to_be_pushed
-from tamp.streams.collisions import CONTACT_DEPTH, handling_hits
+from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import clear_of_falling, hand_hits, opening_for
 from tamp.streams.values import Grasp, Placement
@@ -179,8 +179,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
 
 def _covers(workspace: Workspace, name: str, place: Placement, goals: Collection[str]) -> bool:
     """Whether an object at a place would be where some others shall be."""
-    T, wanted = place.pose.matrix, [(other, workspace.goals[other].pose.matrix) for other in sorted(goals)]
-    return any(workspace.world.overlap(name, T, other, T_goal, tolerance=CONTACT_DEPTH) for other, T_goal in wanted)
+    return any(overlap(workspace, name, place, other, workspace.goals[other]) for other in sorted(goals))
 
 
 def _alike(place: Placement, other: Placement) -> bool:
