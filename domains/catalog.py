@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from tamp import plugins
-from tamp.domains.domain import Domain
+from tamp.domains.domain import Domain, told
 from tamp.domains.samplers import Sampler, load_sampler
 from tamp.errors import DomainError
 from tamp.language import Stream
@@ -89,6 +89,10 @@ def _module(module_name: str, name: str) -> Any:
         if error.name is None or not (module_name + ".").startswith(error.name + "."):
             raise
         raise DomainError(f"domain {name!r}: there is no module {error.name!r}") from None
+    except DomainError:
+        raise
+    except Exception as error:
+        raise DomainError(f"domain {name!r} cannot be imported: {told(error)}") from error
 
 
 def _check_samplers(domain: Domain) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,8 +13,8 @@ from types import MappingProxyType
 from typing import Any
 
 from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill
-from tamp.domains.timing import DEFAULT_SPEEDS, Speeds, Timing
-from tamp.errors import DomainError, SamplerError
+from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
+from tamp.errors import DomainError, SamplerError, TampError
 from tamp.language import Domain as PDDLDomain
 from tamp.language import Stream, StreamFile, parse_domain, parse_streams
 from tamp.planning import GroundAction, Problem, StreamInfo
@@ -78,10 +79,15 @@ class Domain:
         """Name of a timed action -> the checker's rule for it.
 
         Raises:
-            DomainError: where a skill names rules that are not there.
+            DomainError: where a skill names rules that are not there, or an action has none.
         """
         addresses = [skill.rules for skill in self.skills if skill.rules is not None]
-        return MappingProxyType(dict(chain.from_iterable(self._rules(address).items() for address in addresses)))
+        rules = dict(chain.from_iterable(self._rules(address).items() for address in addresses))
+        for skill in self.skills:
+            for action in skill.words.keys() - rules.keys():
+                told = f"the checker has no rule for {action!r} and would refuse every plan with it"
+                raise DomainError(f"domain {self.name}: skill {skill.name}: {told}")
+        return MappingProxyType(rules)
 
     def _rules(self, address: str) -> Mapping[str, Any]:
         module, _, name = address.partition(":")
@@ -120,7 +126,9 @@ class Domain:
             samplers: one function for each stream.
             question: where the arm is, and what may move.
         """
-        affordances = chain.from_iterable(skill.affordances(workspace, question) for skill in self.skills)
+        affordances = chain.from_iterable(
+            self._asked(skill, "affordances", workspace, question) for skill in self.skills
+        )
         infos: Iterator[tuple[str, StreamInfo]] = chain.from_iterable(skill.info.items() for skill in self.skills)
         return Problem(
             domain=self._domain_files,
@@ -154,7 +162,8 @@ class Domain:
         poses = {name: placement.pose.matrix for name, placement in workspace.start.items()}
         actions = []
         for ground in solution:
-            actions.append(self._of(ground.name).steps(Timing(workspace, poses, speeds), ground))
+            timing, skill = Timing(workspace, poses, speeds), self._of(ground.name)
+            actions.append(self._asked(skill, "steps", timing, ground))
             for name, placement in self.effect(ground).placements.items():
                 if placement is None:
                     poses.pop(name, None)
@@ -164,7 +173,8 @@ class Domain:
 
     def effect(self, ground: GroundAction) -> SceneChange:
         """Where an action of a solution leaves arm and objects."""
-        return self._of(ground.name).effect(ground)
+        change: SceneChange = self._asked(self._of(ground.name), "effect", ground)
+        return change
 
     def after(
         self, start: Mapping[str, Placement], configuration: Configuration, solution: Iterable[GroundAction]
@@ -181,9 +191,19 @@ class Domain:
         """The symbolic facts that hold when timed actions have been carried out."""
         known = dict.fromkeys(facts)
         for action in actions:
-            change = self._of_timed(action.name).facts(action)
+            change = self._asked(self._of_timed(action.name), "facts", action)
             known = {fact: None for fact in known if fact not in change.deleted} | dict.fromkeys(change.added)
         return tuple(known)
+
+    def _asked(self, skill: Skill, part: str, *given: Any) -> Any:
+        """What a function of a skill returns; what it raises, as a DomainError that names it."""
+        try:
+            made = getattr(skill, part)(*given)
+            return list(made) if isinstance(made, Iterator) else made
+        except (TampError, NotFree):
+            raise
+        except Exception as error:
+            raise DomainError(f"domain {self.name}: {part} of skill {skill.name}: {told(error)}") from error
 
     @property
     def _domain_files(self) -> tuple[str | Path, ...]:
@@ -208,3 +228,11 @@ class Domain:
             if action in skill.words:
                 return skill
         raise ValueError(f"domain {self.name} has no timed action {action!r}")
+
+
+def told(error: Exception) -> str:
+    """An exception in one line, with the file and line that it comes from."""
+    if isinstance(error, SyntaxError):
+        return f"{type(error).__name__}: {error.msg} at {error.filename}:{error.lineno}"
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{' '.join(f'{type(error).__name__}: {error}'.split())} at {last.filename}:{last.lineno}"

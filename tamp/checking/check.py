@@ -70,7 +70,8 @@ def check(
             replay.report("precondition", f"the checker has no rule for action {action.name!r}; it has: {known}")
     replay.begin(None, "goal")
     check_goals(replay, plan, goals)
-    return Verdict(tuple(sorted(replay.problems, key=lambda problem: problem.time)))
+    problems = tuple(sorted(replay.problems, key=lambda problem: problem.time))
+    return Verdict(problems, frozenset(replay.state.facts))
 
 
 def _refuse_misfit(task: Task, plan: Plan, start: Mapping[str, Pose] | None) -> None:

@@ -35,9 +35,15 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The checker's word on a plan: accepted where there is no problem, else every problem found, in order of time."""
+    """The checker's word on a plan: accepted where there is no problem, else every problem found, in order of time.
+
+    Attributes:
+        problems: what is wrong.
+        facts: the symbolic facts that hold at the end, as the rules of its actions keep them.
+    """
 
     problems: tuple[Problem, ...] = ()
+    facts: frozenset[tuple[str, ...]] = frozenset()
 
     @property
     def accepted(self) -> bool:

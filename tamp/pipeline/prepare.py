@@ -160,6 +160,7 @@ def load_samplers(task: Task, settings: Settings) -> None:
         DomainError, RobotError, SamplerError, TaskError: where domain, robot, functions or models cannot be had.
     """
     domain = domain_of(task, settings.domain)
+    _ = domain.rules  # whatever is wrong with them is said now, not by the checker of a plan
     load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
     with one_thread():
         warm_up(robot_model(task_robot(task)))

@@ -1,4 +1,4 @@
-"""Why runs failed, in words that can be counted."""
+"""How runs ended and why they failed, in words that can be counted."""
 
 from __future__ import annotations
 
@@ -7,6 +7,13 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from tamp.results import Result
+
+
+def outcomes(results: Sequence[Result]) -> str:
+    """How many runs ended how, and the commonest reason for what is not solved."""
+    counts = Counter(result.status for result in results)
+    told = ", ".join(f"{count} {status}" for status, count in counts.most_common())
+    return "; ".join([told, *(f"{count} times: {reason}" for reason, count in reasons(results)[:1])])
 
 
 def reasons(results: Iterable[Result]) -> list[tuple[str, int]]:

@@ -80,6 +80,16 @@ def test_the_command_compares_and_writes_its_page(tmp_path: Path, capsys: pytest
     assert set(re.findall(r"https?://[^/\"]+", page)) <= {"http://www.w3.org"}, "names of formats only, no network"
 
 
+def test_what_broke_is_said_of_each_contender(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    broken = "sample-grasp=tests.pipeline.bad_samplers:raises"
+    arguments = ["compare", str(ONE), "--sampler", "default", "--sampler", broken, "--output", str(tmp_path)]
+    assert main([*arguments, "--no-execute"]) == 1
+    said = capsys.readouterr().out
+    assert "default: 1 planned" in said
+    assert f"{broken}: 1 error; 1 times: the sampler of stream 'sample-grasp' raised" in said
+    assert "1 error" in (tmp_path / "comparison.html").read_text(encoding="utf-8")
+
+
 def test_contenders_have_names_and_differ_in_samplers_and_settings() -> None:
     both = contender("mine:sample-grasp=a.b:c,algorithm=focused")
     assert (both.name, both.samplers, both.settings) == ("mine", {"sample-grasp": "a.b:c"}, {"algorithm": "focused"})

@@ -87,3 +87,24 @@ def test_where_things_are_after_a_solution_follows_from_the_effects_of_its_actio
 def test_a_motionless_action_keeps_its_name_and_arguments():
     assert motionless(None, GroundAction("ring", ("bell",))) == Action("ring", ("bell",), ())
     assert BELL.facts(Action("ring", ("bell",), ())) == FactChange()
+
+
+def test_an_action_that_no_rule_judges_is_said_before_anything_runs():
+    with pytest.raises(DomainError, match="skill ring: the checker has no rule for 'ring'"):
+        _ = tabletop.DOMAIN.extended(BELL, name="bells").rules
+
+
+def test_what_a_skill_raises_is_said_with_its_line():
+    def steps(timing, action):
+        raise KeyError("bell")
+
+    domain = tabletop.DOMAIN.extended(replace(BELL, effect=lambda ground: steps(None, ground)), name="bells")
+    with pytest.raises(DomainError, match=r"bells: effect of skill ring: KeyError: 'bell' at .*test_domain.py:\d+"):
+        domain.effect(GroundAction("ring", ("b",)))
+
+
+def test_a_package_that_cannot_be_imported_is_said_with_its_line(tmp_path, monkeypatch):
+    (tmp_path / "brokenbells.py").write_text("import math\nmath.nothing\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(DomainError, match=r"'brokenbells' cannot be imported: AttributeError: .* at .*bells.py:2"):
+        load_domain("brokenbells")

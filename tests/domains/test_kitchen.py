@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import tamp
+from tamp.domains import kitchen, tabletop
+from tamp.domains.skill import FactChange
+from tamp.errors import DomainError
 from tamp.pipeline.solving.run import Run
 from tamp.pipeline.solving.solve import carry_out
 from tamp.task import Task
@@ -49,3 +53,11 @@ def test_it_is_solved_goal_by_goal_too(task: Task) -> None:
     plan = tamp.plan(task, timeout=120.0, strategy="serialized")
     assert not plan.report["left"]
     assert {"clean(mug, basin)", "cook(potato, hob)"} <= {str(action) for action in plan.actions}
+
+
+def test_a_rule_and_its_skill_say_the_same_of_facts(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    forgetful = replace(kitchen.COOK_AND_CLEAN, facts=lambda action: FactChange())
+    domain = tabletop.DOMAIN.extended(forgetful, name="kitchen", strategy="all-at-once")
+    monkeypatch.setattr("tamp.pipeline.prepare.load_domain", lambda name: domain)
+    with pytest.raises(DomainError, match=r"\(cleaned \w+\) holds by its rule and not by its `facts`"):
+        tamp.plan(task, timeout=60.0)

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -160,10 +161,16 @@ def test_a_new_skill_is_five_files() -> None:
     assert len(PACKAGE) <= 6
 
 
-def test_it_is_planned_checked_carried_out_and_reported(folder: Path) -> None:
-    trust = "--trust-task-code"
-    said = tamp(folder, "solve", "ring.yaml", trust, "--output", "runs", "--json", "-")
+@pytest.fixture(scope="module")
+def solved(folder: Path) -> dict[str, Any]:
+    """The record of a run, whose folder is in runs/."""
+    said = tamp(folder, "solve", "ring.yaml", "--trust-task-code", "--output", "runs", "--json", "-")
     (result,) = json.loads(said.stdout)
+    return dict(result)
+
+
+def test_it_is_planned_checked_carried_out_and_reported(folder: Path, solved: dict[str, Any]) -> None:
+    trust, result = "--trust-task-code", solved
     assert result["status"] == "solved"
     assert result["goals_met"] == {"box": True, "(pressed bell)": True}
     assert (result["domain"], result["plan_checked"]) == ("buttons", True)
@@ -175,6 +182,7 @@ def test_it_is_planned_checked_carried_out_and_reported(folder: Path) -> None:
     assert "press bell" in page
 
 
+@pytest.mark.usefixtures("solved")
 def test_a_press_elsewhere_is_rejected_by_its_own_rule(folder: Path) -> None:
     text = (folder / "ring.yaml").read_text(encoding="utf-8").replace("[-0.1, 0.0]", "[-0.1, 0.1]")
     (folder / "moved.yaml").write_text(text.replace("domain:", "name: ring\ndomain:"), encoding="utf-8")
@@ -182,6 +190,7 @@ def test_a_press_elsewhere_is_rejected_by_its_own_rule(folder: Path) -> None:
     assert "passes bell at" in tamp(folder, "check", "moved.yaml", str(plan), "--trust-task-code", status=1).stdout
 
 
+@pytest.mark.usefixtures("solved")
 def test_without_its_rule_an_action_is_refused_by_name(folder: Path) -> None:
     text = (folder / "ring.yaml").read_text(encoding="utf-8").replace("domain: buttons", "name: ring")
     (folder / "plain.yaml").write_text(
@@ -200,3 +209,12 @@ def test_its_sampler_fits_and_strategies_are_compared_over_it(folder: Path) -> N
     said = tamp(folder, "compare", "ring.yaml", *named, *contenders, "--no-execute", "--output", "both", "--json", "-")
     (comparison,) = json.loads(said.stdout)
     assert comparison["measures"][0]["first"]["mean"] == comparison["measures"][0]["other"]["mean"] == 100.0
+
+
+def test_its_sampler_may_be_replaced(folder: Path) -> None:
+    """By a copy without types, as a first try of one's own."""
+    text = (folder / "elsewhere" / "buttons" / "sampler.py").read_text(encoding="utf-8")
+    (folder / "elsewhere" / "mine.py").write_text(text, encoding="utf-8")
+    swapped = ["--sampler", "plan-press=mine:plan_press", "--no-execute", "--output", "swapped", "--json", "-"]
+    (result,) = json.loads(tamp(folder, "solve", "ring.yaml", "--trust-task-code", *swapped).stdout)
+    assert result["status"] == "planned"

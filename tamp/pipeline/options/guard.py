@@ -64,7 +64,7 @@ def _fitting(
 
 
 def _is_class(kind: Any) -> bool:
-    return inspect.isclass(kind) and get_origin(kind) is None and kind not in (int, float, bool)
+    return inspect.isclass(kind) and get_origin(kind) is None and kind not in (int, float, bool, Any)
 
 
 def _run(stream: Stream, sampler: Sampler, inputs: tuple[Any, ...], call: Callable[[], Any]) -> Any:

@@ -29,7 +29,8 @@ def refuse_code(task: Task, domain: str | None = None, *, trusted: bool) -> None
     for field, code in asked.items():
         if code:
             where = read_document(task.path).where((field,)) if task.path.is_file() else str(task.path)
-            raise TaskError(f"{where}: the task asks for {code}; {HOW}")
+            install = ", which is not installed, as TAMP_DOMAINS or an entry point does it" * (field == "domain")
+            raise TaskError(f"{where}: the task asks for {code}{install}; {HOW}")
 
 
 def _outside(domain: str) -> str:

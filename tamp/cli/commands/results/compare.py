@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TextIO
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches
 from tamp.cli.options import add_json, add_settings, add_trust, command, is_sampler, natural
 from tamp.cli.output import to_stdout, write_json, write_text
-from tamp.cli.status import BAD_INPUT, SOLVED
+from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
 from tamp.errors import TampError
 from tamp.pipeline.options.settings import Settings
 
@@ -87,8 +87,13 @@ def _read(name: str, text: str) -> Contender:
 
 
 def compare(options: argparse.Namespace) -> int:
-    """Print and write the comparison of contenders, or of folders of results; exit status 0 whoever is better."""
+    """Print and write the comparison of contenders, or of folders of results.
+
+    Returns:
+        0 whoever is better; 1 where something of a contender's broke.
+    """
     from tamp.report.comparison import compare as compare_results
+    from tamp.report.reasons import outcomes
 
     folders = [path for path in options.tasks if path.is_dir()]
     if folders and (len(folders) < len(options.tasks) or options.contender):
@@ -101,9 +106,12 @@ def compare(options: argparse.Namespace) -> int:
     if not to_stdout(options):
         for comparison in comparisons:
             _print(comparison, options.out)
+        for name, theirs in results.items():
+            print(f"{name}: {outcomes(theirs)}", file=options.out)
         print(options.output / "comparison.html", file=options.out)
     write_json(options, [comparison.as_dict() for comparison in comparisons])
-    return SOLVED
+    broken = any(result.status == "error" for theirs in results.values() for result in theirs)
+    return UNSOLVED if broken else SOLVED
 
 
 def _read_folders(folders: Sequence[Path]) -> Mapping[str, Sequence[Result]]:
@@ -150,12 +158,14 @@ def folder_name(number: int, name: str) -> str:
 def _page(comparisons: Sequence[Comparison], results: Mapping[str, Sequence[Result]]) -> str:
     from tamp.report.page import render
     from tamp.report.plots import differences, survival
+    from tamp.report.reasons import outcomes
 
     times = {name: [r.planning_s for r in theirs if r.solved] for name, theirs in results.items()}
     return render(
         "comparison.html",
         title="Comparison",
         comparisons=comparisons,
+        outcomes={name: outcomes(theirs) for name, theirs in results.items()},
         picture=differences(comparisons),
         survival=survival(times, {name: len(theirs) for name, theirs in results.items()}),
     )

@@ -81,7 +81,9 @@ def _show(results: Sequence[Result], options: argparse.Namespace) -> None:
         if result.status == "invalid":
             print(f"tamp: {result.message}", file=sys.stderr)
         if result.plans_rejected:
-            log.warning("%s: the checker sent %d plans back: a bug of ours", result.task, result.plans_rejected)
+            whose = "your samplers or " * bool(result.configuration.get("samplers")) + f"domain {result.domain}"
+            sent = f"the checker sent {result.plans_rejected} plans back: a bug of {whose}"
+            log.warning("%s: %s; report.txt in its folder says why", result.task, sent)
     if not (to_stdout(options) or options.quiet) and any(r.status != "invalid" for r in results):
         print_table(results, options.out)
         print(summary_line(results, options.output), file=options.out)

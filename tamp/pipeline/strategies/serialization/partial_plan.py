@@ -13,6 +13,7 @@ from tamp.checking import Verdict
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
+from tamp.errors import DomainError
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
@@ -143,7 +144,11 @@ class Progress:
         return self.now.workspace.start
 
     def take(self, solution: Sequence[GroundAction], seed: int) -> str | None:
-        """Time a further piece, have it checked and add it; what is wrong with it where it is refused."""
+        """Time a further piece, have it checked and add it; what is wrong with it where it is refused.
+
+        Raises:
+            DomainError: where a skill and its rule have different facts hold after it.
+        """
         try:
             piece, verdict = self.now.finish(solution, seed, {})
         except NotFree as reason:
@@ -152,12 +157,17 @@ class Progress:
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
+        domain = self.now.setup.domain
+        facts = domain.facts_after(self.now.facts, piece.actions)
+        for fact in sorted(verdict.facts ^ {*facts}):
+            sides = ("its rule", "its `facts`") if fact in verdict.facts else ("its `facts`", "its rule")
+            told = f"({' '.join(fact)}) holds by {sides[0]} and not by {sides[1]}"
+            raise DomainError(f"domain {domain.name}: after {piece.actions[-1]}, or an action before it, {told}")
         self.before.append((len(self.actions), self.now))
         self.pieces.append(piece)
         self.actions += piece.actions
-        domain = self.now.setup.domain
         start, configuration = domain.after(self.start, self.now.configuration, solution)
-        workspace, facts = replace(self.now.workspace, start=start), domain.facts_after(self.now.facts, piece.actions)
+        workspace = replace(self.now.workspace, start=start)
         self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
         return None
 
