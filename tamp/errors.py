@@ -1,4 +1,7 @@
-"""The user's mistakes. Not finding a plan is a value, never an exception; bugs propagate as they are."""
+"""The user's mistakes, and the outcome that there is no plan; bugs propagate as they are."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
 
 
 class TampError(Exception):
@@ -7,6 +10,10 @@ class TampError(Exception):
 
 class TaskError(TampError):
     """A task, its meshes or its goals are not usable: says file, line and field, and what would be valid."""
+
+
+class ModelError(TaskError, ValueError):
+    """A pose, a shape or an object cannot be made of what was given: says of what, and what would be valid."""
 
 
 class DomainError(TampError):
@@ -38,10 +45,14 @@ class PlanningFailure(Exception):  # noqa: N818  no error: an outcome
 
     Attributes:
         status: "timeout", "infeasible" (proven) or "failed".
-        report: the planner's report: per stream, how often it was called, succeeded, and why it failed.
+        report: the planner's report: per stream, how often it was called, succeeded, and why it failed; a sentence
+            where there was no search.
+        left: goals that no plan reaches -> why, where that is known.
     """
 
-    def __init__(self, status: str, report: object) -> None:
-        super().__init__(f"no plan ({status})\n{report}")
+    def __init__(self, status: str, report: object, left: Mapping[str, str] = MappingProxyType({})) -> None:
+        reasons = (f"{name}: {why}" for name, why in left.items())
+        super().__init__(f"{'; '.join([f'no plan ({status})', *reasons])}\n{report}")
         self.status = status
         self.report = report
+        self.left = left

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from numbers import Integral
 from types import MappingProxyType
+from typing import Any
 
 from typing_extensions import Unpack
 
@@ -25,6 +27,8 @@ SEARCH_SHARE = 0.97  # of the time goes to the search; checking what it found ne
 def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[Options]) -> Plan:
     """Plan a task from its settled start, with the arm at home.
 
+    The limit is `timeout` alone: the task's own, `limits.planning_s`, counts for `tamp.solve` and the command line.
+
     Args:
         task: what is to be done.
         seed: decides every random choice.
@@ -34,9 +38,10 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
 
     Raises:
         TaskError, RobotError, SamplerError: where the input cannot be used.
-        TampError: where poses are to be perceived.
+        TampError: where seed, timeout or an option is not valid, or poses are to be perceived.
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """
+    refuse_arguments(seed, timeout)
     settings = settings_of(options)
     if settings.perceive is not None:
         raise TampError("a plan is made from poses that are given; perceive belongs to `tamp solve` and tamp.solve")
@@ -51,11 +56,25 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
                 search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, settings=settings)
                 found = search.run(persistent=True)
         except TimeUp as late:
-            raise PlanningFailure("timeout", late if search is None else search.interrupted(late)) from None
+            if search is None:
+                raise PlanningFailure("timeout", str(late)) from None
+            raise PlanningFailure("timeout", search.interrupted(late), search.left) from None
         status = in_all(search.report.status, used_up=now() >= deadline - (1 - SEARCH_SHARE) * timeout)
     if found is None or found.report.get("left"):
-        raise PlanningFailure(status, search.report)
+        raise PlanningFailure(status, search.report, search.left)
     return found
+
+
+def refuse_arguments(seed: Any, timeout: Any) -> None:
+    """Refuse what is no seed or no limit for planning; None is the task's own limit.
+
+    Raises:
+        TampError: says what would be valid.
+    """
+    if not isinstance(seed, Integral) or seed < 0:
+        raise TampError(f"seed is {seed!r}; valid are 0, 1, 2, ...")
+    if timeout is not None and not (isinstance(timeout, int | float) and timeout > 0):  # neither is NaN
+        raise TampError(f"timeout is {timeout!r}; valid are positive numbers of seconds")
 
 
 def in_all(status: str, *, used_up: bool) -> str:

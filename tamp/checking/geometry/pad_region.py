@@ -100,15 +100,17 @@ def _slope(corner: Array, normals: Array, side: float, half: tuple[float, float,
     rims = np.flatnonzero(np.abs(np.abs(corner[1:]) - half[1:]) < 1e-9) + 1
     if not len(rims):
         return 0.0
-    facing = normals[side * normals[:, 0] > 1e-6]
+    lines = normals
     if len(rims) == 1:
-        along = facing[:, 3 - rims[0]]
+        along = normals[:, 3 - rims[0]]
+        # Between a face that looks at the pad and one that does not, at an edge, a pad may press too.
         pairs = [
             abs(b) * first + abs(a) * second
-            for (a, first), (b, second) in combinations(zip(along, facing, strict=True), 2)
+            for (a, first), (b, second) in combinations(zip(along, normals, strict=True), 2)
             if a * b < 0.0
         ]
-        facing = np.array([*facing[np.abs(along) < 1e-6], *pairs]).reshape(-1, 3)
+        lines = np.array([*normals[np.abs(along) < 1e-6], *pairs]).reshape(-1, 3)
+    facing = lines[side * lines[:, 0] > 1e-6]
     outwards = np.linalg.norm(np.maximum(-facing[:, rims] * np.sign(corner[rims]), 0.0), axis=1)
     return float(np.arctan2(outwards, side * facing[:, 0]).min(initial=np.pi / 2))
 

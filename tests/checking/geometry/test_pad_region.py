@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
 from tamp.checking.geometry.pad_region import squeezed_out
 from tamp.checking.geometry.solids import Solid
@@ -48,6 +51,16 @@ def test_a_ridge_that_rises_over_the_rim_is_as_steep_as_it_rises():
     points = np.array([(x, s * (0.012 + np.tan(tilt) * x), 0.0) for x in (-0.012, 0.02) for s in (1, -1)])
     keel = np.array([(x, 0.0, z) for x in (-0.012, 0.02) for z in (-0.01, 0.01)])
     assert slope(np.concatenate([points, keel])) == pytest.approx(35.0, abs=0.5)
+
+
+@given(st.floats(-17.0, 17.0), st.floats(-17.0, 17.0), st.floats(-0.006, 0.006), st.floats(-0.002, 0.006))
+@settings(max_examples=60, deadline=None)
+def test_a_thin_plate_is_held_at_its_edge_a_little_askew(about_x, about_z, x, z):
+    """Where a pad's rim crosses the plate's bevelled edge it presses between two faces, one of which looks away."""
+    corners = ((0.002, 0.0), (-0.002, -0.004), (0.002, -0.06), (-0.002, -0.06))
+    plate = np.array([(a * 0.05, *corner) for a in (-1, 1) for corner in corners])
+    turned = plate @ Rotation.from_euler("xz", (about_x, about_z), degrees=True).as_matrix().T
+    assert slope(turned + np.array([0.05 * np.sign(x) + x, 0.0, z])) is None
 
 
 def test_it_is_asked_where_the_pads_are():
