@@ -53,14 +53,14 @@ def test_a_ridge_that_rises_over_the_rim_is_as_steep_as_it_rises():
     assert slope(np.concatenate([points, keel])) == pytest.approx(35.0, abs=0.5)
 
 
-@given(st.floats(-17.0, 17.0), st.floats(-17.0, 17.0), st.floats(-0.006, 0.006), st.floats(-0.002, 0.006))
+@given(st.floats(-17.0, 17.0), st.floats(-17.0, 17.0), st.floats(-0.02, 0.02), st.floats(-0.002, 0.006))
 @settings(max_examples=60, deadline=None)
 def test_a_thin_plate_is_held_at_its_edge_a_little_askew(about_x, about_z, x, z):
     """Where a pad's rim crosses the plate's bevelled edge it presses between two faces, one of which looks away."""
     corners = ((0.002, 0.0), (-0.002, -0.004), (0.002, -0.06), (-0.002, -0.06))
     plate = np.array([(a * 0.05, *corner) for a in (-1, 1) for corner in corners])
     turned = plate @ Rotation.from_euler("xz", (about_x, about_z), degrees=True).as_matrix().T
-    assert slope(turned + np.array([0.05 * np.sign(x) + x, 0.0, z])) is None
+    assert slope(turned + np.array([x, 0.0, z])) is None
 
 
 def test_it_is_asked_where_the_pads_are():
