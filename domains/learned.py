@@ -24,6 +24,9 @@ def with_model(read: Callable[[], Model]) -> Callable[[Callable[..., Any]], Samp
 
     Args:
         read: makes the model, from a file for instance; whatever it returns.
+
+    Raises:
+        SamplerError: as it decorates a function that takes no model.
     """
     once = cache(read)
 
@@ -32,7 +35,12 @@ def with_model(read: Callable[[], Model]) -> Callable[[Callable[..., Any]], Samp
         def call(context: Any, *inputs: Any) -> Any:
             return sampler(context, once(), *inputs)
 
-        context, _, *inputs = inspect.signature(sampler).parameters.values()
+        taken = inspect.signature(sampler)
+        if len(taken.parameters) < 2:
+            raise SamplerError(
+                f"@with_model: expected a function of (context, model, *inputs), found {sampler.__name__}{taken}"
+            )
+        context, _, *inputs = taken.parameters.values()
         call.__signature__ = inspect.Signature([context, *inputs])  # type: ignore[attr-defined]
         setattr(call, LOAD, once)
         return call

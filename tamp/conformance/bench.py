@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tamp.conformance.pool import Pool
+from tamp.conformance.calls import call
+from tamp.conformance.pool import Pool, Values
+from tamp.conformance.telling import telling
 from tamp.domains.domain import Domain
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Question
@@ -22,8 +25,13 @@ from tamp.streams.workspace import Workspace
 from tamp.task import Task
 from tamp.task.files.load import load_task
 
+log = logging.getLogger("tamp")
+
 FIRST_TASKS = ("five_apart", "on_region", "in_box", "mug_onto_tray")
 """Built-in scenarios that together give inputs to most streams of the tabletop domain."""
+
+LOOKED_AT = 6
+"""So many problems with inputs that tell little are looked at before the first of them has to do."""
 
 
 @dataclass(frozen=True)
@@ -50,40 +58,54 @@ class Bench:
         return Problem(problem.domain, problem.streams, problem.samplers, problem.init, problem.goal, fresh)
 
 
-def set_up(domain: Domain, stream: Stream, tasks: Iterable[Task], seed: int, calls: int) -> Bench:
-    """The first of the tasks that gives the stream inputs.
+def set_up(domain: Domain, stream: Stream, tasks: Iterable[Task] | None, seed: int, calls: int) -> Bench:
+    """The first of the tasks that gives the stream inputs: if it can be, of all kinds, and with outputs to be had.
 
     Args:
         domain: the domain.
         stream: the stream to be called.
-        tasks: in order of preference.
+        tasks: in order of preference; the built-in scenarios where it is None.
         seed: decides every random choice.
         calls: so many inputs at most.
 
     Raises:
         SamplerError: where no task gives the stream inputs.
     """
+    found: list[Bench] = []
     names = []
-    for task in tasks:
+    for task in _default_tasks(domain) if tasks is None else tasks:
         names.append(task.name)
+        log.info("looking for inputs of %s in %s", stream.name, task.name)
         for problem in _problems(domain, task):
             pool = Pool(problem, seed)
             pool.provide(stream)
-            if inputs := pool.inputs(stream, calls):
-                return Bench(task.name, problem, pool, tuple(inputs))
+            inputs, enough = telling(problem, stream, pool, calls)
+            if inputs:
+                found.append(Bench(task.name, problem, pool, tuple(inputs)))
+                if enough and _has_outputs(problem, stream, inputs, seed):
+                    return found[-1]
+                if len(found) == LOOKED_AT:
+                    return found[0]
+    if found:
+        return found[0]
+    none = f"no inputs for {stream.name} in {', '.join(names)}"
+    if tasks is None:
+        none = f"no built-in scenario gives inputs for {stream.name}"
     conditions = ", ".join(f"({atom.predicate} ...)" for atom in stream.domain)
-    raise SamplerError(
-        f"no inputs for {stream.name} in {', '.join(names)}: nothing satisfies {conditions} there; "
-        "give a task that has them with --task"
-    )
+    raise SamplerError(f"{none}: nothing satisfies {conditions} there; give a task that has them with --task")
 
 
-def default_tasks() -> Iterator[Task]:
-    """The built-in scenarios, read as they are needed."""
+def _has_outputs(problem: Problem, stream: Stream, inputs: Iterable[Values], seed: int) -> bool:
+    """Whether the domain's own sampler gives anything for some of the inputs."""
+    return any(call(problem, stream, v, key=str(n), seed=seed, outputs=1).outputs for n, v in enumerate(inputs))
+
+
+def _default_tasks(domain: Domain) -> Iterator[Task]:
+    """The built-in scenarios, read as they are needed, but for those that ask for another domain than the tabletop."""
     folder = Path(str(files("tamp"))) / "scenarios"
     others = sorted(path.stem for path in folder.glob("*.yaml") if path.stem not in FIRST_TASKS)
-    for name in (*FIRST_TASKS, *others):
-        yield load_task(folder / f"{name}.yaml")
+    tasks = (load_task(folder / f"{name}.yaml") for name in (*FIRST_TASKS, *others))
+    return (task for task in tasks if task.domain in ("tabletop", domain.name))
 
 
 def _problems(domain: Domain, task: Task) -> Iterator[Problem]:

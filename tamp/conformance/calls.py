@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp import clock
-from tamp.conformance.form import short
+from tamp.conformance.form import short, shown
 from tamp.conformance.sameness import same
 from tamp.language import Stream
 from tamp.planning import Problem
@@ -36,9 +36,10 @@ class Call:
         seconds: how long each draw took, the last, empty one included [s].
         ended: whether it came to its end.
         reasons: what it told `context.fail`.
-        error: the exception that came out, in one line; empty where none did.
-        trace: its traceback.
+        error: the exception that came out, or that time was up, in one line; empty where it went well.
+        trace: the exception's traceback; empty where none came out.
         left_behind: what it did besides giving outputs: inputs changed, threads left running, prints.
+        fluents: the facts that it was told, where its stream has `:fluents`.
     """
 
     inputs: tuple[Any, ...]
@@ -50,13 +51,22 @@ class Call:
     error: str = ""
     trace: str = ""
     left_behind: tuple[str, ...] = ()
+    fluents: tuple[Any, ...] = ()
+
+    @property
+    def failure(self) -> str:
+        """What ended it before its time, with its inputs; empty where nothing did."""
+        told = (
+            f"raised for {shown(self.inputs)}: {self.error}" if self.trace else f"{self.error} for {shown(self.inputs)}"
+        )
+        return told if self.error else ""
 
     def __str__(self) -> str:
         end = "" if self.ended else ", and there is more"
         reasons = f"; it said: {', '.join(dict.fromkeys(self.reasons))}" if self.reasons else ""
         given = f"{len(self.raw)} outputs in {sum(self.seconds):.3g} s{end}{reasons}"
         first = f"; the first: {short(self.raw[0])}" if self.raw else ""
-        return f"({', '.join(map(short, self.inputs))}): {given}{first}"
+        return f"{shown(self.inputs)}: {given}{first}"
 
 
 def call(
@@ -80,11 +90,12 @@ def call(
         outputs: draw at most so many.
         sampler: called instead of the problem's own.
     """
+    fluents = fluents_of(problem, stream, values)
     context = Context(
         problem.scene,
         lambda: generator_for(seed, stream.name, [key]),
         clock.now() + PATIENCE_S,
-        _fluents(problem, stream, values) if stream.fluents else None,
+        fluents if stream.fluents else None,
         seed,
     )
     function = problem.samplers[stream.name] if sampler is None else sampler
@@ -106,7 +117,7 @@ def call(
     formed = tuple(f for value in raw if (f := _formed(stream, value)) is not None)
     reasons = tuple(reason for reason, *_ in context.failures)
     left = _left_behind(values, before, threads, printed.getvalue())
-    return Call(values, tuple(raw), formed, tuple(seconds), ended, reasons, error, trace, left)
+    return Call(values, tuple(raw), formed, tuple(seconds), ended, reasons, error, trace, left, fluents)
 
 
 def _draws(
@@ -139,7 +150,7 @@ def _draws(
         began = time.perf_counter()
 
 
-def _fluents(problem: Problem, stream: Stream, values: tuple[Any, ...]) -> tuple[Any, ...]:
+def fluents_of(problem: Problem, stream: Stream, values: tuple[Any, ...]) -> tuple[Any, ...]:
     """Facts of the initial state that a stream with `:fluents` sees; what is handed in is in the hand, not standing."""
     wanted = {name.lower() for name in stream.fluents}
     objects = {value for value in values if isinstance(value, str)}

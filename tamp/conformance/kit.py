@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
+import logging
 import statistics
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tamp.conformance.bench import Bench, default_tasks, set_up
+from tamp.conformance.bench import Bench, set_up
 from tamp.conformance.calls import Call, call
 from tamp.conformance.downstream import shares
 from tamp.conformance.findings import Finding, Judgement
@@ -15,13 +18,15 @@ from tamp.conformance.form import malformed, shown
 from tamp.conformance.plausible import implausible
 from tamp.conformance.sameness import same
 from tamp.domains.catalog import Contract, contract, load_domain, type_name
-from tamp.domains.learned import load_models
+from tamp.domains.learned import LOAD, load_models
 from tamp.domains.samplers import load_sampler
 from tamp.errors import SamplerError
 from tamp.language import Stream
 from tamp.planning import Problem
 from tamp.planning.problem import check_sampler as check_signature
 from tamp.task import Task
+
+log = logging.getLogger("tamp")
 
 CALLS = 6
 OUTPUTS = 12
@@ -58,11 +63,16 @@ def check_sampler(
     try:
         check_signature(declared, function)
     except SamplerError as error:
-        return Judgement(name, declared.name, (Finding("signature", "wrong", str(error)),))
-    bench = set_up(entry, declared, default_tasks() if tasks is None else tasks, seed, CALLS)
+        told = f"{error}{_of_its_model(declared, function)}"
+        return Judgement(name, declared.name, (Finding("signature", "wrong", told),))
+    bench = set_up(entry, declared, tasks, seed, CALLS)
     trial = _Trial(declared, contract(entry, declared), function, bench, seed)
     findings = [Finding("signature", "ok", f"takes (context, {', '.join(v.name[1:] for v in declared.inputs)})")]
-    for check in (trial.errors, trial.outputs, trial.plausibility, trial.determinism, trial.end, trial.time, trial.use):
+    for check in (
+        trial.errors, trial.outputs, trial.plausibility, trial.determinism, trial.answers, trial.end, trial.time,
+        trial.use,
+    ):  # fmt: skip
+        log.info("%s of %s", check.__name__, name)
         findings += check()
         if findings[-1].outcome == "wrong":
             break
@@ -85,10 +95,10 @@ class _Trial:
 
     def errors(self) -> Iterator[Finding]:
         """No call raises."""
-        self.calls = self._run(self.bench.problem)
-        for made in self.calls:
+        for _, made in self._run(self.bench.problem):
+            self.calls.append(made)
             if made.error:
-                yield Finding("calls", "wrong", f"raised for {shown(made.inputs)}: {made.error}")
+                yield Finding("calls", "wrong", made.failure)
                 return
         left = dict.fromkeys(text for made in self.calls for text in made.left_behind)
         yield from (Finding("calls", "note" if text.startswith("printed") else "wrong", text) for text in left)
@@ -107,9 +117,17 @@ class _Trial:
         if not any(made.raw for made in self.calls):
             reasons = sorted({reason for made in self.calls for reason in made.reasons})
             told = f"; it said: {', '.join(reasons[:3])}" if reasons else ", and context.fail was never told why"
-            yield Finding("outputs", "wrong", f"nothing came from any of {len(self.calls)} calls{told}")
+            text = f"nothing came from any of {len(self.calls)} calls{told}"
+            if any(made.raw for _, made in self._run(self.bench.problem, own=True)):
+                yield Finding("outputs", "wrong", text)
+            else:
+                theirs = "the domain's own gives nothing there either: give another task with --task"
+                yield Finding("outputs", "note", f"{text}; {theirs}")
             return
         yield Finding("outputs", "ok", f"{self.numbers['outputs']} of {promised}")
+        again = sum(any(same(value, old) for old in c.raw[:n]) for c in self.calls for n, value in enumerate(c.raw))
+        if again:
+            yield Finding("outputs", "note", f"{again} of them repeat earlier ones of the same call")
 
     def plausibility(self) -> Iterator[Finding]:
         """Frames and units are as they are meant."""
@@ -119,24 +137,43 @@ class _Trial:
             for made in self.calls
             for output in made.outputs
             for value in output
-            for text in implausible(value, scene, made.inputs)
+            for text in implausible(value, scene, made.inputs, made.fluents)
         )
         yield from (Finding("plausibility", "wrong", text) for text in list(found)[:5])
         if not found and not self.stream.is_test:
-            yield Finding("plausibility", "ok", "frames and units look right")
+            yield Finding("plausibility", "ok", "frames, units and scenes look right")
 
     def determinism(self) -> Iterator[Finding]:
         """The same seed gives the same, in whatever order inputs come."""
-        again = self._run(self.bench.with_fresh_scene(), backwards=True)
-        for first, second in zip(self.calls, again, strict=True):
-            if not same(first.raw, second.raw):
+        for number, second in self._run(self.bench.with_fresh_scene(), backwards=True):
+            if second.error:
+                yield Finding("determinism", "wrong", f"at the second call with the same seed {second.failure}")
+                return
+            if not same(self.calls[number].raw, second.raw):
                 yield Finding(
                     "determinism", "wrong",
-                    f"other outputs for {shown(first.inputs)} at the second call with the same seed: draw from "
+                    f"other outputs for {shown(second.inputs)} at the second call with the same seed: draw from "
                     "context.rng only, and keep nothing between calls that depends on their order",
                 )  # fmt: skip
                 return
         yield Finding("determinism", "ok", "the same seed repeats, calls in reverse order")
+
+    def answers(self) -> Iterator[Finding]:
+        """A test says what the domain's own says."""
+        if not self.stream.is_test:
+            return
+        own = (bool(made.outputs) for _, made in self._run(self.bench.problem, own=True))
+        said = Counter(zip((bool(made.outputs) for made in self.calls), own, strict=True))
+        yes, no = said[True, True] + said[False, True], said[True, False] + said[False, False]
+        if yes and not said[True, True]:
+            text = f"never True for the {yes} inputs for which the domain's own says True: no plan comes of that"
+            yield Finding("answers", "wrong", text)
+        elif said[True, False] or said[False, True]:
+            text = f"True for {said[True, False]} of {no} inputs for which the domain's own says False"
+            text += f", False for {said[False, True]} of {yes} for which it says True"
+            yield Finding("answers", "note", text)
+        else:
+            yield Finding("answers", "ok", f"the domain's own: True for {yes} inputs, False for {no}")
 
     def end(self) -> Iterator[Finding]:
         """Whether it ends; not ending is allowed, but nothing can be proven impossible with it."""
@@ -147,14 +184,14 @@ class _Trial:
         if ended == len(self.calls):
             yield Finding("end", "ok", f"every call ends within {OUTPUTS} outputs")
         else:
-            text = f"{len(self.calls) - ended} of {len(self.calls)} calls had more to give after {OUTPUTS} outputs"
-            yield Finding("end", "note", f"{text}; a sampler without end can never prove a task infeasible")
+            text = f"{len(self.calls) - ended} of {len(self.calls)} calls had not ended after {OUTPUTS} outputs"
+            yield Finding("end", "note", f"{text}; while a sampler goes on, no task is proven infeasible")
 
     def time(self) -> Iterator[Finding]:
         """How long it takes, beside the domain's own."""
         # By turns, each in a scene that remembers nothing: whoever came second would find what the first one has left.
         rounds = [
-            [_seconds_an_output(self._run(self.bench.with_fresh_scene(), own=own)) for own in (False, True)]
+            [_seconds_an_output(self._made(self.bench.with_fresh_scene(), own=own)) for own in (False, True)]
             for _ in range(ROUNDS)
         ]
         mine, theirs = (1000 * statistics.median(seconds) for seconds in zip(*rounds, strict=True))
@@ -166,7 +203,7 @@ class _Trial:
     def use(self) -> Iterator[Finding]:
         """How many of its outputs pass the streams that use them, beside the domain's own."""
         mine = shares(self.bench, self.stream, self.calls, self.seed)
-        theirs = shares(self.bench, self.stream, self._run(self.bench.problem, own=True), self.seed)
+        theirs = shares(self.bench, self.stream, self._made(self.bench.problem, own=True), self.seed)
         default = {name: passed.share for name, passed in theirs.items()}
         self.numbers["downstream"] = {
             name: {"share": passed.share, "default": default.get(name), "reasons": list(passed.reasons)}
@@ -178,21 +215,29 @@ class _Trial:
             why = f"; it said: {', '.join(passed.reasons[:3])}" if passed.share < 0.5 and passed.reasons else ""
             yield Finding("downstream", "wrong" if useless else "ok", f"{passed.share:.0%} pass {name}{beside}{why}")
 
-    def _run(self, problem: Problem, *, backwards: bool = False, own: bool = False) -> list[Call]:
+    def _made(self, problem: Problem, *, own: bool) -> list[Call]:
+        return [made for _, made in self._run(problem, own=own)]
+
+    def _run(self, problem: Problem, *, backwards: bool = False, own: bool = False) -> Iterator[tuple[int, Call]]:
+        """Each call with its number, as it is made: who has heard enough asks for no more."""
         numbered = list(enumerate(self.bench.inputs))
-        made = {
-            number: call(
-                problem,
-                self.stream,
-                values,
-                key=str(number),
-                seed=self.seed,
-                outputs=OUTPUTS,
-                sampler=None if own else self.function,
+        for number, values in reversed(numbered) if backwards else numbered:
+            who = "the domain's own" if own else "the sampler"
+            log.info("call %d of %d of %s: %s", number + 1, len(numbered), who, shown(values))
+            function = None if own else self.function
+            yield (
+                number,
+                call(problem, self.stream, values, key=str(number), seed=self.seed, outputs=OUTPUTS, sampler=function),
             )
-            for number, values in (reversed(numbered) if backwards else numbered)
-        }
-        return [made[number] for number, _ in numbered]
+
+
+def _of_its_model(stream: Stream, function: Callable[..., Any]) -> str:
+    """Where the model is among the arguments, for who has left it out."""
+    if not hasattr(function, LOAD):
+        return ""
+    taken = ", ".join(("context", "model", *(str(variable)[1:] for variable in stream.inputs)))
+    own = ", ".join(inspect.signature(inspect.unwrap(function)).parameters)
+    return f"; what @with_model decorates is called with ({taken}), the model second; this one takes ({own})"
 
 
 def _seconds_an_output(calls: Sequence[Call]) -> float:

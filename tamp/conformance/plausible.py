@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tamp.conformance.arm_scene import arm_checker
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace
 
@@ -20,22 +21,28 @@ FLOATING = 0.02  # an object this high over the table top that says it stands on
 SUNK = 0.005  # an object this deep in the table collides [m]
 LIMIT_SLACK = 1e-6  # [rad]
 SAME_TOOL = 0.005  # a handling whose tool is this far from its grasp belongs to another frame [m]
+OUTSIDE = 0.001  # an object whose middle is this far outside a region is not on it [m]
+PENETRATES = 0.001  # an arm this deep in something collides with it [m]
+FINELY = 0.01  # paths are looked at in steps of so much [rad]
 
 
 @singledispatch
-def implausible(value: object, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+def implausible(
+    value: object, workspace: Workspace, inputs: tuple[Any, ...], fluents: tuple[Any, ...] = ()
+) -> Iterator[str]:
     """Yield a sentence for each thing about an output that cannot be meant; values of other types pass.
 
     Args:
         value: an output.
         workspace: objects, table and robot.
-        inputs: what the sampler was called with; an object's name is a string among them.
+        inputs: what the sampler was called with; names of objects and regions are strings among them.
+        fluents: the facts that it was told.
     """
     yield from ()
 
 
 @implausible.register
-def _(value: Grasp, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+def _(value: Grasp, workspace: Workspace, inputs: tuple[Any, ...], fluents: tuple[Any, ...] = ()) -> Iterator[str]:
     stroke = workspace.world.robot.spec.gripper.stroke
     if not 0.0 <= value.width <= stroke:
         yield f"width is {value.width:g}; the gripper opens 0 to {stroke:g} m"
@@ -50,7 +57,7 @@ def _(value: Grasp, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[s
 
 
 @implausible.register
-def _(value: Placement, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+def _(value: Placement, workspace: Workspace, inputs: tuple[Any, ...], fluents: tuple[Any, ...] = ()) -> Iterator[str]:
     unknown = set(value.on) - {TABLE, *workspace.start}
     if unknown or not value.on:
         yield f"on is {value.on}; it must name 'table' or objects of the task"
@@ -64,10 +71,24 @@ def _(value: Placement, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterat
         yield f"{inputs[0]} would reach {-1000 * lowest:.0f} mm into the table"
     if value.on == (TABLE,) and lowest > FLOATING:
         yield f"{inputs[0]} would hover {1000 * lowest:.0f} mm over the table that it says it stands on"
+    yield from _outside(value, workspace, inputs)
+
+
+def _outside(value: Placement, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+    """That the middle of an object's footprint, by which goals are judged, is not in a region that was asked for."""
+    regions = {TABLE, *(region.name for region in workspace.task.regions)}
+    lower, upper = _box(workspace, inputs[0], value.pose.matrix)
+    for name in [given for given in inputs[1:] if isinstance(given, str) and given in regions]:
+        region = workspace.region(name)
+        beyond = np.abs((lower + upper)[:2] / 2 - region.center) - np.array(region.size) / 2
+        if (farthest := float(beyond.max())) > OUTSIDE:
+            yield f"{inputs[0]} would stand {1000 * farthest:.0f} mm outside {name}"
 
 
 @implausible.register
-def _(value: Configuration, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+def _(
+    value: Configuration, workspace: Workspace, inputs: tuple[Any, ...], fluents: tuple[Any, ...] = ()
+) -> Iterator[str]:
     yield from _within_limits("q", np.atleast_2d(np.asarray(value.q, float)), workspace)
     stroke = workspace.world.robot.spec.gripper.stroke
     if not 0.0 <= value.opening <= stroke + LIMIT_SLACK:
@@ -75,7 +96,7 @@ def _(value: Configuration, workspace: Workspace, inputs: tuple[Any, ...]) -> It
 
 
 @implausible.register
-def _(value: Handling, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+def _(value: Handling, workspace: Workspace, inputs: tuple[Any, ...], fluents: tuple[Any, ...] = ()) -> Iterator[str]:
     limits = [s for name in ("approach", "lift") for s in _within_limits(name, getattr(value, name), workspace)]
     yield from limits
     if limits:
@@ -88,11 +109,16 @@ def _(value: Handling, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterato
 
 
 @implausible.register
-def _(value: ArmPath, workspace: Workspace, inputs: tuple[Any, ...]) -> Iterator[str]:
+def _(value: ArmPath, workspace: Workspace, inputs: tuple[Any, ...], fluents: tuple[Any, ...] = ()) -> Iterator[str]:
     limits = list(_within_limits("points", value.points, workspace))
     yield from limits
+    if limits:
+        return
+    checker = arm_checker(workspace, inputs, fluents, margin=-PENETRATES)
+    if (contact := checker.first_contact(value.points, FINELY)) is not None:
+        yield f"on the path {contact}: it must be clear of all that stands where context.fluents has it"
     ends = [given for given in inputs if isinstance(given, Configuration)]
-    if limits or len(ends) != 2:
+    if len(ends) != 2:
         return
     for name, point, given in zip(("begins", "ends"), (value.points[0], value.points[-1]), ends, strict=True):
         off = float(np.abs(point - np.asarray(given.q)).max())

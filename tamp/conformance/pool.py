@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from tamp.conformance.calls import Call, call
 from tamp.language import Atom, Constant, Stream, Variable
 from tamp.planning import Problem
@@ -71,17 +73,17 @@ class Pool:
                 self.add((atom.predicate, *(named[t] if isinstance(t, Variable) else t.value for t in atom.args)))
 
     def inputs(self, stream: Stream, count: int) -> list[Values]:
-        """Up to `count` different inputs that satisfy a stream's domain, evenly from all that there are.
+        """Up to `count` different inputs that satisfy a stream's domain, drawn at random from all that there are.
 
-        An object beside itself tells nothing: inputs that name one twice are taken only where there are no others.
+        A value beside itself tells nothing, as a motion to where the arm is already, or an object that stands beside
+        itself: inputs that have one twice are taken only where there are no others.
         """
         found = dict.fromkeys(
             tuple(binding[variable] for variable in stream.inputs) for binding in self._matches(stream.domain, {})
         )
-        every = [values for values in found if not _repeats_a_name(values)] or list(found)
-        step = max(1.0, len(every) / count)
-        chosen = [every[int(i * step)] for i in range(min(count, len(every)))]
-        return [tuple(constant.value for constant in values) for values in chosen]
+        every = [values for values in found if len(values) == len(set(values))] or list(found)
+        order = np.random.default_rng(self._seed).permutation(len(every))[:count]
+        return [tuple(constant.value for constant in every[i]) for i in order]
 
     def _matches(self, pattern: Sequence[Atom], binding: Binding) -> Iterator[Binding]:
         if not pattern:
@@ -92,11 +94,6 @@ class Pool:
             extended = _unified(first, args, binding)
             if extended is not None:
                 yield from self._matches(rest, extended)
-
-
-def _repeats_a_name(values: Sequence[Constant]) -> bool:
-    names = [constant.value for constant in values if isinstance(constant.value, str)]
-    return len(names) > len(set(names))
 
 
 def _unified(atom: Atom, args: Sequence[Constant], binding: Binding) -> Binding | None:

@@ -243,6 +243,10 @@ class _Trial:
         boxes = hand_boxes(self.robot)
         lower, upper = boxes.opened(np.linspace(0.0, self.spec.gripper.stroke, OPENINGS))
         width = float((upper.max(axis=(0, 1)) - lower.min(axis=(0, 1))) @ np.abs(self.spec.gripper.axis))
+        if not (boxes.side != 0.0).any():
+            text = "closed fingers reach over the middle between them: their zero is not closed, or the tool is aside"
+            yield Finding("hand", "wrong", text)
+            return
         tip, throat = boxes.tip(0.0), np.inf
         if (boxes.side == 0.0).any():
             throat = tip - boxes.palm(0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import threading
@@ -11,18 +12,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import tamp
-from tamp.conformance import Judgement, check_sampler, kit
+from tamp.conformance import Judgement, bench, calls, check_sampler, kit
 from tamp.conformance.bench import set_up
 from tamp.domains.catalog import contract, load_domain
+from tamp.domains.learned import with_model
 from tamp.errors import DomainError, SamplerError
 from tamp.planning import Problem
+from tamp.streams.motion.paths import plan_free_motion
 from tamp.streams.placing import put_aside as laid_aside
 from tamp.streams.placing import regrasp as regrasps
 from tamp.streams.placing.sampler import sample_placement
-from tamp.streams.values import Grasp, Placement
+from tamp.streams.values import ArmPath, Grasp, Placement
 from tamp.task import Pose, Task
 
 ONE = Path(__file__).parents[2] / "scenarios" / "one_object.yaml"
@@ -33,8 +37,17 @@ def one() -> Task:
     return tamp.load_task(ONE)
 
 
+@pytest.fixture(scope="module")
+def three() -> Task:
+    return tamp.load_task(ONE.with_name("on_region.yaml"))
+
+
 def wrong(judgement: Judgement) -> str:
     return "\n".join(f"{f.check}: {f.text}" for f in judgement.findings if f.outcome == "wrong")
+
+
+def notes(judgement: Judgement) -> str:
+    return "\n".join(f"{f.check}: {f.text}" for f in judgement.findings if f.outcome == "note")
 
 
 SCENARIOS_OF = {
@@ -142,8 +155,14 @@ def leaves_a_thread(context: Any, obj: str) -> Iterator[Grasp]:
     yield centre(0.02)
 
 
+@with_model(dict)
+def without_its_model(context: Any, obj: str) -> Iterator[Grasp]:
+    yield centre(0.02)
+
+
 BAD: dict[str, tuple[Callable[..., Any], str]] = {
     "signature": (takes_too_much, "expected a function of (context, o), found takes_too_much"),
+    "model": (without_its_model, "is called with (context, model, o), the model second; this one takes (context, obj)"),
     "no generator": (returns_nothing, "'NoneType' object is not iterable"),
     "type": (yields_a_pose, "?g must be a Grasp, found Pose"),
     "exception": (raises, "raised for ('red'): KeyError: 'red' (conformance/test_kit.py:"),
@@ -166,6 +185,11 @@ def test_what_is_wrong_is_said_in_words(name: str, one: Task) -> None:
     assert said in wrong(judgement)
     assert judgement.as_dict()["fits"] is False
     assert str(judgement).endswith("wrong")
+
+
+def test_what_takes_no_model_is_refused_as_it_is_decorated() -> None:
+    with pytest.raises(SamplerError, match=r"expected a function of \(context, model, \*inputs\), found .*\(context\)"):
+        with_model(dict)(lambda context: iter(()))
 
 
 def test_what_a_sampler_does_to_its_inputs_is_said(one: Task) -> None:
@@ -217,6 +241,115 @@ def test_a_good_sampler_fits_and_is_measured(one: Task) -> None:
     assert judgement.fits, str(judgement)
     assert judgement.numbers["outputs"] == 1
     assert judgement.numbers["downstream"]["inverse-kinematics"]["share"] == 1.0
+
+
+@pytest.mark.parametrize("stream", ["plan-free-motion", "plan-holding-motion"])
+def test_motions_lead_from_one_configuration_to_another(stream: str, three: Task) -> None:
+    entry = load_domain("tabletop")
+    asked = set_up(entry, entry.stream(stream), [three], 0, kit.CALLS).inputs
+    assert len(asked) == kit.CALLS and all(start != goal for *_, start, goal in asked)
+    assert stream == "plan-free-motion" or len({obj for obj, *_ in asked}) > 1
+
+
+def straight(context: Any, start: Any, goal: Any) -> Iterator[ArmPath]:
+    yield ArmPath(np.array([start.q, goal.q]))
+
+
+def straight_holding(context: Any, obj: str, grasp: Grasp, start: Any, goal: Any) -> Iterator[ArmPath]:
+    yield from straight(context, start, goal)
+
+
+def backwards(context: Any, start: Any, goal: Any) -> Iterator[ArmPath]:
+    for path in plan_free_motion(context, start, goal):
+        yield ArmPath(path.points[::-1])
+
+
+def by_way_of_the_table(context: Any, start: Any, goal: Any) -> Iterator[ArmPath]:
+    low = np.array(context.scene.world.robot.home)
+    low[[1, 3]] = 1.7, -1.0
+    yield ArmPath(np.array([start.q, low, goal.q]))
+
+
+@pytest.mark.parametrize(
+    ("sampler", "stream", "said"),
+    [
+        (straight, "plan-free-motion", "on the path panda_"),
+        (straight_holding, "plan-holding-motion", "on the path "),
+        (by_way_of_the_table, "plan-free-motion", " penetrates table ("),
+        (backwards, "plan-free-motion", "rad from the configuration it was asked for"),
+    ],
+)
+def test_paths_that_collide_or_lead_elsewhere_are_wrong(
+    sampler: Callable[..., Any], stream: str, said: str, three: Task
+) -> None:
+    assert said in wrong(check_sampler(sampler, stream, tasks=[three]))
+
+
+def test_a_sampler_that_sleeps_is_asked_once_and_the_call_is_told(
+    three: Task, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def sleeps(context: Any, obj: str) -> Iterator[Grasp]:
+        time.sleep(20.0)
+        yield centre()
+
+    entry = load_domain("tabletop")
+    bench_of_three = set_up(entry, entry.stream("sample-grasp"), [three], 0, kit.CALLS)
+    monkeypatch.setattr(kit, "set_up", lambda *_: bench_of_three)
+    monkeypatch.setattr(calls, "PATIENCE_S", 0.1)
+    with caplog.at_level(logging.INFO, "tamp"):
+        judgement = check_sampler(sleeps, "sample-grasp")
+    first = bench_of_three.inputs[0][0]
+    assert wrong(judgement) == f"calls: nothing came for 0.1 s for ('{first}')"
+    assert [m for m in caplog.messages if m.startswith("call")] == [f"call 1 of 3 of the sampler: ('{first}')"]
+
+
+def test_a_placement_beside_its_region_is_wrong(three: Task) -> None:
+    def beside(context: Any, obj: str, region: str) -> Iterator[Placement]:
+        here = context.scene.start[obj]
+        yield Placement(Pose((0.2, 0.3, here.pose.xyz[2]), here.pose.quat), here.on)
+
+    assert "would stand 390 mm outside shelf" in wrong(check_sampler(beside, "sample-placement", tasks=[three]))
+
+
+def test_a_test_is_compared_with_the_domains_own(three: Task) -> None:
+    never, always = (
+        check_sampler(lambda context, o, p, o2, p2, said=said: said, "test-cfree-placements", tasks=[three])
+        for said in (False, True)
+    )
+    assert "answers: never True for the 4 inputs for which the domain's own says True" in wrong(never)
+    assert "answers: True for 2 of 2 inputs for which the domain's own says False, False for 0 of 4" in notes(always)
+    assert always.fits
+
+
+def test_outputs_that_come_again_and_calls_that_go_on_are_noted(one: Task) -> None:
+    def again(context: Any, obj: str) -> Iterator[Grasp]:
+        for n in range(kit.OUTPUTS + 1):
+            yield centre(0.01 * (n % 2))
+
+    said = notes(check_sampler(again, "sample-grasp", tasks=[one]))
+    assert f"outputs: {kit.OUTPUTS - 2} of them repeat earlier ones of the same call" in said
+    assert "end: 1 of 1 calls had not ended after 12 outputs; while a sampler goes on, no task is proven" in said
+
+
+def test_nothing_is_no_mistake_where_the_domains_own_gives_nothing_either(
+    one: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entry = load_domain("tabletop")
+    made = set_up(entry, entry.stream("sample-grasp"), [one], 0, kit.CALLS)
+    problem = made.problem
+    samplers = {**problem.samplers, "sample-grasp": gives_nothing}
+    barren = Problem(problem.domain, problem.streams, samplers, problem.init, problem.goal, problem.scene)
+    monkeypatch.setattr(kit, "set_up", lambda *_: replace(made, problem=barren))
+    judgement = check_sampler(gives_nothing, "sample-grasp", tasks=[one])
+    assert judgement.fits and "the domain's own gives nothing there either" in notes(judgement)
+
+
+def test_built_in_tasks_of_another_domain_are_passed_over(one: Task, monkeypatch: pytest.MonkeyPatch) -> None:
+    tabletop, kitchen = (list(bench._default_tasks(load_domain(name))) for name in ("tabletop", "kitchen"))
+    assert [task.name for task in kitchen if task not in tabletop] == ["cook_dinner"]
+    monkeypatch.setattr(bench, "_default_tasks", lambda domain: [one])
+    with pytest.raises(SamplerError, match=r"no built-in scenario gives inputs for sample-stacking: .* with --task"):
+        check_sampler(lambda context, o, s, ps: iter(()), "sample-stacking")
 
 
 def test_a_placement_in_the_air_is_noticed() -> None:

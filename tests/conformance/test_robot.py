@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from tamp.checking.robot.links import read_links
 from tamp.cli import main
 from tamp.conformance.findings import Finding
 from tamp.conformance.robot import _Trial, check_robot
+from tamp.errors import RobotError
 from tamp.task import Pose, RobotSpec, load_robot
 from tamp.task.files.robot_file import read_robot
 from tamp.world.robot.model import robot_model
@@ -56,6 +58,52 @@ def test_a_tool_beside_the_pads_is_told() -> None:
     spec = load_robot("panda")
     aside = replace(spec, T_parent_tool=Pose((0.0, 0.004, 0.1034)))
     assert any("4.0 mm beside the tool's z axis" in text for text in wrong(list(trial(aside).gripper())))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("axis: [0.0, 1", "axis: [1.0, 0", r"along gripper.axis, \[1, 0, 0\] in the tool frame, but along \[0, 1, 0\]"),
+        ("0.1034]", "0.1034]\n  rpy: [0, 0, 1.5708]", r"along gripper.axis, .* but along \[1, 0, 0\]; .* the tool"),
+    ],
+)
+def test_fingers_that_close_across_the_axis_are_told_wherever_the_robot_is_loaded(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    spec = read_robot(written(tmp_path, old, new))
+    assert re.search(said, wrong([*check_robot(spec).findings])[0])
+    with pytest.raises(RobotError, match=said):
+        robot_model(spec)
+
+
+def test_fingers_that_are_in_each_other_are_told_by_the_hand() -> None:
+    spec = load_robot("panda")
+    description = spec.description.replace('xyz="0 0 0.0584"', 'xyz="0 -0.01 0.0584"', 1)
+    description = description.replace('xyz="0 0 0.0584"', 'xyz="0 0.01 0.0584"', 1)
+    assert (
+        "closed fingers reach over the middle" in wrong(list(trial(replace(spec, description=description)).hand()))[0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("radius: 0.16", "radus: 0.16", r"base.radus: unknown field; did you mean radius\?"),
+        ("velocity: [", "velocity: [-", r"arm.velocity\[0\]: -2.175 is not valid; it must be greater than 0"),
+        ("acceleration: ", "acceleration: fast #", r"arm.acceleration: 'fast' is not valid; it must be a number"),
+    ],
+)
+def test_a_field_that_is_wrong_is_named_as_it_is_in_the_file(old: str, new: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(RobotError, match=said):
+        read_robot(written(tmp_path, old, new))
+
+
+def written(folder: Path, old: str, new: str) -> Path:
+    """The Panda's file with something said otherwise."""
+    text = (Path(__file__).parents[2] / "robots" / "panda" / "robot.yaml").read_text()
+    assert text.count(old) == 1
+    (folder / "robot.yaml").write_text(text.replace(old, new))
+    return folder / "robot.yaml"
 
 
 def test_pads_that_reach_beyond_the_fingers_are_told() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 from typing_extensions import Self
 
 from tamp.task.files.schema import Number, Positive, Triple
@@ -13,7 +13,11 @@ Text = Annotated[str, Field(min_length=1, max_length=1000)]
 Names = Annotated[tuple[Text, ...], Field(min_length=1, max_length=100)]
 Numbers = tuple[Number, ...]
 Limit = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
-Limits = Limit | tuple[Limit, ...]
+Limits = Annotated[
+    Annotated[Limit, Tag("[one]")] | Annotated[tuple[Limit, ...], Tag("[each]")],
+    Discriminator(lambda value: "[each]" if isinstance(value, tuple) else "[one]"),
+]
+"""A value a joint, or one for all; what is wrong with it is then said of the one that was given."""
 
 
 class _Model(BaseModel):

@@ -26,6 +26,9 @@ STEPS = 128
 CLOSED = 0.002
 """Pads that come no nearer to each other than this do not close [m]."""
 
+ALONG = 0.99
+"""Fingers part along the gripper's axis where the cosine of the angle between is no less."""
+
 
 @dataclass(frozen=True, eq=False)
 class Linkage:
@@ -77,7 +80,8 @@ def linkage(spec: RobotSpec) -> Linkage:
     """The linkage of a robot's gripper.
 
     Raises:
-        RobotError: where the pads do not close, or do not part as far as the stroke, or turn back on the way.
+        RobotError: where the pads do not close, or not along the gripper's axis, or do not part as far as the stroke,
+            or turn back on the way.
     """
     gripper, ends = spec.gripper, np.array([0.0, spec.gripper.stroke])
     if gripper.pads is None:
@@ -86,9 +90,11 @@ def linkage(spec: RobotSpec) -> Linkage:
                 f"robot {spec.name}: a stroke of {gripper.stroke:g} m needs joints that slide by half of it; "
                 f"{gripper.joints[0]} ends at {gripper.limits[1]:g} m"
             )
+        _check_axis(spec, pad_points(spec, ends / 2))
         return Linkage(gripper, ends, ends / 2, np.zeros(2), ends)
     drivers = np.linspace(*gripper.limits, SAMPLES)
     pads = pad_points(spec, drivers)
+    _check_axis(spec, pads)
     apart = (pads[:, 1] - pads[:, 0]) @ np.array(gripper.axis)
     apart = apart * np.sign(apart[np.abs(apart).argmax()])
     if apart[0] > apart[-1]:
@@ -107,8 +113,25 @@ def _check(spec: RobotSpec, apart: Array) -> None:
         raise RobotError(f"{name}: the pads part by {apart[-1]:.4f} m at most, less than the stroke of {stroke:g} m")
 
 
+def _check_axis(spec: RobotSpec, pads: Array) -> None:
+    """Refuse pads (n, 2, 3) that part across the gripper's axis on the way from one end of the driver to the other."""
+    apart = pads[:, 1] - pads[:, 0]
+    moved = apart[-1] - apart[0]
+    length = float(np.linalg.norm(moved))
+    if length > CLOSED and abs(moved @ np.array(spec.gripper.axis)) < ALONG * length:
+        forwards = moved * np.sign(moved[np.abs(moved).argmax()]) / length
+        axis, way = (", ".join(f"{v:g}" for v in np.round(w, 2) + 0.0) for w in (spec.gripper.axis, forwards))
+        raise RobotError(
+            f"robot {spec.name}: the fingers do not close along gripper.axis, [{axis}] in the tool frame, but along "
+            f"[{way}]; change gripper.axis, or turn the tool"
+        )
+
+
 def pad_points(spec: RobotSpec, drivers: Array) -> Array:
-    """The middles of both pads in the tool frame for positions of the driver (n,); shape (n, 2, 3) [m]."""
+    """The middles of both pads in the tool frame for positions of the driver (n,); shape (n, 2, 3) [m].
+
+    Where the file names no pads, the origins of the fingers' links stand for them.
+    """
     gripper = spec.gripper
     model = pin.buildModelFromXML(spec.description)
     data, q = model.createData(), pin.neutral(model)
@@ -119,6 +142,6 @@ def pad_points(spec: RobotSpec, drivers: Array) -> Array:
         q[index] = driver * np.array(gripper.multipliers) + np.array(gripper.offsets)
         pin.framesForwardKinematics(model, data, q)
         T_tool_world = (data.oMf[frames[0]] * pin.SE3(spec.T_parent_tool.matrix)).inverse()
-        for k, pad in enumerate(gripper.pads or ()):
+        for k, pad in enumerate(gripper.pads or np.zeros((2, 3))):
             found[i, k] = (T_tool_world * data.oMf[frames[1 + k]]).act(np.array(pad))
     return found
