@@ -37,7 +37,8 @@ from tamp.task.files.load import load_task
 BOUND_M = 0.01
 NUMBER = 1000
 BATCH = 50
-REASONS = ("let_go", "fell", "pushed", "with_support", "touched")
+REASONS = ("in_hand", "let_go", "fell", "pushed", "with_support", "touched")
+FRAME_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -110,13 +111,14 @@ def judged(task: Task, seconds: float) -> tuple[str, list[End]]:
     if not (verdict := check(task, plan)).accepted:
         print(f"{task.name}: {verdict}", flush=True)
         return "rejected", []
-    return "executed", list(compared(task, plan, executor.execute(task, plan, monitor=None)))
+    return "executed", list(compared(task, plan, executor.execute(task, plan, monitor=None, frame_s=FRAME_S)))
 
 
 def compared(task: Task, plan: Plan, execution: Execution) -> Iterator[End]:
     """Each object's end, against the plan's; what is astray with what explains it."""
     meant = list(expected(plan))
     were = [entry.poses for entry in execution.log]
+    loose = list(moved_in_hand(task, plan, execution))
     for thing in task.objects:
         edge = mean_edge(thing.shape)
         off = ede(edge, execution.final_poses[thing.name], meant[-1][thing.name])
@@ -127,7 +129,8 @@ def compared(task: Task, plan: Plan, execution: Execution) -> Iterator[End]:
         gone = [ede(edge, there[thing.name], said[thing.name]) > BOUND_M for there, said in pairs]
         held = [_holds(plan.actions[: k + 1], thing.name) for k in range(len(gone))]
         first = next((k for k, far in enumerate(gone) if far and not held[k]), len(gone) - 1)
-        why = _why(plan.actions[first], thing.name, plan.actions[:first])
+        carried = max(loose[max(0, first - 1) : first + 1]) > BOUND_M
+        why = "in_hand" if carried else _why(plan.actions[first], thing.name, plan.actions[:first])
         yield End(thing.name, off, str(plan.actions[first]), why)
 
 
@@ -137,7 +140,23 @@ def _why(action: Action, name: str, before: Sequence[Action]) -> str:
             return "fell"
         return "pushed" if any(isinstance(step, Move) and step.pushed for step in action.steps) else "let_go"
     stands = next((a.arguments[1:] for a in reversed(before) if a.arguments[:1] == (name,)), ())
-    return "with_support" if {*stands} & {*action.arguments} else "touched"
+    return "with_support" if {*stands} & {*action.arguments} - {"table"} else "touched"
+
+
+def moved_in_hand(task: Task, plan: Plan, execution: Execution) -> Iterator[float]:
+    """For each action that was carried out how far what the arm carried throughout it was off in the hand, at most."""
+    tree, frames = read_links(load_robot(plan.robot)).tree, list(execution.frames)
+    end = frames[0].time
+    for action, entry in zip(plan.actions, execution.log, strict=False):
+        begin, end = end, end + entry.sim_s
+        held = [step.held if isinstance(step, Move) else None for step in action.steps]
+        offs = [0.0]
+        if held and (attachment := held[0]) is not None and None not in held:
+            edge = mean_edge(task.object(attachment.object).shape)
+            for frame in (frame for frame in frames if begin < frame.time <= end):
+                meant = Pose.from_matrix(tree.tool(np.array([frame.configuration]))[0]) @ attachment.T_tool_object
+                offs.append(ede(edge, frame.poses[attachment.object], meant))
+        yield max(offs)
 
 
 def _holds(actions: Sequence[Action], name: str) -> bool:

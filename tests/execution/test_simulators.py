@@ -5,13 +5,16 @@ import subprocess
 import sys
 
 import pytest
+import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from tamp.errors import TampError
 from tamp.execution.pybullet.simulator import PyBulletSimulator
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulator import GRAVITY, STEP, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
-from tamp.task import Box, Object, Pose, Task, load_robot
+from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
 
 SINGLE = 1e-6  # engines may count in single precision
 BOX = Object("box", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)), mass=0.3)
@@ -101,6 +104,20 @@ def test_what_is_put_somewhere_stands_there_at_rest(simulator):
         )  # engines may count in single precision
         assert world.speeds()["box"] == pytest.approx((0.0, 0.0))
         assert world.poses() == {"box": world.pose("box"), "other": other}
+
+
+@given(st.tuples(*[st.floats(-0.07, 0.07)] * 2, st.floats(-3.0, 3.0)), st.sampled_from(["box", "can"]))
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_mesh_that_comes_down_askew_lies_flat_and_still(simulator, tmp_path, turn, kind):
+    """What an engine forgets of its contacts may leave it rattling from corner to corner, deep in the table."""
+    height = 0.036
+    shape = trimesh.creation.box((0.11, 0.07, height)) if kind == "box" else trimesh.creation.cylinder(0.03, height)
+    shape.export(tmp_path / "shape.obj")
+    thing = Object("thing", Mesh(tmp_path / "shape.obj"), Pose.from_rpy((0.1, 0.2, height / 2 + 0.008), turn))
+    with make_simulator(simulator, (thing,)) as world:
+        world.step(480)
+        assert world.pose("thing").xyz[2] == pytest.approx(height / 2, abs=0.001)
+        assert max(world.speeds()["thing"]) < 0.02
 
 
 def test_a_touch_carries_the_weight_of_what_rests(simulator):
