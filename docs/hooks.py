@@ -7,6 +7,7 @@ anew, and a test says where they are out of date.
 from __future__ import annotations
 
 import argparse
+import ast
 import dataclasses
 import importlib
 import inspect
@@ -150,8 +151,42 @@ def _names(names: Iterable[str]) -> Iterator[str]:
             found = importlib.import_module(name)
         except ModuleNotFoundError:
             found = getattr(importlib.import_module(module), attribute)
-        text = " ".join((inspect.getdoc(found) or "").split("\n\n")[0].split()).replace("|", "\\|")
-        yield f"| `{name}` | {text} |"
+        yield f"| `{name}` | {_gist(found)} |"
+
+
+def _public_names() -> Iterator[str]:
+    """Every public name of the package; of functions also how they are called and what they raise."""
+    import tamp
+
+    found = {name: getattr(tamp, name) for name in tamp.__all__}
+    yield "| name | what it is |\n|---|---|"
+    for name, thing in found.items():
+        yield f"| `tamp.{name}` | {_gist(thing)} |"
+    for name, function in found.items():
+        if inspect.isfunction(function):
+            yield f"\n### tamp.{name}\n\n```text\n{_head(function)}\n```\n"
+            yield from _raised(function)
+
+
+def _gist(thing: object) -> str:
+    """What a docstring says first."""
+    return " ".join((inspect.getdoc(thing) or "").split("\n\n")[0].split()).replace("|", "\\|")
+
+
+def _head(function: Any) -> str:
+    """A function's name, arguments and what it returns, as its module has them."""
+    source = inspect.getsource(function)
+    (node,) = ast.parse(source).body
+    assert isinstance(node, ast.FunctionDef)
+    return "\n".join(source.splitlines()[: node.body[0].lineno - 1]).removeprefix("def ").removesuffix(":")
+
+
+def _raised(function: Any) -> Iterator[str]:
+    """What a function's docstring says that it raises."""
+    said = re.search(r"^Raises:\n((?: {4}.*\n?)+)", inspect.getdoc(function) or "", re.MULTILINE)
+    for entry in re.findall(r"^    (\S.*(?:\n {8}.*)*)", said[1] if said else "", re.MULTILINE):
+        names, _, text = " ".join(entry.split()).partition(": ")
+        yield f"- raises {', '.join(f'`{name}`' for name in names.split(', '))}: {text}"
 
 
 def _scenarios() -> Iterator[str]:
@@ -237,6 +272,7 @@ def _tuning(prefix: str = "") -> Iterator[str]:
 
 
 PARTS = {
+    "public names": _public_names,
     "commands": _commands,
     "task fields": _task_fields,
     "result fields": _result_fields,

@@ -45,7 +45,7 @@ class Result:
         message: why it is not solved, in words.
         remarks: poses of the task that settle elsewhere than given, in words.
         versions: of the program, of Python and of the libraries that decide results.
-        task_path: the file the task came from, as it was given.
+        task_path: the file the task came from, from the root; empty where it was built in code.
         level: of difficulty, as the task's file has it.
         clock: on which the limit for planning was kept: "wall", or "processor" time; planning_s is in it too.
         domain: what it was planned with.
@@ -170,13 +170,13 @@ COLUMNS: Mapping[str, Callable[[Result], str]] = MappingProxyType(
         "plan s": lambda r: f"{r.planning_s:.1f}",
         "sim s": lambda r: f"{r.execution_sim_s:.0f}",
         "EDE cm": lambda r: _number(r.ede_m, 100.0, ".2f"),
-        "idle cm": lambda r: _number(r.do_nothing_ede_m, 100.0, ".1f"),
-        "better": lambda r: _number(r.improvement, 1.0, ".0%"),
+        "doing nothing cm": lambda r: _number(r.do_nothing_ede_m, 100.0, ".1f"),
+        "improvement": lambda r: _number(r.improvement, 1.0, ".0%"),
     }
 )
 """Heading of the table -> the cell of a result."""
 
-GIVEN_UP = ("idle cm", "replans", "better", "grasps", "sim s", "actions", "plan s", "EDE cm")
+GIVEN_UP = ("doing nothing cm", "replans", "improvement", "grasps", "sim s", "actions", "plan s", "EDE cm")
 """Columns that go where a terminal is too narrow for all, the first one first; names of tasks are never cut."""
 
 

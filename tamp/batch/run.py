@@ -17,7 +17,7 @@ from tamp.batch.pool import Job, Outcome, run_jobs
 from tamp.batch.robots import tell
 from tamp.batch.work import PRELOAD, WORK
 from tamp.errors import TampError
-from tamp.results import Result, Status, from_json
+from tamp.results import Result, Status, from_json, read_results
 from tamp.task import Task
 from tamp.task.files.digest import task_sha256
 from tamp.versions import versions
@@ -76,13 +76,12 @@ class Batch:
         Raises:
             TampError: where the results file cannot be used or written, or holds results that nobody gave up.
         """
-        for _, result in run_together([self]):
-            yield result
+        for done in run_together([self]):
+            yield done.result
 
     def begin(self, place: int, stack: ExitStack) -> _Running:
         """Open the results file, if there is one, and see what is left to do."""
-        known: dict[Path, str] = {}
-        makings = {task.name: Making(self.options, task_sha256(task, known), versions()) for task in self.tasks}
+        makings = self._makings()
         if self.output is None:
             return _Running(makings, None, (), tuple(self._jobs(place, done=())))
         journal = stack.enter_context(Journal(self.output / RESULTS))
@@ -101,10 +100,22 @@ class Batch:
         folders = [self._folder(self.output, task, seed) for task in self.tasks for seed in self.seeds]
         held = [results] if results.is_file() and results.stat().st_size else [f for f in folders if f.exists()]
         if held:
+            stale = self._stale(read_results(results), self._makings())
+            again = f", and again what was made otherwise: {_told(stale)}" if stale else ""
             raise TampError(
-                f"{held[0]} has results already: --resume runs what is missing, --overwrite starts anew; "
+                f"{held[0]} has results already: --resume runs what is missing{again}; --overwrite starts anew; "
                 "nothing was touched"
             )
+
+    def _makings(self) -> Mapping[str, Making]:
+        known: dict[Path, str] = {}
+        return {task.name: Making(self.options, task_sha256(task, known), versions()) for task in self.tasks}
+
+    def _stale(self, results: Iterable[Result], makings: Mapping[str, Making]) -> Mapping[str, Sequence[str]]:
+        """The results of this batch's tasks and seeds that were made otherwise -> what differs."""
+        mine = (r for r in results if r.task in makings and r.seed in self.seeds)
+        found = {_key(r.task, r.seed): makings[r.task].differences(r) for r in mine}
+        return {key: differences for key, differences in found.items() if differences}
 
     def _kept(self, journal: Journal, makings: Mapping[str, Making]) -> Sequence[Result]:
         """The results that need not be made again; those made otherwise, or given up, leave the file."""
@@ -114,12 +125,10 @@ class Batch:
         wanted = {_key(task.name, seed) for task in self.tasks for seed in self.seeds}
         results = journal.results()
         done = [r for r in results if _key(r.task, r.seed) in wanted]
-        otherwise = {_key(r.task, r.seed): makings[r.task].differences(r) for r in done}
-        stale = {key for key, differences in otherwise.items() if differences}
+        stale = self._stale(done, makings)
         if stale:
-            counts = Counter(name for differences in otherwise.values() for name in differences)
-            told = ", ".join(f"{name} ({number})" for name, number in counts.most_common())
-            log.warning("%d results were made otherwise and are run again; what differs: %s", len(stale), told)
+            told = f"{len(stale)} of {len(done)} results"
+            log.warning("made otherwise and run again: %s; what differs: %s", told, _told(stale))
             journal.keep([r for r in results if _key(r.task, r.seed) not in stale])
         return [r for r in done if _key(r.task, r.seed) not in stale]
 
@@ -160,14 +169,29 @@ class _Running:
     jobs: Sequence[Job]
 
 
-def run_together(batches: Sequence[Batch]) -> Generator[tuple[int, Result], None, None]:
+@dataclass(frozen=True)
+class Done:
+    """A result as it comes.
+
+    Attributes:
+        place: of its batch among those that run together.
+        result: the result.
+        kept: whether the output folder had it already.
+    """
+
+    place: int
+    result: Result
+    kept: bool = False
+
+
+def run_together(batches: Sequence[Batch]) -> Generator[Done, None, None]:
     """Run several batches by turns: what comes and goes on the machine meets all of them alike.
 
     Args:
         batches: of the same tasks and seeds; the first one says how many workers there are and what they may take.
 
     Yields:
-        Which batch, and its result; first those that output folders already have, then each as it comes.
+        First the results that output folders already have, then each as it comes.
 
     Raises:
         TampError: as `Batch.run` does, before anything runs.
@@ -177,7 +201,7 @@ def run_together(batches: Sequence[Batch]) -> Generator[tuple[int, Result], None
     with ExitStack() as stack:
         running = [batch.begin(place, stack) for place, batch in enumerate(batches)]
         for place, one in enumerate(running):
-            yield from ((place, result) for result in one.done)
+            yield from (Done(place, result, kept=True) for result in one.done)
         for outcome in batches[0].outcomes(_by_turns([one.jobs for one in running])):
             if outcome.ended == "full":  # no fault of the task's, which is to run once there is room
                 raise TampError(f"{outcome.message}; the results before this one are kept")
@@ -185,7 +209,7 @@ def run_together(batches: Sequence[Batch]) -> Generator[tuple[int, Result], None
             result = _result(outcome, running[place].makings)
             if (journal := running[place].journal) is not None:
                 journal.append(result)
-            yield place, result
+            yield Done(place, result)
 
 
 def _by_turns(jobs: Sequence[Sequence[Job]]) -> Iterator[Job]:
@@ -197,6 +221,12 @@ def _by_turns(jobs: Sequence[Sequence[Job]]) -> Iterator[Job]:
     for turn, group in enumerate(groups.values()):
         first = turn % len(group)
         yield from (*group[first:], *group[:first])
+
+
+def _told(stale: Mapping[str, Sequence[str]]) -> str:
+    """What differs, and of how many results."""
+    counts = Counter(name for differences in stale.values() for name in differences)
+    return ", ".join(f"{name} ({number})" for name, number in counts.most_common())
 
 
 def _key(task: str, seed: int) -> str:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tamp.errors import SamplerError, TampError
+from tamp.errors import ModelError, SamplerError, TampError
 from tamp.results import Result, Status
 from tamp.versions import versions
 
@@ -52,6 +52,8 @@ def solve_file(
         limits = {name: options[name] for name in ("timeout", "execute") if name in options}
         settings = Settings(**{name: value for name, value in options.items() if name not in limits})
         run = carry_out(task, seed=seed, settings=settings, **limits)
+    except ModelError:  # files are read already: whoever makes such a value now has a bug
+        raise
     except TampError as error:
         # Whose samplers go wrong while they run has a bug in them, not a mistake in the task.
         status: Status = "error" if isinstance(error, SamplerError) else "invalid"

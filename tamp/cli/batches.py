@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -47,21 +48,32 @@ def add_batch_options(parser: Parser) -> None:
 
 def load_tasks(paths: Sequence[Path], options: argparse.Namespace) -> list[Task]:
     """The tasks that can be run, after a sentence on each bad file; none where one is bad and none is to be skipped."""
-    tasks = [_task(path, options) for path in paths]
+    settings = Settings(**settings_given(options))
+    tasks = [_task(path, settings, options) for path in paths]
     good = [task for task in tasks if task is not None]
     return good if options.skip_invalid or len(good) == len(tasks) else []
 
 
-def _task(path: Path, options: argparse.Namespace) -> Task | None:
+def _task(path: Path, settings: Settings, options: argparse.Namespace) -> Task | None:
     from tamp.pipeline.options.trust import refuse_code
 
     try:
         task = load(path, options)
         refuse_code(task, options.domain, trusted=options.trust_task_code)
+        settings.for_task(task)
         return task
     except TampError as error:
-        print(f"tamp: {error}", file=sys.stderr)
+        say_invalid(path, str(error), options)
         return None
+
+
+def say_invalid(path: str | Path, why: str, options: argparse.Namespace) -> None:
+    """Say what is wrong with a task's file, in a line that begins with the file as it was given."""
+    whole = Path(path).resolve()
+    given = next(str(file) for file in (*options.tasks, whole) if file.resolve() == whole)
+    why = why.replace(str(whole), given)
+    file = "" if why.startswith(given) else f"{given}: "
+    print(f"tamp: {'skipped: ' * options.skip_invalid}{file}{why}", file=sys.stderr)
 
 
 def batch(
@@ -152,24 +164,48 @@ def _refuse_unknown_samplers(tasks: Sequence[Task], replaced: Mapping[str, str],
         resolve_samplers(load_domain(domain or task.domain).samplers, task.samplers, replaced)
 
 
-def run_batch(batch: Batch) -> tuple[list[Result], bool]:
-    """All results, and whether the user broke it off."""
-    found, interrupted = run_batches([batch])
-    return found[0], interrupted
+@dataclass(frozen=True)
+class Ended:
+    """What has come of batches that ran by turns.
+
+    Attributes:
+        results: of each batch.
+        kept: how many of them all were there already.
+        total: how many there are where the user breaks nothing off.
+        interrupted: whether the user did.
+    """
+
+    results: Sequence[Sequence[Result]]
+    kept: int
+    total: int
+    interrupted: bool = False
+
+    def refuse_interrupted(self, output: Path) -> None:
+        """Say what is left where the user broke it off, and how to go on.
+
+        Raises:
+            KeyboardInterrupt: with that in words.
+        """
+        if self.interrupted:
+            left = self.total - sum(map(len, self.results))
+            why = f"{left} of {self.total} runs did not end; the same command with --resume --output {output} runs them"
+            raise KeyboardInterrupt(why)
 
 
-def run_batches(batches: Sequence[Batch]) -> tuple[list[list[Result]], bool]:
-    """The results of each of several batches, run by turns, and whether the user broke it off."""
+def run_batches(batches: Sequence[Batch]) -> Ended:
+    """Run several batches by turns."""
     from tamp.batch import run_together
 
     results: list[list[Result]] = [[] for _ in batches]
+    kept, total = 0, sum(len(batch.tasks) * len(batch.seeds) for batch in batches)
     runs = run_together(batches)
     try:
-        with progress(sum(len(batch.tasks) * len(batch.seeds) for batch in batches)) as advance:
-            for place, result in runs:
-                results[place].append(result)
-                advance(result)
+        with progress(total) as advance:
+            for done in runs:
+                results[done.place].append(done.result)
+                kept += done.kept
+                advance(done.result, kept=done.kept)
     except KeyboardInterrupt:
         runs.close()
-        return results, True
-    return results, False
+        return Ended(results, kept, total, interrupted=True)
+    return Ended(results, kept, total)

@@ -46,12 +46,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         print(f"tamp: {error}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
-        print("tamp: interrupted", file=sys.stderr)
+    except KeyboardInterrupt as interrupted:
+        print(": ".join(["tamp: interrupted", *map(str, interrupted.args)]), file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # whoever read our output has gone; Python would complain again when flushing at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return UNSOLVED
+    except OSError as error:  # of a file: a folder that may not be written, a disk that is full; all else is a bug
+        if error.filename is None:
+            raise
+        if options.verbose:
+            traceback.print_exc()
+        print(f"tamp: {error.filename}: {error.strerror}", file=sys.stderr)
+        return BAD_INPUT
     return status
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp import plugins
 from tamp.cli.parser import Parser
+from tamp.cli.paths import DATA, output_file
 from tamp.pipeline.options.settings import Settings
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def load(path: Path, options: argparse.Namespace) -> Task:
 
 def add_json(parser: Parser) -> None:
     """Where the same goes as data."""
-    parser.add_argument("--json", type=Path, metavar="FILE", help="the same as JSON; - is standard output")
+    parser.add_argument("--json", type=output_file(DATA), metavar="FILE", help="the same as JSON; - is standard output")
 
 
 def add_verbosity(parser: Parser) -> None:

@@ -23,8 +23,8 @@ log = logging.getLogger("tamp")
 class Advance(Protocol):
     """Takes each result as it comes."""
 
-    def __call__(self, result: Result) -> None:
-        """Count a result."""
+    def __call__(self, result: Result, *, kept: bool = False) -> None:
+        """Count a result, one that is kept from an earlier batch too."""
 
 
 @contextmanager
@@ -47,12 +47,19 @@ class Count:
     total: int
     solved: int = 0
     failed: int = 0
+    kept: int = 0
     began: float = field(default_factory=time.monotonic)
+
+    def add(self, result: Result, *, kept: bool) -> None:
+        """Count one."""
+        self.solved += result.solved
+        self.failed += not result.solved
+        self.kept += kept
 
     def __str__(self) -> str:
         done = self.solved + self.failed
-        spent = time.monotonic() - self.began
-        left = f", about {spent / done * (self.total - done) / 60:.0f} min left" if done else ""
+        ran, spent = done - self.kept, time.monotonic() - self.began
+        left = f", about {spent / ran * (self.total - done) / 60:.0f} min left" if ran else ""
         return f"{done} of {self.total} done after {spent / 60:.0f} min: {self.solved} solved, {self.failed} not{left}"
 
 
@@ -65,10 +72,9 @@ def _lines(count: Count, pause_s: float = PAUSE_S) -> Iterator[Advance]:
         while not ended.wait(pause_s):
             print(f"tamp: {count}", file=sys.stderr, flush=True)
 
-    def advance(result: Result) -> None:
-        count.solved += result.solved
-        count.failed += not result.solved
-        _tell(result)
+    def advance(result: Result, *, kept: bool = False) -> None:
+        count.add(result, kept=kept)
+        _tell(result, kept=kept)
 
     speaker = threading.Thread(target=speak, daemon=True)
     speaker.start()
@@ -91,17 +97,17 @@ def _bar(total: int) -> Iterator[Advance]:
         count = Count(total)
         line = bar.add_task("", total=total, solved=0, failed=0)
 
-        def advance(result: Result) -> None:
-            count.solved += result.solved
-            count.failed += not result.solved
+        def advance(result: Result, *, kept: bool = False) -> None:
+            count.add(result, kept=kept)
             said = f"{result.task} {result.status}"
             bar.update(line, advance=1, description=said, solved=count.solved, failed=count.failed)
 
         yield advance
 
 
-def _tell(result: Result) -> None:
-    log.info("%s, seed %d: %s after %.1f s", result.task, result.seed, result.status, result.wall_s)
+def _tell(result: Result, *, kept: bool = False) -> None:
+    how = ", kept" if kept else f" after {result.wall_s:.1f} s"
+    log.info("%s, seed %d: %s%s", result.task, result.seed, result.status, how)
 
 
 @contextmanager

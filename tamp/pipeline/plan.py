@@ -37,7 +37,7 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
         **options: the fields of `tamp.pipeline.options.settings.Settings`: samplers, domain, strategy, clock, ...
 
     Raises:
-        TaskError, RobotError, SamplerError: where the input cannot be used.
+        TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
         TampError: where seed, timeout or an option is not valid, or poses are to be perceived.
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from pathlib import Path
 from types import MappingProxyType
 
+from tamp.errors import ModelError
 from tamp.task.pose import Pose, Vector3
 from tamp.task.robot import DEFAULT_ROBOT
 
@@ -16,6 +19,12 @@ class Box:
     """A box centred at the object's origin, `size` along x, y, z [m]."""
 
     size: Vector3
+
+    def __post_init__(self) -> None:
+        size = tuple(self.size) if isinstance(self.size, Iterable) else ()
+        if len(size) != 3:
+            raise ModelError(f"a box needs a size along x, y and z, not {self.size!r}")
+        object.__setattr__(self, "size", size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +61,9 @@ class Mesh:
     scale: float = 1.0
     stand_in: bool = False
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", Path(self.path))
+
 
 Shape = Box | Cylinder | Sphere | Capsule | Mesh
 
@@ -61,6 +73,10 @@ class At:
     """The object shall stand at a pose in the world frame."""
 
     pose: Pose
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.pose, Pose):
+            raise ModelError(f"a goal needs a tamp.Pose, not {self.pose!r}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +147,17 @@ class Object:
     symmetry: Symmetry = Symmetry()
     category: str | None = None
     inertia: Inertia | None = None
+
+    def __post_init__(self) -> None:
+        for field_name, kind, valid in (
+            ("pose", Pose, "tamp.Pose"),
+            ("goal", Goal | None, "tamp.At, On, In and None; a goal pose is tamp.At(pose)"),
+        ):
+            if not isinstance(value := getattr(self, field_name), kind):
+                raise ModelError(f"object {self.name}: {value!r} is no {field_name}; valid are {valid}")
+        for field_name in ("mass", "friction"):
+            if not (isinstance(value := getattr(self, field_name), Real) and 0 < float(value) < math.inf):
+                raise ModelError(f"object {self.name}: {field_name} is {value!r}; valid are positive numbers")
 
 
 @dataclass(frozen=True, slots=True)

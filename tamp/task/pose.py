@@ -6,9 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from tamp.errors import ModelError
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+NEEDED = "a pose needs three finite coordinates and a finite quaternion [x, y, z, w]"
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -23,20 +27,23 @@ class Pose:
         quat: orientation as (x, y, z, w); normalised on construction.
 
     Raises:
-        ValueError: for a value that is not finite, or a quaternion of length zero.
+        ModelError: for another number of values, one that is not finite, or a quaternion of length zero.
     """
 
     xyz: Vector3 = (0.0, 0.0, 0.0)
     quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        x, y, z = (float(v) for v in self.xyz)
-        quat = [float(v) for v in self.quat]
+        try:
+            x, y, z = (float(v) for v in self.xyz)
+            quat = [float(v) for v in self.quat]
+        except (TypeError, ValueError):
+            raise ModelError(f"{NEEDED}, not {self.xyz!r} and {self.quat!r}") from None
         norm = math.sqrt(sum(v * v for v in quat))
         if len(quat) != 4 or not all(map(math.isfinite, (x, y, z, *quat))):
-            raise ValueError("a pose needs three finite coordinates and a finite quaternion [x, y, z, w]")
+            raise ModelError(f"{NEEDED}, not {self.xyz!r} and {self.quat!r}")
         if norm < 1e-6:
-            raise ValueError("a quaternion of length zero is no orientation")
+            raise ModelError("a quaternion of length zero is no orientation")
         # An already normalised quaternion is kept to the last bit, so that poses survive files unchanged.
         scale = 1.0 if abs(norm - 1.0) < 1e-12 else 1.0 / norm
         object.__setattr__(self, "xyz", (x, y, z))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from tamp.errors import TaskError
 from tamp.task.files.yaml_document import Document, FieldPath, dotted
-from tamp.task.model import Box, Capsule, In, Mesh, On, Region, Shape, Sphere, Table, Task
+from tamp.task.model import At, Box, Capsule, In, Mesh, On, Region, Shape, Sphere, Table, Task
+from tamp.task.pose import Pose
 from tamp.task.robots import is_path, robot_names
 
 RESERVED_NAMES = ("table", "robot")
@@ -36,6 +37,11 @@ def validate(task: Task, document: Document | None = None) -> None:
         raise refuse(("robot",), f"unknown robot {task.robot!r}; {valid}")
     _check_names(task, refuse)
     _check_sizes(task, refuse)
+    _check_places(task, refuse)
+    for name in ("planning_s", "execution_sim_s"):
+        if not getattr(task.limits, name) > 0:  # nor is NaN
+            complaint = f"is {getattr(task.limits, name)!r}; valid are positive numbers of seconds"
+            raise refuse(("limits", name), complaint)
     _check_goals(task, refuse)
     _check_facts(task, refuse)
     for index, region in enumerate(task.regions):
@@ -59,6 +65,9 @@ def _check_names(task: Task, refuse: _Refuse) -> None:
 
 def _check_sizes(task: Task, refuse: _Refuse) -> None:
     for index, o in enumerate(task.objects):
+        if not isinstance(o.shape, Shape):
+            complaint = f"{o.shape!r} is no shape; valid are tamp.Box, Cylinder, Sphere, Capsule and Mesh"
+            raise refuse(("objects", index, "shape"), complaint)
         sides = _sides(o.shape)
         if not all(THINNEST <= side <= LARGEST for side in sides):
             said = " x ".join(f"{side:.3g}" for side in sides)
@@ -79,6 +88,23 @@ def _sides(shape: Shape) -> tuple[float, ...]:
     return (2 * shape.radius, shape.height + (2 * shape.radius if isinstance(shape, Capsule) else 0.0))
 
 
+def _check_places(task: Task, refuse: _Refuse) -> None:
+    """Refuse what stands, or shall stand, off the table; what a mesh's centre is, is known once it is read."""
+    (x_low, x_high), (y_low, y_high) = _spans(task.table)
+    for index, o in enumerate(task.objects):
+        if isinstance(o.shape, Mesh):
+            continue
+        places: list[tuple[FieldPath, Pose]] = [(("objects", index, "pose"), o.pose)]
+        places += [(("objects", index, "goal", "pose"), o.goal.pose)] if isinstance(o.goal, At) else []
+        for field, pose in places:
+            x, y, z = (pose if o.inertia is None else pose @ o.inertia.frame).xyz
+            if not (x_low <= x <= x_high and y_low <= y <= y_high):
+                span = f"x {x_low:.2f} to {x_high:.2f} and y {y_low:.2f} to {y_high:.2f}"
+                raise refuse(field, f"{o.name} is off the table, which spans {span}")
+            if z < 0:
+                raise refuse(field, f"{o.name} is under the table top, which is at z = 0")
+
+
 def _check_goals(task: Task, refuse: _Refuse) -> None:
     objects = [o.name for o in task.objects]
     regions = [r.name for r in task.regions]
@@ -89,8 +115,9 @@ def _check_goals(task: Task, refuse: _Refuse) -> None:
         key, valid = ("on", [*regions, *objects]) if isinstance(o.goal, On) else ("in", objects)
         field = ("objects", index, "goal", key)
         if o.goal.target not in valid or o.goal.target == o.name:
-            others = ", ".join(name for name in valid if name != o.name) or "nothing"
-            raise refuse(field, f"{o.goal.target!r} is no possible target; valid are {others}")
+            others = ", ".join(name for name in valid if name != o.name)
+            there = f"valid are {others}" if others else f"the task has nothing to be {key}"
+            raise refuse(field, f"{o.goal.target!r} is no possible target; {there}")
         rests_on[o.name] = o.goal.target
         chain = [o.name]
         while chain[-1] in rests_on:
@@ -116,6 +143,10 @@ def _on_table(region: Region, table: Table) -> bool:
     )
 
 
+def _spans(table: Table) -> Iterator[tuple[float, float]]:
+    """From where to where the table reaches along x and along y [m]."""
+    return ((c - s / 2, c + s / 2) for c, s in zip(table.center, table.size, strict=True))
+
+
 def _span(table: Table) -> str:
-    spans = ((c - s / 2, c + s / 2) for c, s in zip(table.center, table.size, strict=True))
-    return ", ".join(f"{axis} {low:.3f} to {high:.3f} m" for axis, (low, high) in zip("xy", spans, strict=True))
+    return ", ".join(f"{axis} {low:.3f} to {high:.3f} m" for axis, (low, high) in zip("xy", _spans(table), strict=True))

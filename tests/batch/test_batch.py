@@ -121,18 +121,24 @@ def test_resuming_runs_what_is_missing_exactly_once(tmp_path: Path) -> None:
     torn = (out / RESULTS).read_bytes() + b'{"task": "c", "se'
     (out / RESULTS).write_bytes(torn)
     both = _run("a", "b", "c", options=options, output=out, resume=True, seeds=(0, 1))
+    again = Batch(_tasks("a", "b", "d"), options=options, work=WORK, output=out, resume=True)
+    assert [(done.result.task, done.kept) for done in run_together([again])] == [("a", True), ("b", True), ("d", False)]
     assert len(first) == 2
     assert len(both) == 6
-    assert sorted(ran.read_text(encoding="utf-8").split()) == ["a:0", "a:1", "b:0", "b:1", "c:0", "c:1"]
-    assert {(r.task, r.seed) for r in read_results(out / RESULTS)} == set(both)
+    assert sorted(ran.read_text(encoding="utf-8").split()) == ["a:0", "a:1", "b:0", "b:1", "c:0", "c:1", "d:0"]
+    assert {(r.task, r.seed) for r in read_results(out / RESULTS)} == {*both, ("d", 0)}
 
 
 def test_results_are_never_lost_in_silence(tmp_path: Path) -> None:
     _run("a", "b", output=tmp_path)
     before = (tmp_path / RESULTS).read_bytes() + b'{"torn'
     (tmp_path / RESULTS).write_bytes(before)
-    with pytest.raises(TampError, match=r"has results already: --resume .* --overwrite .* nothing was touched"):
+    with pytest.raises(TampError, match=r"already: --resume runs what is missing; --overwrite .* nothing was touched"):
         _run("a", output=tmp_path)
+    with pytest.raises(
+        TampError, match=r"what is missing, and again what was made otherwise: sleep \(1\); --overwrite"
+    ):
+        _run("a", output=tmp_path, options={"sleep": 0.1})
     assert (tmp_path / RESULTS).read_bytes() == before
     _run("a", output=tmp_path, overwrite=True)
     assert len(read_results(tmp_path / RESULTS)) == 1
@@ -166,7 +172,7 @@ def test_what_was_made_otherwise_is_run_again(
         monkeypatch.setattr("tamp.batch.run.versions", lambda: {"numpy": "0.1"})
     run(sleep=0.1 if what == "an option" else 0.0)
     assert ran.read_text(encoding="utf-8").split() == ["a:0", "a:0"]
-    assert "1 results were made otherwise and are run again; what differs:" in caplog.text
+    assert "made otherwise and run again: 1 of 1 results; what differs:" in caplog.text
     assert {"an option": "sleep", "the task": "the task", "a version": "numpy"}[what] in caplog.text
 
 
@@ -184,7 +190,7 @@ def test_batches_run_by_turns_and_each_is_first_as_often(tmp_path: Path) -> None
     ran = tmp_path / "ran"
     tasks = _tasks("ok_1", "ok_2", "ok_3", "ok_4")
     both = [Batch(tasks, options={"ran": str(ran), "as": who}, output=tmp_path / who, work=WORK) for who in ("a", "b")]
-    found = [(place, result.task) for place, result in run_together(both)]
+    found = [(done.place, done.result.task) for done in run_together(both)]
     assert [task for _, task in found] == [name for i in range(1, 5) for name in (f"ok_{i}",) * 2]
     assert [place for place, _ in found[::2]] == [0, 1, 0, 1]
     for who in ("a", "b"):

@@ -6,16 +6,18 @@ import dataclasses
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import tamp
 from tamp.cli import main, parser
+from tamp.cli.batches import Ended
 from tamp.cli.options import settings_given
 from tamp.errors import TaskError
 from tamp.pipeline.options.settings import Settings
-from tamp.results import read_results
+from tamp.results import Result, read_results
 from tamp.versions import how_to_install, versions
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -38,6 +40,10 @@ BAD = {
     "nan": (f"objects: [{BLOCK.replace('0.08', '.nan')}]", "finite number"),
     "field": (f"objects: [{BLOCK}]\nrobots: panda\n", "did you mean robot?"),
     "robot": (f"objects: [{BLOCK}]\nrobot: hal\n", "unknown robot 'hal'"),
+    "strategy": (f"objects: [{BLOCK}]\nstrategy: serial\n", "unknown strategy 'serial'; valid are all-at-once"),
+    "off": (f"objects: [{BLOCK.replace('-0.2', '-2')}]", "objects[0].goal.pose: a is off the table"),
+    "fold": (f"objects: [{BLOCK[:-1]}, symmetry: {{z: -3}}}}]", "-3 is not valid; it must be 1, 2, 3"),
+    "target": (f"objects: [{BLOCK[: BLOCK.index(' goal')]} goal: {{on: shelv}}}}]", "the task has nothing to be on"),
     "mesh": ("objects: [{name: a, shape: {mesh: no.obj}, pose: {xyz: [0, 0, 0]}}]", "there is no file no.obj"),
 }
 
@@ -171,12 +177,20 @@ def test_solve_writes_what_it_promises(tmp_path: Path, task: Path, capsys: pytes
     )
     names = {path.name for path in (out / "block-0").iterdir()}
     assert {"manifest.json", "result.json", "poses.json", "plan-0.json", "report.txt"} <= names
-    assert main([*arguments, "--resume"]) == 0
+    assert main([*arguments, "--resume", "-v"]) == 0
+    again = capsys.readouterr()
+    assert " kept=1 " in again.out
+    assert "block, seed 0: solved, kept" in again.err
     assert read_results(out / "results.jsonl") == (result,)
     assert main(["check", str(task), str(out / "block-0" / "plan-0.json")]) == 0
     assert main(["score", str(task), str(out / "block-0" / "poses.json")]) == 0
-    assert main(["solve", "--replay", str(out / "block-0")]) == 0
-    assert "the same plan" in capsys.readouterr().out
+    capsys.readouterr()
+    assert main(["solve", "--replay", str(out / "block-0"), "--json", "-"]) == 0
+    told = capsys.readouterr()
+    assert "the same plan" in told.err
+    assert json.loads(told.out)[0]["plan_sha256"] == result.plan_sha256
+    assert main(["solve", str(task), "--replay", str(out / "block-0"), "--strategy", "serialized"]) == 2
+    assert "cannot be given with TASK.yaml, --strategy; it takes --trust-task-code, --json" in capsys.readouterr().err
 
 
 def test_results_are_kept_by_default_where_the_last_line_says(
@@ -198,8 +212,13 @@ def test_invalid_tasks_can_be_skipped_and_clashing_files_are_named(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.yaml").write_text("objects: 3", encoding="utf-8")
     (tmp_path / "air.yaml").write_text(f"objects: [{BLOCK.replace('-0.2, 0.04', '-0.2, 0.4')}]\n", encoding="utf-8")
-    assert main(["solve", "bad.yaml", "air.yaml", str(task), "--no-execute", "--skip-invalid"]) == 0
-    assert "bad.yaml" in capsys.readouterr().err
+    seeds = ["--seed", "0", "--seed", "1"]
+    assert main(["solve", "bad.yaml", "air.yaml", str(task), "--no-execute", "--skip-invalid", *seeds]) == 0
+    said = capsys.readouterr()
+    assert said.err.startswith("tamp: skipped: bad.yaml:1: objects: 3 is not valid")
+    assert said.err.count("tamp: skipped: air.yaml:1: objects[0].goal.pose: nothing supports a there") == 1
+    assert said.err.count("\n") == 2
+    assert " invalid=2 error=0 skipped=2 " in said.out
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "block.yaml").write_bytes(task.read_bytes())
     assert main(["solve", str(task), "other/block.yaml", "--no-execute"]) == 2
@@ -260,3 +279,12 @@ def test_a_plan_is_made_from_given_poses_only(task: Path, capsys: pytest.Capture
 def test_an_extra_that_names_another_is_told_by_what_that_consists_of() -> None:
     told = how_to_install("contest")
     assert "fastapi" in told and "embreex" in told and "tabletop-tamp" not in told
+
+
+def test_who_breaks_a_batch_off_is_told_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
+    ended = Ended([[Result("a", 0, "solved")]], kept=0, total=4, interrupted=True)
+    with pytest.raises(
+        KeyboardInterrupt, match="3 of 4 runs did not end; the same command with --resume --output runs"
+    ):
+        ended.refuse_interrupted(Path("runs"))
+    replace(ended, interrupted=False).refuse_interrupted(Path("runs"))

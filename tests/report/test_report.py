@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import importlib.util
 import re
 from dataclasses import replace
@@ -181,6 +182,10 @@ def test_results_as_a_table_and_as_a_line() -> None:
     head, row = csv_text([FAILED]).splitlines()
     assert head.startswith("task,seed,status")
     assert row.startswith("hard,1,failed")
+    met = Result("a", 0, "failed", goals_met={"red": True, "blue": False}, remarks=("one", "two"))
+    (cells,) = csv.DictReader(csv_text([met]).splitlines())
+    assert (cells["goals_met"], cells["remarks"]) == ("red: met; blue: not met", "one; two")
+    assert "()" not in row
     line = summary_line([FAILED, Result("a", 0, "solved")])
     assert line.startswith("summary: total=2 solved=1 planned=0 failed=1 ")
     assert dict(pair.split("=") for pair in line.split()[1:])["mean_ede_m"] == "0.3"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from tamp.cli.options import add_json, command, natural, positive_int, seconds
 from tamp.cli.output import to_stdout, write_json, write_text
+from tamp.cli.paths import output_folder
 from tamp.cli.status import SOLVED
 from tamp.errors import TampError
 from tamp.execution.simulators import DEFAULT
@@ -44,7 +45,7 @@ def _add_run(parser: Parser) -> None:
     add("--runs", type=positive_int, metavar="N", help="on each task and simulator, in place of the rules'")
     add("--wall", type=seconds, metavar="SECONDS", help="real time of a run, in place of the rules'")
     add("--library", action="append", metavar="NAME", help="a distribution to offer, beside the rules'; repeat it")
-    add("-o", "--output", type=Path, metavar="DIR", help="results.json, and what each run printed")
+    add("-o", "--output", type=output_folder, metavar="DIR", help="results.json, and what each run printed")
     add_json(parser)
     _add_isolation(parser)
 

@@ -12,6 +12,7 @@ from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
+from tamp.pipeline.plan import refuse_arguments
 from tamp.pipeline.prepare import Setup, load_samplers, prepare
 from tamp.pipeline.solving.job import Job
 from tamp.pipeline.solving.outcome import closed
@@ -29,7 +30,23 @@ __all__ = ["Run", "carry_out", "solve"]
 def solve(
     task: Task, *, seed: int = 0, timeout: float | None = None, execute: bool = True, **options: Unpack[Options]
 ) -> Result:
-    """Do the whole job and say how it went: see `carry_out`; options are the fields of its settings."""
+    """Plan a task, execute the plan in the simulator, replan where reality deviates, and score the end.
+
+    Args:
+        task: what is to be done.
+        seed: decides every random choice.
+        timeout: for all planning together, on the clock of the options [s]; where it is None the task's own,
+            `limits.planning_s`. (`tamp.plan` knows nothing of that: its own default is 60 s.)
+        execute: whether to carry the plan out; without it the end is the start.
+        **options: the fields of `tamp.pipeline.options.settings.Settings`: samplers, domain, strategy, clock, ...
+
+    Returns:
+        What came of it; that there is no plan is a status too: "timeout", "infeasible" or "failed".
+
+    Raises:
+        TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
+        TampError: where seed, timeout or an option is not valid.
+    """
     return carry_out(task, seed=seed, timeout=timeout, settings=settings_of(options), execute=execute).result
 
 
@@ -51,8 +68,10 @@ def carry_out(
         execute: whether to carry the plan out; without it the end is the start.
 
     Raises:
-        TaskError, RobotError, SamplerError: where the input cannot be used.
+        TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
+        TampError: where seed or timeout is not valid.
     """
+    refuse_arguments(seed, timeout)
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
     limit = min(FOREVER_S, task.limits.planning_s if timeout is None else timeout)
     load_samplers(task, settings)

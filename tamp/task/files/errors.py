@@ -32,6 +32,12 @@ def sentence(error: ValidationError, document: Document, model: type[BaseModel] 
     ancestors = {_field(e)[:depth] for e in errors for depth in range(len(_field(e)))}
     inner = [e for e in errors if _field(e) not in ancestors]
     first = min(inner, key=lambda e: document.line(_field(e)))
+    if first["type"] == "missing":  # where a field that is unknown beside it is nearly called so, that is the mistake
+        *block, name = _field(first)
+        unknown = {
+            str(_field(e)[-1]): e for e in inner if e["type"] == "extra_forbidden" and [*_field(e)[:-1]] == block
+        }
+        first = next((unknown[near] for near in difflib.get_close_matches(str(name), unknown, n=1)), first)
     field = _field(first)
     where = document.where(field)
     if first["type"] == "extra_forbidden":
@@ -43,7 +49,8 @@ def sentence(error: ValidationError, document: Document, model: type[BaseModel] 
 
 
 def _field(error: ErrorDetails) -> FieldPath:
-    return tuple(key for key in error["loc"] if key != "[key]")
+    """Where it is in the file; what a schema adds to that is in brackets: `[key]`, and names of alternatives."""
+    return tuple(key for key in error["loc"] if not str(key).startswith("["))
 
 
 def _complaint(error: ErrorDetails, field: FieldPath, model: type[BaseModel]) -> str:
@@ -65,7 +72,7 @@ def _complaint(error: ErrorDetails, field: FieldPath, model: type[BaseModel]) ->
         return "is missing" + (f"; the fields here are {', '.join(names)}" if names else "")
     if kind == "less_than_equal":
         return f"{_shown(error['input'])} is too large; at most {context['le']:g} is valid"
-    expected = _EXPECTED.get(kind, error["msg"])
+    expected = f"must be {context['expected']}" if kind == "literal_error" else _EXPECTED.get(kind, error["msg"])
     if kind in ("dict_type", "model_type") and (names := field_names(field, model)):
         expected += f" with the fields {', '.join(names)}"
     return f"{_shown(error['input'])} is not valid; it {expected}"

@@ -24,6 +24,7 @@ import hashlib
 import json
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +38,24 @@ MAX_DEPTH = 32
 
 
 def save_plan(plan: Plan, path: Path | str) -> None:
-    """Write a plan; the file appears whole or not at all."""
+    """Write a plan, folders and all; the file appears whole or not at all.
+
+    Raises:
+        OSError: where it cannot be written.
+    """
     path = Path(path)
     document = {"format": FORMAT, "version": VERSION, **_content(plan), "report": dict(plan.report)}
     text = json.dumps(document, allow_nan=False, separators=(",", ":"))
     new = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         new.write_text(text + "\n", encoding="utf-8")
         new.replace(path)
-    except BaseException:
-        new.unlink(missing_ok=True)
+    except BaseException as error:
+        with suppress(OSError):
+            new.unlink()
+        if isinstance(error, OSError):  # whoever asked knows no other name
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
 
 

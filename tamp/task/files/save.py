@@ -20,10 +20,15 @@ _DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def save_task(task: Task, path: StrPath) -> None:
-    """Write a task.yaml that `load_task` reads back as the same task; meshes are referred to relative to its folder."""
+    """Write a task.yaml that `load_task` reads back as the same task; meshes are referred to relative to its folder.
+
+    Raises:
+        OSError: where it cannot be written.
+    """
     path = Path(path)
     data = as_mapping(task, path.resolve().parent)
     text = yaml.dump(data, Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=120)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
 
 

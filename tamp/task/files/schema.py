@@ -37,9 +37,9 @@ class _Model(BaseModel):
 class PoseModel(_Model):
     """Position [m] and orientation in the world frame: `rpy` [rad, fixed axes] or `quat` (x, y, z, w)."""
 
-    xyz: Triple
-    rpy: Triple | None = None
-    quat: Quadruple | None = None
+    xyz: Triple = Field(description="position [m]")
+    rpy: Triple | None = Field(default=None, description="roll, pitch, yaw about the fixed axes x, y, z [rad]")
+    quat: Quadruple | None = Field(default=None, description="in place of rpy: (x, y, z, w), of any length but zero")
 
     @model_validator(mode="after")
     def _one_orientation(self) -> Self:
@@ -53,14 +53,14 @@ class PoseModel(_Model):
 class CylinderModel(_Model):
     """Along z, centred at the origin [m]."""
 
-    radius: Positive
-    height: Positive
+    radius: Positive = Field(description="[m]")
+    height: Positive = Field(description="of a cylinder, or between the centres of a capsule's caps [m]")
 
 
 class SphereModel(_Model):
     """Centred at the origin [m]."""
 
-    radius: Positive
+    radius: Positive = Field(description="[m]")
 
 
 class ShapeModel(_Model):
@@ -69,13 +69,21 @@ class ShapeModel(_Model):
     A mesh that stands in for another, by its size alone, may overlap with what should lie in it.
     """
 
-    box: tuple[Positive, Positive, Positive] | None = None
-    cylinder: CylinderModel | None = None
-    sphere: SphereModel | None = None
-    capsule: CylinderModel | None = None
-    mesh: Annotated[str, Field(min_length=1)] | None = None
-    scale: Positive | None = None
-    stand_in: bool | None = None
+    box: tuple[Positive, Positive, Positive] | None = Field(
+        default=None, description="its size along x, y, z, centred at the origin [m]"
+    )
+    cylinder: CylinderModel | None = Field(default=None, description="its radius and height")
+    sphere: SphereModel | None = Field(default=None, description="its radius")
+    capsule: CylinderModel | None = Field(default=None, description="a cylinder with half a sphere on each end")
+    mesh: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None, description="file of a mesh (OBJ, STL, PLY); an OBJ's groups are its convex parts"
+    )
+    scale: Positive | None = Field(
+        default=None, description="of a mesh: what its numbers are multiplied by to be metres; 1 where absent"
+    )
+    stand_in: bool | None = Field(
+        default=None, description="of a mesh: whether it has no more than the size of one that is missing"
+    )
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
@@ -89,9 +97,9 @@ class ShapeModel(_Model):
 class GoalModel(_Model):
     """One of: a pose, on a region or object, in an object."""
 
-    pose: PoseModel | None = None
-    on: Name | None = None
-    in_: Name | None = Field(default=None, alias="in")
+    pose: PoseModel | None = Field(default=None, description="where it shall stand")
+    on: Name | None = Field(default=None, description="the region or object on which it shall stand, anywhere")
+    in_: Name | None = Field(default=None, alias="in", description="the object in which it shall lie")
 
     @model_validator(mode="after")
     def _one_goal(self) -> Self:
@@ -102,59 +110,67 @@ class GoalModel(_Model):
 class SymmetryModel(_Model):
     """How many turns about each axis of its frame leave an object looking the same: 1 is none, 360 any."""
 
-    x: Fold = 1
-    y: Fold = 1
-    z: Fold = 1
+    x: Fold = Field(default=1, description="turns about x")
+    y: Fold = Field(default=1, description="turns about y")
+    z: Fold = Field(default=1, description="turns about z")
 
 
 class InertiaModel(_Model):
     """Centre of mass and principal axes in the object's frame, and the moments about them [kg m^2]."""
 
-    frame: PoseModel
-    moments: tuple[Positive, Positive, Positive]
+    frame: PoseModel = Field(description="centre of mass and principal axes, in the object's frame")
+    moments: tuple[Positive, Positive, Positive] = Field(description="principal moments about these axes [kg m^2]")
 
 
 class ObjectModel(_Model):
-    """A rigid object; mass [kg]."""
+    """A rigid object."""
 
-    name: Name
-    shape: ShapeModel
-    pose: PoseModel
-    goal: GoalModel | None = None
-    mass: Positive = 0.1
-    friction: Positive = 0.5
-    symmetry: SymmetryModel = SymmetryModel()
-    category: Name | None = None
-    inertia: InertiaModel | None = None
+    name: Name = Field(description="unique among objects and regions")
+    shape: ShapeModel = Field(description="its geometry, in its own frame")
+    pose: PoseModel = Field(description="where it stands at the start; it settles from there")
+    goal: GoalModel | None = Field(default=None, description="where it shall be; without one it may be moved aside")
+    mass: Positive = Field(default=0.1, description="[kg]")
+    friction: Positive = Field(
+        default=0.5, description="coefficient of lateral friction; a contact has the product of its two bodies'"
+    )
+    symmetry: SymmetryModel = Field(
+        default=SymmetryModel(), description="what scores that know of symmetry forgive; the default score does not"
+    )
+    category: Name | None = Field(default=None, description="what kind of thing it is, such as cup; for statistics")
+    inertia: InertiaModel | None = Field(
+        default=None, description="how its mass is spread; evenly over its volume where absent"
+    )
 
 
 class RectangleModel(_Model):
     """A rectangle on the table top [m]."""
 
-    center: Pair
-    size: PositivePair
+    center: Pair = Field(description="its middle, x and y [m]")
+    size: PositivePair = Field(description="its sides along x and y [m]")
 
 
 class RegionModel(_Model):
     """A named rectangle that goals may refer to."""
 
-    name: Name
-    box: RectangleModel
+    name: Name = Field(description="what goals call it; unique among objects and regions")
+    box: RectangleModel = Field(description="where it is; it lies within the table")
 
 
 class TableModel(_Model):
     """The table top, its upper face at z = 0 [m]."""
 
-    center: Pair = (-0.12, 0.0)
-    size: PositivePair = (0.84, 1.2)
-    thickness: Positive = 0.05
+    center: Pair = Field(default=(-0.12, 0.0), description="middle of its top, x and y [m]")
+    size: PositivePair = Field(default=(0.84, 1.2), description="sides of its top along x and y [m]")
+    thickness: Positive = Field(default=0.05, description="how far it reaches down from z = 0 [m]")
 
 
 class LimitsModel(_Model):
-    """Budgets: planning [wall s], execution [simulated s]."""
+    """How long planning and execution may take, where `--timeout` says nothing else."""
 
-    planning_s: Positive = 60.0
-    execution_sim_s: Positive = 600.0
+    planning_s: Positive = Field(
+        default=60.0, description="all planning of a run [s of the clock]; tamp.plan in Python has its own timeout"
+    )
+    execution_sim_s: Positive = Field(default=600.0, description="all execution of a run [simulated s]")
 
 
 class TaskModel(_Model):
@@ -165,9 +181,11 @@ class TaskModel(_Model):
         default=DEFAULT_ROBOT, description="an installed robot, or the path of a robot.yaml"
     )
     base: PoseModel | None = Field(default=None, description="where the robot stands, if not where its data says")
-    objects: Annotated[tuple[ObjectModel, ...], Field(min_length=1, max_length=500)]
-    regions: tuple[RegionModel, ...] = ()
-    table: TableModel = TableModel()
+    objects: Annotated[tuple[ObjectModel, ...], Field(min_length=1, max_length=500)] = Field(
+        description="what lies on the table"
+    )
+    regions: tuple[RegionModel, ...] = Field(default=(), description="places on the table that goals may name")
+    table: TableModel = Field(default=TableModel(), description="its top; OCRTOC 2021's where absent")
     domain: Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*(:[A-Za-z_]\w*)?$")] = Field(
         default="tabletop", description="what it is planned with: an installed domain, or package.module"
     )
@@ -178,8 +196,10 @@ class TaskModel(_Model):
     motion_planner: str | None = Field(default=None, description="as --motion-planner")
     simulator: str | None = Field(default=None, description="as --simulator")
     perceive: str | None = Field(default=None, description="as --perceive: by which perceiver poses are estimated")
-    samplers: dict[str, Function] = {}
-    limits: LimitsModel = LimitsModel()
+    samplers: dict[str, Function] = Field(
+        default={}, description="stream -> package.module:function that serves it in place of the domain's own"
+    )
+    limits: LimitsModel = Field(default=LimitsModel(), description="how long planning and execution may take")
     level: Annotated[int, Field(ge=0, le=1000)] | None = Field(
         default=None, description="how difficult it is said to be"
     )

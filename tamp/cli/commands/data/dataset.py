@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tamp.cli.options import add_trust, command, load, natural, positive_int
+from tamp.cli.paths import output_folder
 from tamp.cli.progress import counted
 from tamp.cli.status import SOLVED
 from tamp.errors import TampError
@@ -29,7 +30,14 @@ def add(commands: Commands) -> None:
     add("-n", "--number", type=positive_int, default=76, metavar="SCENES", help="default 76, as the paper has")
     add("--views", type=positive_int, default=79, metavar="N", help="pictures of a scene; default 79, as the paper has")
     add("--objects", type=positive_int, default=6, metavar="N", help="dropped on to the table; default 6")
-    add("-o", "--output", type=Path, metavar="OUT", required=True, help="its folder; what is there already is kept")
+    add(
+        "-o",
+        "--output",
+        type=output_folder,
+        metavar="OUT",
+        required=True,
+        help="its folder; what is there already is kept",
+    )
     add("--format", choices=FORMATS, default="bop", help="the layout; default bop")
     add("--seed", type=natural, default=0, metavar="N", help="of scenes, views and noise")
     add("--workers", type=positive_int, default=1, metavar="N", help="processes at the same time; default 1")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.cli.options import add_trust, command, load, seconds
+from tamp.cli.paths import output_folder, output_path
 from tamp.cli.status import SOLVED
 from tamp.errors import TampError
 
@@ -21,13 +22,13 @@ def add(commands: Commands) -> None:
     source = command(commands, "import", import_tasks, "turn other task files into task.yaml files")
     source.add_argument("format", choices=("ocrtoc",))
     source.add_argument("folder", type=Path, metavar="FOLDER")
-    source.add_argument("-o", "--output", type=Path, metavar="OUT", required=True)
+    source.add_argument("-o", "--output", type=output_folder, metavar="OUT", required=True)
     target = command(commands, "export", export, "turn tasks into other task files, or a plan into set points")
     target.add_argument("what", choices=("ocrtoc", "trajectory"))
     target.add_argument(
         "files", type=Path, nargs="+", metavar="FILE", help="tasks; of a trajectory one plan, PLAN.json"
     )
-    target.add_argument("-o", "--output", type=Path, metavar="OUT", required=True)
+    target.add_argument("-o", "--output", type=output_path, metavar="OUT", required=True)
     target.add_argument("--year", type=int, choices=(2020, 2021), default=2021, help="2021 (default): YAML; 2020: SDF")
     target.add_argument(
         "--format", choices=("csv", "ros2", "rosbag2"), default="csv", help="of a trajectory; default csv"

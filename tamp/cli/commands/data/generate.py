@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp.cli.options import command, natural, positive_int
 from tamp.cli.output import write_text
+from tamp.cli.paths import output_folder
 from tamp.cli.status import SOLVED
 from tamp.errors import TampError
 
@@ -32,7 +33,7 @@ def add(commands: Commands) -> None:
     add = parser.add_argument
     add("-n", "--number", type=positive_int, default=1400, metavar="N", help="how many; default 1400, as the paper has")
     add("--seed", type=natural, default=0, metavar="N")
-    add("-o", "--output", type=Path, metavar="OUT", required=True, help="the folder they are written to")
+    add("-o", "--output", type=output_folder, metavar="OUT", required=True, help="the folder they are written to")
     add("--level", type=positive_int, metavar="L", help="only this level, 1 to 5")
     add("--family", metavar="F", help="only this family: food, tableware, stationery or mixed")
     add("--library", type=Path, metavar="DIR", help="a library of objects in place of ours")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp.cli.options import add_json, command, natural
 from tamp.cli.output import to_stdout, write_json
+from tamp.cli.paths import output_file
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.errors import RobotError
 
@@ -22,7 +23,7 @@ def add(commands: Commands) -> None:
     text = "hold a robot against what planning, checking and execution count on; exit status 1 where anything is wrong"
     kit = command(parser.add_subparsers(metavar="check"), "check", check, text)
     kit.add_argument("robot", metavar="NAME|PATH", help="a robot's name, its robot.yaml, or the folder of that")
-    kit.add_argument("--picture", type=Path, metavar="FILE", help="draw the robot at home, such as home.png")
+    kit.add_argument("--picture", type=output_file(), metavar="FILE", help="draw the robot at home, such as home.png")
     kit.add_argument("--seed", type=natural, default=0, metavar="N")
     add_json(kit)
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TextIO
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches
 from tamp.cli.options import add_json, add_settings, add_trust, command, is_sampler, natural
 from tamp.cli.output import to_stdout, write_json, write_text
+from tamp.cli.paths import distinct, output_folder
 from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
 from tamp.errors import TampError
 from tamp.pipeline.options.settings import Settings
@@ -36,7 +37,13 @@ def add(commands: Commands) -> None:
     add("--seed", type=natural, action="append", metavar="N", help="repeat it for several seeds; default 0")
     add_settings(parser)
     add("--no-execute", action="store_true", help="only plan and check")
-    add("--output", type=Path, metavar="DIR", required=True, help="a folder of results each, and comparison.html")
+    add(
+        "--output",
+        type=output_folder,
+        metavar="DIR",
+        required=True,
+        help="a folder of results each, and comparison.html",
+    )
     add_batch_options(parser)
     add_trust(parser)
     add_json(parser)
@@ -118,8 +125,9 @@ def _read_folders(folders: Sequence[Path]) -> Mapping[str, Sequence[Result]]:
     from tamp.report.report import named_folders
     from tamp.report.runs import read_runs
 
+    folders = distinct(folders)
     if len(folders) < 2:
-        raise TampError("compare needs at least two folders of results")
+        raise TampError("compare needs at least two folders of results, each another one")
     return {name: [run.result for run in read_runs(folder)] for name, folder in named_folders(folders).items()}
 
 
@@ -144,10 +152,9 @@ def _run(options: argparse.Namespace) -> Mapping[str, Sequence[Result]] | None:
         )
         for number, one in enumerate(options.contender)
     ]
-    results, interrupted = run_batches(batches)
-    if interrupted:
-        raise KeyboardInterrupt
-    return dict(zip(names, results, strict=True))
+    ended = run_batches(batches)
+    ended.refuse_interrupted(options.output)
+    return dict(zip(names, ended.results, strict=True))
 
 
 def folder_name(number: int, name: str) -> str:

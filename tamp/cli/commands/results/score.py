@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from tamp.cli.options import add_json, add_trust, command, load, natural, positive_int
 from tamp.cli.output import to_stdout, write_json
+from tamp.cli.paths import distinct
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.errors import TampError
 from tamp.results import Result, read_results
@@ -119,10 +120,9 @@ def _results(folder: Path) -> Sequence[Result]:
 def _names(folders: Sequence[Path]) -> list[str]:
     """The folders' last parts where they differ, else the folders as they were given."""
     names = [folder.resolve().name for folder in folders]
-    names = names if len(set(names)) == len(names) else [str(folder) for folder in folders]
-    if len(set(names)) < len(names):
+    if len(distinct(folders)) < len(folders):
         raise TampError("--leaderboard names a folder twice")
-    return names
+    return names if len(set(names)) == len(names) else [str(folder) for folder in folders]
 
 
 def _distinct(tasks: Sequence[Task]) -> Sequence[Task]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tamp.cli.options import add_simulator, command, natural, seconds
 from tamp.cli.parser import Parser
+from tamp.cli.paths import PAGE, distinct, output_file, output_folder
 from tamp.cli.status import SOLVED
 
 if TYPE_CHECKING:
@@ -19,12 +20,15 @@ if TYPE_CHECKING:
 def add(commands: Commands) -> None:
     """`report`, `render`, `view`."""
     parser = command(commands, "report", report, "write a report on results: one HTML file, no network")
+    where = "default: report.html in the first folder"
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="folders of results, one a solution")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: report.html in the first folder")
+    parser.add_argument("-o", "--output", type=output_file(PAGE), metavar="FILE", help=where)
     parser.add_argument("--pictures", type=natural, default=100, metavar="N", help="of at most N runs; default 100")
     parser = command(commands, "render", render, "pictures and a film of a run, without a display")
     _add_run(parser)
-    parser.add_argument("-o", "--output", type=Path, metavar="OUT", help="folder for them; default: the run's own")
+    parser.add_argument(
+        "-o", "--output", type=output_folder, metavar="OUT", help="folder for them; default: the run's own"
+    )
     film = "mp4 needs the extra 'video'; default gif"
     parser.add_argument("--film", choices=("gif", "mp4"), default="gif", help=film)
     as_seen = "as a camera of the set-up sees them instead: its name; needs the extra 'perception'"
@@ -33,7 +37,9 @@ def add(commands: Commands) -> None:
     parser = command(commands, "view", view, "play a run in the browser; needs the extra 'viewer'")
     _add_run(parser)
     parser.add_argument("--port", type=natural, default=8080, metavar="N", help="of the web server; default 8080")
-    parser.add_argument("--record", type=Path, metavar="FILE", help="write a page that plays by itself (.html) and end")
+    parser.add_argument(
+        "--record", type=output_file(), metavar="FILE", help="write a page that plays by itself (.html) and end"
+    )
 
 
 def _add_run(parser: Parser) -> None:
@@ -48,7 +54,7 @@ def report(options: argparse.Namespace) -> int:
     from tamp.report.report import write_report
 
     path = options.output or options.folders[0] / "report.html"
-    write_report(options.folders, path, pictures=options.pictures)
+    write_report(distinct(options.folders), path, pictures=options.pictures)
     print(path, file=options.out)
     return SOLVED
 

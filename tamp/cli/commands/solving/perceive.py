@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.cli.options import add_trust, command, load, natural
+from tamp.cli.paths import DATA, output_file, output_folder
 from tamp.cli.status import SOLVED, UNSOLVED
 
 if TYPE_CHECKING:
@@ -20,12 +21,14 @@ def add(commands: Commands) -> None:
     )
     add = parser.add_argument
     add("task", type=Path, metavar="TASK.yaml")
-    add("-o", "--output", type=Path, default=Path("poses.json"), metavar="FILE", help="default: poses.json")
+    add(
+        "-o", "--output", type=output_file(DATA), default=Path("poses.json"), metavar="FILE", help="default: poses.json"
+    )
     add("--perceiver", default="fit", metavar="NAME", help="a name, or package.module:function; default: fit")
     add("--setup", type=Path, metavar="FILE", help="the cameras; default: those of OCRTOC 2021")
     add("--visuals", type=Path, metavar="DIR", help="coloured meshes, MODEL.ply; default: visual.ply beside each mesh")
     add("--masks", action="store_true", help="tell the perceiver which object each pixel shows")
-    add("--pictures", type=Path, metavar="DIR", help="write every frame with the estimates drawn over it")
+    add("--pictures", type=output_folder, metavar="DIR", help="write every frame with the estimates drawn over it")
     add("--seed", type=natural, default=0, metavar="N", help="of noise and guesses")
     add_trust(parser)
 

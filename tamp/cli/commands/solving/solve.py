@@ -5,16 +5,16 @@ from __future__ import annotations
 import argparse
 import itertools
 import logging
-import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batch
+from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches, say_invalid
 from tamp.cli.commands.solving.replay import replay
 from tamp.cli.options import add_json, add_planning_options, command, natural
 from tamp.cli.output import to_stdout, write_json, write_text
+from tamp.cli.paths import TABLE, output_file, output_folder
 from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
 from tamp.errors import TampError
 
@@ -33,9 +33,9 @@ def add(commands: Commands) -> None:
     add("--seed", type=natural, action="append", metavar="N", help="repeat it for several seeds; default 0")
     add_planning_options(parser)
     add("--no-execute", action="store_true", help="only plan and check")
-    add("--output", type=Path, metavar="DIR", help="for results; default: a new folder in results/")
+    add("--output", type=output_folder, metavar="DIR", help="for results; default: a new folder in results/")
     add_json(parser)
-    add("--csv", type=Path, metavar="FILE", help="the results as a table of comma-separated values")
+    add("--csv", type=output_file(TABLE), metavar="FILE", help="the results as a table of comma-separated values")
     add("--replay", type=Path, metavar="RUN", help="run again what a run's folder records, and compare the plans")
     add_batch_options(parser)
 
@@ -56,14 +56,20 @@ def solve(options: argparse.Namespace) -> int:
     options.output_given = options.output is not None
     options.output = options.output or new_folder()
     prepared = batch(options, tasks, samplers=dict(options.sampler), output=options.output)
-    results, interrupted = run_batch(prepared)
-    _show(results, options)
+    ended = run_batches([prepared])
+    (results,) = ended.results
+    counts = {"skipped": len(options.tasks) - len(tasks) + len(_invalid(results))} if options.skip_invalid else {}
+    _show(results, options, counts | ({"kept": ended.kept} if options.resume else {}))
     write_json(options, [result.as_dict() for result in results])
     if options.csv is not None:
         write_text(options.csv, csv_text(results))
-    if interrupted:
-        raise KeyboardInterrupt
+    ended.refuse_interrupted(options.output)
     return _status(results, options)
+
+
+def _invalid(results: Sequence[Result]) -> Mapping[str, str]:
+    """The files of tasks that only a run has found to be invalid -> why."""
+    return {result.task_path: result.message for result in results if result.status == "invalid"}
 
 
 def new_folder() -> Path:
@@ -73,20 +79,20 @@ def new_folder() -> Path:
     return next(name for name in names if not name.exists())
 
 
-def _show(results: Sequence[Result], options: argparse.Namespace) -> None:
+def _show(results: Sequence[Result], options: argparse.Namespace, counts: Mapping[str, int]) -> None:
     from tamp.report.tables import summary_line
     from tamp.results import print_table
 
+    for path, why in _invalid(results).items():
+        say_invalid(path, why, options)
     for result in results:
-        if result.status == "invalid":
-            print(f"tamp: {result.message}", file=sys.stderr)
         if result.plans_rejected:
             whose = "your samplers or " * bool(result.configuration.get("samplers")) + f"domain {result.domain}"
             sent = f"the checker sent {result.plans_rejected} plans back: a bug of {whose}"
             log.warning("%s: %s; report.txt in its folder says why", result.task, sent)
     if not (to_stdout(options) or options.quiet) and any(r.status != "invalid" for r in results):
         print_table(results, options.out)
-        print(summary_line(results, options.output), file=options.out)
+        print(summary_line(results, options.output, counts), file=options.out)
     else:
         log.info("results in %s", options.output)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tamp.cli.options import (
@@ -19,6 +18,7 @@ from tamp.cli.options import (
     settings_given,
 )
 from tamp.cli.output import to_stdout, write_json
+from tamp.cli.paths import DATA, PLAN, output_file
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.cli.watchdog import ended_by_force
 from tamp.errors import PlanningFailure, PlanRefusedError
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 def add(commands: Commands) -> None:
     """`plan`, `check`, `execute`."""
     parser = command(commands, "plan", plan, "plan a task and write the plan", "task")
-    parser.add_argument("-o", "--output", type=Path, metavar="PLAN.json", help="where the plan goes")
+    parser.add_argument("-o", "--output", type=output_file(PLAN), metavar="PLAN.json", help="where the plan goes")
     parser.add_argument("--seed", type=natural, default=0, metavar="N")
     add_planning_options(parser)
     add_json(parser)
@@ -40,7 +40,7 @@ def add(commands: Commands) -> None:
     add_trust(parser)
     add_json(parser)
     parser = command(commands, "execute", execute, "carry a plan out in the simulator", "task", "plan")
-    parser.add_argument("-o", "--output", type=Path, metavar="POSES.json", help="where the final poses go")
+    parser.add_argument("-o", "--output", type=output_file(DATA), metavar="POSES.json", help="where the final poses go")
     parser.add_argument("--seed", type=natural, default=0, metavar="N")
     add_simulator(parser, f"in which it is carried out; default {DEFAULT}", DEFAULT)
     unchecked = "carry out what the checker rejects too: for experiments in simulation only"
@@ -78,7 +78,13 @@ def plan(options: argparse.Namespace) -> int:
     write_json(options, {"status": "planned", "actions": [str(action) for action in found.actions], **more})
     if options.output is not None:
         save_plan(found, options.output)
+        _say_where(options)
     return SOLVED
+
+
+def _say_where(options: argparse.Namespace) -> None:
+    if not to_stdout(options):
+        print(options.output, file=options.out)
 
 
 def _give_up(options: argparse.Namespace, status: str, why: str) -> None:
@@ -127,7 +133,9 @@ def execute(options: argparse.Namespace) -> int:
         print(f"{run.status} after {run.sim_s:.1f} s; {grasps}", file=options.out)
     write_json(options, _told(run))
     if options.output is not None:
+        options.output.parent.mkdir(parents=True, exist_ok=True)
         save_poses(run.final_poses, options.output)
+        _say_where(options)
     return SOLVED if run.status == "done" else UNSOLVED
 
 

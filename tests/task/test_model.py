@@ -1,0 +1,79 @@
+"""Tasks in code: what can be no pose or object is refused where it is made, a task in one sentence before planning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import tamp
+from tamp.errors import ModelError
+from tamp.task import At, Box, Mesh, Object, On, Pose, Task
+from tamp.task.files.plan_file import save_plan
+from tamp.task.plan import Plan
+from tamp.task.validate import validate
+
+BOX, POSE = Box((0.05, 0.05, 0.05)), Pose((0.0, 0.0, 0.025))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Pose((0, 0)), "a pose needs three finite coordinates"),  # type: ignore[arg-type]
+        (lambda: Pose((0, 0, math.nan)), "a pose needs three finite coordinates"),
+        (lambda: Pose("abc"), "a pose needs three finite coordinates"),  # type: ignore[arg-type]
+        (lambda: Pose(quat=(0, 0, 0, 0)), "no orientation"),
+        (lambda: Box((0.1, 0.1)), "a box needs a size along x, y and z"),  # type: ignore[arg-type]
+        (lambda: At((0, 0, 0)), "a goal needs a tamp.Pose"),  # type: ignore[arg-type]
+        (lambda: Object("a", BOX, POSE, POSE), "a goal pose is tamp.At"),  # type: ignore[arg-type]
+        (lambda: Object("a", BOX, (0, 0, 0)), "is no pose; valid are tamp.Pose"),  # type: ignore[arg-type]
+        (lambda: Object("a", BOX, POSE, mass=-1), "object a: mass is -1; valid are positive numbers"),
+        (lambda: Object("a", BOX, POSE, mass="1"), "object a: mass is '1'"),  # type: ignore[arg-type]
+        (lambda: Object("a", BOX, POSE, friction=math.nan), "object a: friction is nan"),
+    ],
+)
+def test_what_cannot_be_is_refused_where_it_is_made(make: Callable[[], object], said: str) -> None:
+    with pytest.raises(ModelError, match=said) as refused:
+        make()
+    assert isinstance(refused.value, tamp.TaskError)
+    assert isinstance(refused.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("item", "said"),
+    [
+        (Object("a", "cup.obj", POSE), "'cup.obj' is no shape; valid are tamp.Box"),  # type: ignore[arg-type]
+        (Object("a", BOX, POSE, On("shelv")), "'shelv' is no possible target; the task has nothing to be on"),
+        (Object("a", BOX, Pose((2, 0, 0.1))), r"objects\[0\].pose: a is off the table, which spans x -0.54 to 0.30"),
+        (Object("a", BOX, POSE, At(Pose((0, 2, 0.1)))), r"objects\[0\].goal.pose: a is off the table"),
+        (Object("a", BOX, Pose((0, 0, -0.1))), "a is under the table top"),
+    ],
+)
+def test_what_a_task_cannot_have_is_refused_without_its_geometry(item: Object, said: str) -> None:
+    with pytest.raises(tamp.TaskError, match=said):
+        validate(Task("t", (item,)))
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])
+def test_a_limit_is_positive(limit: float) -> None:
+    with pytest.raises(tamp.TaskError, match=r"limits\.planning_s: is .*; valid are positive numbers of seconds"):
+        validate(Task("t", (Object("a", BOX, POSE),), limits=tamp.Limits(planning_s=limit)))
+
+
+def test_a_box_is_made_of_any_three_numbers() -> None:
+    assert hash(Box([0.05, 0.05, 0.05])) == hash(BOX)  # type: ignore[arg-type]
+
+
+def test_a_mesh_is_named_by_a_path_of_either_kind() -> None:
+    assert Mesh("cup.obj") == Mesh(Path("cup.obj"))  # type: ignore[arg-type]
+
+
+def test_a_plan_is_saved_with_its_folders_and_what_bars_it_is_named(tmp_path: Path) -> None:
+    plan = Plan("t", "panda", 0, {}, (), {}, ())
+    save_plan(plan, tmp_path / "new" / "plan.json")
+    assert tamp.load_plan(tmp_path / "new" / "plan.json").task == "t"
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(OSError, match=r"file/plan\.json'$"):
+        save_plan(plan, tmp_path / "file" / "plan.json")
