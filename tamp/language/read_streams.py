@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -14,7 +14,7 @@ from tamp.language.read_action import read_attributes
 from tamp.language.read_domain import read_define
 from tamp.language.read_formula import FormulaReader, Scope
 from tamp.language.sexpr import PDDL, Group, Node, Symbol, Text, load, read, show, suggest
-from tamp.language.streams import FunctionStream, PredicateStream, Rule, Stream, StreamFile
+from tamp.language.streams import FunctionStream, Mention, PredicateStream, Rule, Stream, StreamFile
 
 SECTIONS = (":stream", ":wild-stream", ":function", ":predicate", ":rule")
 
@@ -45,7 +45,14 @@ def _parsed(source: Text, domain: Domain | None) -> StreamFile:
         reader.section(head, group)
     signatures = tuple(s for key, s in reader.formulas.predicates.items() if key not in known.predicates)
     return StreamFile(
-        name, tuple(reader.streams), tuple(reader.functions), tuple(reader.predicates), tuple(reader.rules), signatures
+        name,
+        tuple(reader.streams),
+        tuple(reader.functions),
+        tuple(reader.predicates),
+        tuple(reader.rules),
+        signatures,
+        tuple(reader.mentions),
+        wild=any(head.text == ":wild-stream" for head, _ in sections),
     )
 
 
@@ -59,6 +66,7 @@ class _StreamReader:
     functions: list[FunctionStream] = field(default_factory=list)
     predicates: list[PredicateStream] = field(default_factory=list)
     rules: list[Rule] = field(default_factory=list)
+    mentions: list[Mention] = field(default_factory=list)
     names: set[str] = field(default_factory=set)
 
     def section(self, head: Symbol, group: Group) -> None:
@@ -100,6 +108,7 @@ class _StreamReader:
             raise reader.source.error(given[":outputs"], f"{name!r} is both input and output of {what}")
         domain = input_facts + self._facts(given.get(":domain"), scope)
         certified = output_facts + self._facts(given.get(":certified"), {**scope, **output_scope})
+        self._mention(given, what)
         if not certified:
             self._warn(symbol, f"{what} certifies nothing: only what its sampler certifies besides can be of use")
         self._check_awaited(symbol.text, domain, certified, given)
@@ -136,6 +145,7 @@ class _StreamReader:
             reader.predicates[symbol.text] = Signature(symbol.text, tuple(map(Parameter, inputs)))
         if len(group.items) == 3:
             facts += self._facts(group.items[2], scope)
+            self._mention({":domain": group.items[2]}, f"{what} {symbol.text!r}")
         return symbol.text, inputs, facts
 
     def _rule(self, group: Group) -> Rule:
@@ -145,7 +155,17 @@ class _StreamReader:
         certified = self._facts(given.get(":certified"), scope)
         if not certified:
             raise self.formulas.source.error(group, "the rule certifies nothing; expected :certified with a fact")
-        return Rule(inputs, facts + self._facts(given.get(":domain"), scope), certified)
+        domain = facts + self._facts(given.get(":domain"), scope)
+        self._mention(given, "the rule")
+        return Rule(inputs, domain, certified)
+
+    def _mention(self, given: Mapping[str, Node], what: str) -> None:
+        """Note the predicates of a :domain and a :certified, both read by now, that the domain does not declare."""
+        for attribute, text in ((":domain", f"the :domain of {what} names"), (":certified", f"{what} certifies")):
+            for symbol in _predicates(given.get(attribute)):
+                if symbol.text not in self.domain.predicates:
+                    said = str(self.formulas.source.error(symbol, f"{text} {symbol.text!r}"))
+                    self.mentions.append(Mention(symbol.text, attribute == ":certified", said))
 
     def _warn(self, node: Node, message: str) -> None:
         """Say what is likely a slip, as PDDLStream lets it pass."""
@@ -194,3 +214,13 @@ class _StreamReader:
                 self._warn(symbol, f"undeclared predicate {symbol.text!r}: no fact of it will ever be passed{hint}")
             names.append(symbol.text)
         return tuple(names)
+
+
+def _predicates(conjunction: Node | None) -> Iterator[Symbol]:
+    """The predicates of a conjunction of facts, where they stand."""
+    match conjunction:
+        case Group((Symbol("and"), *parts)):
+            for part in parts:
+                yield from _predicates(part)
+        case Group((Symbol() as head, *_)):
+            yield head

@@ -62,11 +62,28 @@ class Rule:
 
 
 @dataclass(frozen=True, slots=True)
+class Mention:
+    """A place of the file that names a predicate which the domain does not declare.
+
+    Attributes:
+        predicate: its name.
+        certified: whether it is certified there; otherwise it is asked for.
+        text: file, line and column, and who names it; the beginning of a message.
+    """
+
+    predicate: str
+    certified: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class StreamFile:
     """All that a stream file declares, each in the order of the file.
 
     Attributes:
         signatures: predicates that the file names and the domain does not declare.
+        mentions: where streams, functions, predicates and rules ask for them or certify them.
+        wild: whether it has a `:wild-stream`, which may certify anything.
     """
 
     name: str
@@ -75,3 +92,5 @@ class StreamFile:
     predicates: tuple[PredicateStream, ...] = ()
     rules: tuple[Rule, ...] = ()
     signatures: tuple[Signature, ...] = ()
+    mentions: tuple[Mention, ...] = ()
+    wild: bool = False

@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import wraps
 from itertools import count
-from typing import Any
+from typing import Any, overload
 
 from tamp.errors import SamplerError
 from tamp.language import FunctionStream, StreamFile
@@ -29,10 +30,12 @@ class Adapted:
 
     Attributes:
         gives_up: why its end is no proof that nothing more exists; empty where it is one.
+        function: what was wrapped, which messages name; None where nobody wrote one.
     """
 
     sampler: Callable[..., Any]
     gives_up: str = ""
+    function: Callable[..., Any] | None = None
 
     def __call__(self, context: Context, *inputs: Any) -> Any:
         """What the stream gets for its inputs."""
@@ -42,6 +45,10 @@ class Adapted:
     def _until_given_up(self, context: Context, made: Iterable[Any]) -> Iterator[Any]:
         yield from made
         context.fail(self.gives_up, proven=False)
+
+
+class UnfitOutputsError(SamplerError):
+    """What a wrapped function gave is not what its wrapper takes; whoever called it knows for which stream."""
 
 
 @dataclass(frozen=True)
@@ -90,32 +97,46 @@ def debug_samplers(streams: StreamFile, shared: bool = False) -> dict[str, Adapt
     return made | {f.name: Adapted(lambda *inputs: 1.0) for f in functions}
 
 
-def from_stream_map(stream_map: Mapping[str, Callable[..., Any]]) -> dict[str, Adapted]:
+@overload
+def from_stream_map(stream_map: Mapping[str, Callable[..., Any]]) -> dict[str, Adapted]: ...
+
+
+@overload
+def from_stream_map(stream_map: str) -> Any: ...
+
+
+def from_stream_map(stream_map: Mapping[str, Callable[..., Any]] | str) -> Any:
     """The samplers of a `stream_map`: those that are wrapped, and bare ones.
 
     A bare one is a function of a `:function` or `:predicate`, or a generator function that yields lists of tuples.
+    "debug" and "shared-debug" stay as they are: `Problem` takes them in place of samplers.
     """
+    if isinstance(stream_map, str):
+        return stream_map
     return {name: made if isinstance(made, Adapted) else _bare(made) for name, made in stream_map.items()}
 
 
 def from_list_gen_fn(generate: Callable[..., Iterable[Any]]) -> Adapted:
     """A generator function that yields a list of tuples, or a wild output, at a time; an empty one for "not yet"."""
-    return Adapted(lambda *inputs, **fluents: _one_by_one(generate(*inputs, **fluents)))
+    return Adapted(lambda *inputs, **fluents: _one_by_one(_all(generate(*inputs, **fluents))), function=generate)
 
 
 def from_gen_fn(generate: Callable[..., Iterable[Outputs | None]]) -> Adapted:
     """A generator function that yields a tuple of outputs at a time; None for "nothing yet"."""
-    return from_list_gen_fn(lambda *inputs, **fluents: map(_listed, generate(*inputs, **fluents)))
+    made = from_list_gen_fn(lambda *inputs, **fluents: map(_listed, _all(generate(*inputs, **fluents))))
+    return replace(made, function=generate)
 
 
 def from_list_fn(compute: Callable[..., Iterable[Outputs]]) -> Adapted:
     """A function that returns a list of tuples: all that there are."""
-    return from_list_gen_fn(lambda *inputs, **fluents: iter([compute(*inputs, **fluents)]))
+    made = from_list_gen_fn(lambda *inputs, **fluents: iter([compute(*inputs, **fluents)]))
+    return replace(made, function=compute)
 
 
 def from_fn(compute: Callable[..., Outputs | None]) -> Adapted:
     """A function that returns a tuple of outputs; None where there are none."""
-    return from_list_fn(lambda *inputs, **fluents: _listed(compute(*inputs, **fluents)))
+    made = from_list_fn(lambda *inputs, **fluents: _listed(compute(*inputs, **fluents)))
+    return replace(made, function=compute)
 
 
 def from_sampler(sample: Callable[..., Outputs | None], max_attempts: float = math.inf) -> Adapted:
@@ -126,8 +147,8 @@ def from_sampler(sample: Callable[..., Outputs | None], max_attempts: float = ma
         while next(attempts) < max_attempts:
             yield sample(*inputs, **fluents)
 
-    made = from_gen_fn(generate)
-    return made if max_attempts == math.inf else Adapted(made.sampler, f"it was asked {max_attempts:g} times")
+    gives_up = "" if max_attempts == math.inf else f"it was asked {max_attempts:g} times"
+    return replace(from_gen_fn(generate), gives_up=gives_up, function=sample)
 
 
 def from_constant(constant: Outputs) -> Adapted:
@@ -147,7 +168,7 @@ def empty_gen() -> Adapted:
 
 def from_test(test: Callable[..., Any]) -> Adapted:
     """A function that says yes or no, for a stream without outputs."""
-    return Adapted(lambda *inputs, **fluents: bool(test(*inputs, **fluents)))
+    return Adapted(lambda *inputs, **fluents: bool(test(*inputs, **fluents)), function=test)
 
 
 def fn_from_constant(constant: Any) -> Callable[..., Any]:
@@ -157,7 +178,12 @@ def fn_from_constant(constant: Any) -> Callable[..., Any]:
 
 def negate_test(test: Callable[..., Any]) -> Callable[..., bool]:
     """The test that says no where another says yes."""
-    return lambda *inputs, **fluents: not test(*inputs, **fluents)
+
+    @wraps(test)
+    def negated(*inputs: Any, **fluents: Any) -> bool:
+        return not test(*inputs, **fluents)
+
+    return negated
 
 
 universe_test = fn_from_constant(True)
@@ -174,7 +200,7 @@ def _bare(function: Callable[..., Any]) -> Adapted:
         made = function(*inputs, **fluents)
         return _one_by_one(made) if isinstance(made, Iterator) else made
 
-    return Adapted(sampler)
+    return Adapted(sampler, function=function)
 
 
 def _one_by_one(generated: Iterable[Any]) -> Iterator[Any]:
@@ -184,7 +210,14 @@ def _one_by_one(generated: Iterable[Any]) -> Iterator[Any]:
             facts = tuple(map(tuple, several.facts))
             yield from (Certified(outputs, facts) for outputs in [*map(_plain, several.values)] or [None])
         else:
-            yield from [*map(_plain, several)] or [None]
+            yield from [*map(_plain, _all(several, "a list of tuples of outputs such as [(x,)]"))] or [None]
+
+
+def _all(given: Any, expected: str = "a generator function") -> Iterable[Any]:
+    """What was given, which must be something to iterate over."""
+    if not isinstance(given, Iterable):
+        raise UnfitOutputsError(f"expected {expected}, as PDDLStream's samplers give, found {given!r}")
+    return given
 
 
 def _listed(outputs: Outputs | None) -> list[Outputs]:
@@ -194,7 +227,7 @@ def _listed(outputs: Outputs | None) -> list[Outputs]:
 def _plain(outputs: Outputs) -> Any:
     """Outputs as streams yield them here: one by itself, several as a tuple."""
     if not isinstance(outputs, tuple | list):
-        raise SamplerError(
+        raise UnfitOutputsError(
             f"expected a tuple of outputs such as (x,), as PDDLStream's samplers give, found {outputs!r}"
         )
     return outputs[0] if len(outputs) == 1 else tuple(outputs)

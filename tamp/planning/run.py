@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import reprlib
+import signal
 from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
 from tamp import clock
+from tamp.clock import TimeUp
 from tamp.errors import DomainError
 from tamp.language import Constant, Formula, atoms
 from tamp.planning.algorithms.adaptive import adaptive, binding, focused, incremental
@@ -22,6 +25,7 @@ from tamp.planning.problem import GroundAction, Problem, Solution
 from tamp.planning.report import Report
 from tamp.planning.search.best_first import BuiltinSearch, Search
 from tamp.planning.search.fast_downward import FastDownward
+from tamp.planning.slips import warn_of_slips
 
 ALGORITHMS: dict[str, Callable[[Session], None]] = {
     "adaptive": adaptive,
@@ -35,11 +39,18 @@ class PlanningRun:
     """Answers one question after another about a problem, each from the state that the plans committed so far lead to.
 
     A second question about a conjunction of facts costs its search and what is new to be sampled; one with quantifiers
-    or disjunctions is grounded anew, with all facts that are known by then.
+    or disjunctions is grounded anew, with all facts that are known by then. So is the one after a question that had to
+    be interrupted, with the facts that committed plans have left.
     """
 
-    def __init__(self, problem: Problem, settings: Settings | None = None) -> None:
-        """`settings`: how each question is answered; its time limit is that of one question without a budget.
+    def __init__(self, problem: Problem, settings: Settings | None = None, until: float | None = None) -> None:
+        """A run that has answered nothing yet.
+
+        Args:
+            problem: what the questions are about.
+            settings: how each question is answered; its time limit is that of one question without a budget.
+            until: when a sampler is interrupted that goes on, on the clock of tamp.clock.now() [s]; None for the limit
+                of each question.
 
         Raises:
             DomainError: for an unknown algorithm or search, or constraints that do not fit the domain.
@@ -50,6 +61,8 @@ class PlanningRun:
             names = ", ".join(ALGORITHMS)
             raise DomainError(f"unknown algorithm {self.settings.algorithm!r}; there are: {names}")
         self.settings.options.constraints.check(problem.parsed_domain)
+        warn_of_slips(problem)
+        self._until = until
         self._search = _searcher(self.settings.search)
         self._session: Session | None = None
         self._usable = False
@@ -153,7 +166,8 @@ class PlanningRun:
         session.freeze(frozenset(map(session.objects.intern, frozen)))
         self._usable = True
         try:
-            session.begin(known)
+            with self._punctual(session):
+                session.begin(known)
         except Ended as ended:
             raise _Begun(session, ended) from None
         except KeyboardInterrupt:
@@ -163,10 +177,32 @@ class PlanningRun:
 
     def _answer(self, session: Session) -> Restart | None:
         try:
-            ALGORITHMS[self.settings.algorithm](session)
+            with self._punctual(session):
+                ALGORITHMS[self.settings.algorithm](session)
         except Restart as restart:
             return restart
         return None
+
+    @contextmanager
+    def _punctual(self, session: Session) -> Iterator[None]:
+        """End the block where it goes on past the limit without a look at the clock.
+
+        The session may be left in the middle of anything: it answers no other question.
+
+        Raises:
+            Ended: "timeout", then.
+            TimeUp: where the limit is that of whoever asks, who ends all that they do by it.
+        """
+        deadline = session.limits.deadline if self._until is None else self._until
+        try:
+            # Whoever watches from outside minds the limit of the whole, not that of one question.
+            with clock.watched(lambda deadline: None), clock.ended_at(deadline):
+                yield
+        except TimeUp as late:
+            self._usable = False
+            if signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:  # their alarm, which goes on ringing
+                raise
+            raise Ended("timeout", f"The time limit of {session.options.timeout:g} s was reached: {late}.") from None
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 
 import pytest
@@ -21,7 +22,7 @@ from tamp.planning import (
     from_test,
     solve,
 )
-from tamp.planning.pddlstream import And, Exists, Not, WildOutput, empty_gen, from_constant
+from tamp.planning.pddlstream import And, Exists, Not, WildOutput, empty_gen, from_constant, negate_test
 from tests.planning.problems import continuous, unsolvable
 from tests.planning.test_problems import check
 
@@ -191,6 +192,62 @@ def test_a_test_may_be_wrapped_by_anything(test):
     assert [action.args for action in solution.plan] == [("cup", 2)]
 
 
+def fails(x):
+    return 1 / 0
+
+
+def fails_later(x):
+    yield None
+    yield (1 / 0,)
+
+
+def gives(x):
+    return 3.0
+
+
+@pytest.mark.parametrize(
+    ("sampler", "message"),
+    [
+        (
+            from_fn(fails),
+            rf"ZeroDivisionError: division by zero for \(cup\): {__name__}:fails at .*test_pddlstream.py:",
+        ),
+        (from_sampler(fails, max_attempts=2), rf"ZeroDivisionError.*: {__name__}:fails at .*test_pddlstream.py:"),
+        (from_gen_fn(fails_later), rf"ZeroDivisionError.*: {__name__}:fails_later at .*test_pddlstream.py:"),
+        (from_list_fn(partial(fails)), rf"ZeroDivisionError.*: {__name__}:fails at .*test_pddlstream.py:"),
+        (from_fn(gives), rf"stream 'sample': expected a tuple .* found 3.0: {__name__}:gives at .*test_pddlstream.py:"),
+        (
+            from_gen_fn(gives),
+            rf"stream 'sample': expected a generator .* 3.0: {__name__}:gives at .*test_pddlstream.py:",
+        ),
+        (
+            from_list_fn(gives),
+            rf"stream 'sample': expected a list of .* 3.0: {__name__}:gives at .*test_pddlstream.py:",
+        ),
+    ],
+)
+def test_messages_name_the_function_that_was_wrapped(sampler, message):
+    with pytest.raises(SamplerError, match=message):
+        solve(pick({"sample": sampler, "test-good": from_test(lambda x, g: True)}))
+
+
+@pytest.mark.parametrize("test", [from_test(lambda x, g: 1 / 0), from_test(negate_test(lambda x, g: 1 / 0))])
+def test_messages_name_the_test_that_was_wrapped(test):
+    with pytest.raises(
+        SamplerError, match=r"stream 'test-good' raised ZeroDivisionError.*<lambda> at .*pddlstream.py:"
+    ):
+        solve(pick(from_stream_map({"sample": from_constant((1,)), "test-good": test})))
+
+
+def test_messages_name_the_function_of_a_cost():
+    domain = """(define (domain d) (:predicates (on) (p ?x)) (:functions (total-cost) (f ?x))
+      (:action a :parameters (?x) :precondition (p ?x) :effect (and (on) (increase (total-cost) (f ?x)))))"""
+    streams = "(define (stream s) (:function (f ?x) (p ?x)))"
+    problem = Problem(domain, streams, from_stream_map({"f": lambda x: None}), [("p", 1)], ("on",))
+    with pytest.raises(SamplerError, match=r"function 'f': .*, found None: .*<lambda> at .*test_pddlstream.py:\d+"):
+        solve(problem, max_cost=5.0)
+
+
 def test_names_that_are_no_streams_are_ignored_with_a_warning():
     grasps = {"sample": from_constant((1,)), "test-good": from_test(lambda x, g: True)}
     with pytest.warns(DomainWarning, match="'sampel', which is no stream and is ignored.*'sample'"):
@@ -200,8 +257,9 @@ def test_names_that_are_no_streams_are_ignored_with_a_warning():
 
 
 @pytest.mark.parametrize("name", ["debug", "shared-debug"])
-def test_a_domain_can_be_tried_without_samplers(name):
-    solution = solve(pick(name))
+@pytest.mark.parametrize("given", [str, from_stream_map])
+def test_a_domain_can_be_tried_without_samplers(name, given):
+    solution = solve(pick(given(name)))
     assert [(a.name, a.args[0], str(a.args[1])) for a in solution.plan] == [("pick", "cup", "g0")]
     assert solution.plan[0].args[1].inputs == (() if "shared" in name else ("cup",))
     with pytest.raises(SamplerError, match="expected a mapping, 'debug' or 'shared-debug', found 'debgu'"):

@@ -264,7 +264,7 @@ class Outlook:
         lost = out_of_reach(self._schema, self._knowledge, effort, self._tick)
         if lost is not None and not self._surprises.look():
             text = self._knowledge.objects.text(lost)
-            raise Ended("infeasible", f"{text} is out of reach: the streams it needs are exhausted.")
+            raise Ended("infeasible", f"{text} is out of reach, whatever streams may still give.")
 
     def _may_surprise(self) -> bool:
         """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""

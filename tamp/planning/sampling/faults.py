@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from tamp.errors import SamplerError
+from tamp.planning.pddlstream import Adapted
+
+
+def written(sampler: Callable[..., Any]) -> Callable[..., Any]:
+    """The function that somebody wrote, below PDDLStream's wrappers and arguments that were given in advance."""
+    if isinstance(sampler, partial):
+        return written(sampler.func)
+    if isinstance(sampler, Adapted) and sampler.function is not None:
+        return written(sampler.function)
+    return sampler
 
 
 def named(sampler: Callable[..., Any]) -> str:
     """How a sampler is addressed: "package.module:function"."""
+    sampler = written(sampler)
     module, name = getattr(sampler, "__module__", None), getattr(sampler, "__qualname__", None)
     return f"{module}:{name}" if module and name else repr(sampler)
 
@@ -20,9 +32,9 @@ def named(sampler: Callable[..., Any]) -> str:
 def home(sampler: Callable[..., Any], generator: Any = None) -> str:
     """File and line of a sampler: where its generator stands, or else where it begins; empty where nobody knows."""
     frame = getattr(generator, "gi_frame", None)
-    if frame is not None:
+    if frame is not None and not isinstance(sampler, Adapted):  # otherwise the generator is its wrapper's
         return f"{frame.f_code.co_filename}:{frame.f_lineno}"
-    code = getattr(inspect.unwrap(sampler), "__code__", None)
+    code = getattr(inspect.unwrap(written(sampler)), "__code__", None)
     return "" if code is None else f"{code.co_filename}:{code.co_firstlineno}"
 
 

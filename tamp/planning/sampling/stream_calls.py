@@ -21,6 +21,7 @@ from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance
+from tamp.planning.pddlstream import UnfitOutputsError
 from tamp.planning.report import StreamReport
 from tamp.planning.sampling import faults
 
@@ -211,18 +212,22 @@ class Sampling:
 
     def _run(self, instance: Instance, function: Callable[..., Any], *arguments: Any) -> Any:
         """Run a sampler's own code; whatever it raises is the sampler's error."""
+        name = instance.external.name
         try:
             return function(*arguments)
+        except UnfitOutputsError as error:
+            raise faults.unfit(SamplerError(f"stream {name!r}: {error}"), self._problem.samplers[name]) from None
         except (KeyboardInterrupt, SamplerError):
             raise
         except BaseException as error:
-            name = instance.external.name
-            shown = ", ".join(self._knowledge.objects.name(h) for h in instance.inputs)
-            if isinstance(error, TimeUp):
-                if name in str(error):
-                    raise
-                raise TimeUp(faults.late(name, self._problem.samplers[name], shown, error)) from None
-            raise faults.raised(name, self._problem.samplers[name], shown, error) from error
+            raise self._told(name, instance.inputs, error) from (None if isinstance(error, TimeUp) else error)
+
+    def _told(self, name: str, inputs: tuple[int, ...], error: BaseException) -> BaseException:
+        """What a sampler raised, or that it was interrupted, in a sentence that names it."""
+        sampler, shown = self._problem.samplers[name], ", ".join(map(self._knowledge.objects.name, inputs))
+        if not isinstance(error, TimeUp):
+            return faults.raised(name, sampler, shown, error)
+        return error if repr(name) in str(error) else TimeUp(faults.late(name, sampler, shown, error))
 
     def _fitting(self, instance: Instance, read: Callable[[External, Any], T], given: Any) -> T:
         """What a sampler gave, read as its stream has it."""
@@ -289,10 +294,12 @@ class Sampling:
             try:
                 with counter.calling():
                     value = self._problem.samplers[name](context, *map(objects.value, inputs))
-            except Exception as error:
-                shown = ", ".join(map(objects.name, inputs))
-                raise faults.raised(name, self._problem.samplers[name], shown, error) from error
-            self.function_values[key] = function_value(name, value)
+            except (Exception, TimeUp) as error:
+                raise self._told(name, inputs, error) from (None if isinstance(error, TimeUp) else error)
+            try:
+                self.function_values[key] = function_value(name, value)
+            except SamplerError as error:
+                raise faults.unfit(error, self._problem.samplers[name]) from None
             counter.successes += 1
         return self.function_values[key]
 

@@ -118,7 +118,7 @@ def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> 
     seconds = "unlimited" if effort == math.inf else math.ceil(effort)
     script = f'ulimit -v {MEMORY_KB}; ulimit -S -t {seconds}; exec "$0" "$@"'
     command = ["/bin/sh", "-c", script, str(binary()), "--internal-plan-file", "plan", "--search", search]
-    process = subprocess.Popen(
+    with subprocess.Popen(
         command,
         cwd=folder,
         stdin=subprocess.PIPE,
@@ -126,14 +126,13 @@ def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> 
         stderr=subprocess.DEVNULL,
         start_new_session=True,
         env={**os.environ, "LC_ALL": "C"},
-    )
-    try:
-        process.communicate(text.encode(), timeout=min(timeout, clock.FOREVER_S))
-        return process.returncode
-    except subprocess.TimeoutExpired:
-        return None
-    finally:
-        if process.poll() is None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+    ) as process:
+        try:
+            process.communicate(text.encode(), timeout=min(timeout, clock.FOREVER_S))
+            return process.returncode
+        except subprocess.TimeoutExpired:
+            return None
+        finally:
+            if process.poll() is None:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from tamp.errors import TampError
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.task_builder import Blame, TaskBuilder
@@ -69,9 +72,15 @@ class SymbolicSearch:
             left: of the run's time [s].
             bound: the cost at which a plan is of no use any more.
             novel: as for `task`.
+
+        Raises:
+            TampError: where the search returned something else than a SearchResult.
         """
         effort = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
-        result = self._search(task, left, bound, effort)
+        result: Any = self._search(task, left, bound, effort)
+        if not isinstance(result, SearchResult):
+            name = getattr(self._search, "__qualname__", type(self._search).__name__)
+            raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
         self._timeouts += result.timed_out and not novel
         self.operators = len(task.operators)
         return result

@@ -80,7 +80,7 @@ class _Course:
         self._limit = settings.options.timeout
         self._ladder = ladder
         self._deadline = clock.now() + self._limit
-        self._run = PlanningRun(problem, settings)
+        self._run = PlanningRun(problem, settings, until=self._deadline)
         self._answers: list[Solution] = []
         self._plan: list[GroundAction] = []
         self._cost = 0.0

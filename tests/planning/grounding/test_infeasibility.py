@@ -7,7 +7,7 @@ import pytest
 from tamp.planning import Certified, Problem, StreamInfo, solve
 from tests.planning.oracles.exhaustive import search
 from tests.planning.problems import chance
-from tests.planning.problems.unsolvable import DOMAIN, STREAMS, out_of_reach, three_grasps
+from tests.planning.problems.unsolvable import DOMAIN, STREAMS, in_reach, out_of_reach, three_grasps
 from tests.planning.test_problems import ALGORITHMS, check
 
 PICK_AND_PLACE = """
@@ -63,7 +63,7 @@ def table(poses=endless, fresh=True):
 def test_poses_without_end_do_not_make_up_for_grasps_that_fail(algorithm):
     solution = solve(table(), algorithm=algorithm, timeout=20.0)
     assert solution.status == "infeasible"
-    assert solution.report.message == "(done blue) is out of reach: the streams it needs are exhausted."
+    assert solution.report.message == "(done blue) is out of reach, whatever streams may still give."
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
@@ -96,6 +96,41 @@ def test_streams_that_have_nothing_to_do_with_the_goal(algorithm):
         goal=("Held", "cup"),
     )
     assert solve(problem, algorithm=algorithm, timeout=20.0).status == "infeasible"
+
+
+MAKE = """(define (stream reach)
+  (:stream make :outputs (?x) :certified (Thing ?x))"""
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_an_object_that_nothing_knows_is_named(algorithm):
+    samplers = {"sample-grasp": endless, "inverse-kinematics": in_reach}
+    problem = Problem(DOMAIN, STREAMS, samplers, [("Thing", "cup"), ("HandEmpty",)], ("Held", "mug"))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "infeasible"
+    assert "exhausted" not in solution.report.message
+    assert "The goal names 'mug', which no fact names and no stream has given." in solution.report.message
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_an_object_that_a_stream_may_yet_give_keeps_the_problem_open(algorithm):
+    def make(context, last):
+        yield from (f"thing {i}" for i in range(12))
+        yield from last
+
+    def ask(last, timeout):
+        samplers = {
+            "sample-grasp": endless,
+            "inverse-kinematics": in_reach,
+            "make": lambda context: make(context, last),
+        }
+        streams = STREAMS.replace("(define (stream reach)", MAKE)
+        return solve(
+            Problem(DOMAIN, streams, samplers, [("HandEmpty",)], ("Held", "mug")), algorithm=algorithm, timeout=timeout
+        )
+
+    assert ask(["mug"], 20.0).status == "solved"
+    assert ask(iter(lambda: None, 0), 0.3).status == "timeout"
 
 
 def test_a_sampler_that_certifies_more_than_it_promises_keeps_the_problem_open():

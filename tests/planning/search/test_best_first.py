@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import sys
+import warnings
+
 import pytest
 
+from tamp.errors import TampError
 from tamp.planning import Problem, solve
 from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffect, TaskOperator, axiom_layers
 from tamp.planning.grounding.operators import GroundOperator
@@ -133,6 +138,26 @@ def test_fast_downward_is_stopped_in_time():
 def test_fast_downward_ends_after_its_processor_time():
     result = FastDownward("astar")(counter(24, [24]), 600.0, effort=1.0)
     assert result.plan is None and result.timed_out and not result.proven
+
+
+def test_fast_downward_leaves_nothing_open_where_it_is_ended():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.MonkeyPatch.context() as patch:
+            seen = []
+            patch.setattr(sys, "unraisablehook", seen.append)
+            assert FastDownward("astar")(counter(24, [24]), 0.2).timed_out
+            gc.collect()
+    assert not seen
+
+
+@pytest.mark.parametrize("found", [None, ((), True)])
+def test_a_search_that_returns_something_else_is_refused(found):
+    def broken(*args):
+        return found
+
+    with pytest.raises(TampError, match=r"^search .*broken: expected a SearchResult, found "):
+        solve(blocksworld.inversion(2), search=broken)
 
 
 def test_the_builtin_search_ends_after_its_processor_time():
