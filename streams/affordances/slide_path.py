@@ -128,8 +128,12 @@ class Edge:
     farthest: float
 
 
-def directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
+def directions(workspace: Workspace, obj: str, placement: Placement) -> tuple[Direction, ...]:
     """Those in which two fingers can push an object at a placement, the widest sides first."""
+    return workspace.cache.value(("directions", obj, placement), lambda: tuple(_directions(workspace, obj, placement)))
+
+
+def _directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
     points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
     for behind, side in _sides(points):
         for slant in SLANTS:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -38,18 +39,26 @@ def outline(points: Array) -> Array:
 
     Andrew's monotone chain (Information Processing Letters 1979).
     """
-    corners: list[tuple[float, ...]] = []
-    for ordered in (sorted(map(tuple, points)), sorted(map(tuple, points), reverse=True)):
-        chain: list[tuple[float, ...]] = []
-        for x, y in ordered:
-            while len(chain) > 1:
-                (ax, ay), (bx, by) = chain[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
-                    break
-                chain.pop()
-            chain.append((x, y))
-        corners += chain[:-1]
-    return np.array(corners).reshape(-1, 2)
+    ordered = points[np.lexsort(points.T[::-1])]
+    chains = (way[_chain(np.ascontiguousarray(way))] for way in (ordered, ordered[::-1]))
+    return np.concatenate([chain[:-1] for chain in chains]).reshape(-1, 2)
+
+
+@compiled
+def _chain(ordered: Array) -> NDArray[np.int64]:
+    """Indices of the corners that points (m, 2), ordered along x, have on their right, both ends included."""
+    kept, count = np.empty(len(ordered), np.int64), 0
+    for index in range(len(ordered)):
+        x, y = ordered[index]
+        while count > 1:
+            ax, ay = ordered[kept[count - 2]]
+            bx, by = ordered[kept[count - 1]]
+            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                break
+            count -= 1
+        kept[count] = index
+        count += 1
+    return kept[:count]
 
 
 def stands(geometry: Geometry, R: Array) -> bool:

@@ -143,12 +143,18 @@ def points_hit(
 def _points_hit(
     lower: NDArray[np.float64], upper: NDArray[np.float64], T: NDArray[np.float64], points: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    hit, local = np.zeros(len(T), np.bool_), np.empty(3)
+    hit, local, first, last = np.zeros(len(T), np.bool_), np.empty(3), np.empty(3), np.empty(3)
     for k in range(len(T)):
+        for i in range(3):
+            first[i], last[i] = lower[k, :, i].min(), upper[k, :, i].max()
         for m in range(len(points)):
             x, y, z = points[m, 0] - T[k, 0, 3], points[m, 1] - T[k, 1, 3], points[m, 2] - T[k, 2, 3]
+            around = True
             for i in range(3):
                 local[i] = T[k, 0, i] * x + T[k, 1, i] * y + T[k, 2, i] * z
+                around = around and first[i] < local[i] < last[i]
+            if not around:  # most points are beside all of the boxes
+                continue
             for box in range(lower.shape[1]):
                 low, high = lower[k, box], upper[k, box]
                 if low[0] < local[0] < high[0] and low[1] < local[1] < high[1] and low[2] < local[2] < high[2]:

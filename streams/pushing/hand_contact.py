@@ -14,6 +14,7 @@ from tamp.streams.hand.finger_closing import felt
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
 from tamp.world.scene import Scene
 from tamp.world.transforms import moved
 
@@ -28,6 +29,7 @@ ABOVE_TABLE = 0.008  # of the fingertips while they push [m]
 BELOW_TOP = 0.003  # of the object: the palm stays this far above what the fingers push [m]
 TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
 FARTHEST, COARSE, HALVINGS = 0.15, 0.01, 10  # of the search for that place behind the object [m]
+DIGITS = 9  # of a touch in metres: what differs by less is the same
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
 
 
@@ -69,14 +71,25 @@ def _touching(
     """The tool, shape (4, 4), where its upright fingers nearly touch the side that is pushed; None where they do not.
 
     The line of the push through the centre of mass passes midway between the fingers, which close across `beside` (2,).
+    Wherever the object is shifted to, the hand is shifted with it.
     """
-    T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
+    x, y, z = placement.pose.xyz
+    there, touch = Pose((0.0, 0.0, z), placement.pose.quat), np.round(way.touch - (x, y), DIGITS)
+    key = ("touching", obj, there, *map(tuple, (touch, way.behind, beside)), opening)
+    tool = workspace.cache.value(key, lambda: _touching_at(workspace, obj, there, touch, way.behind, opening, beside))
+    return None if tool is None else moved(tool, np.array([x, y, 0.0]))
+
+
+def _touching_at(
+    workspace: Workspace, obj: str, pose: Pose, touch: Array, behind: Array, opening: float, beside: Array
+) -> Array | None:
+    T, boxes = pose.matrix, hand_boxes(workspace.world.robot)
     tip, root = boxes.tip(opening), boxes.palm(opening)
-    top = float(workspace.bounds(obj, placement.pose)[1][2])
+    top = float(workspace.bounds(obj, pose)[1][2])
     tool = upright(workspace, beside)
-    tool[:2, 3] = way.touch
+    tool[:2, 3] = touch
     tool[2, 3] = max(ABOVE_TABLE + tip, top + BELOW_TOP + root)
-    scene, back = Scene({obj: T}), np.append(way.behind, 0.0)
+    scene, back = Scene({obj: T}), np.append(behind, 0.0)
 
     def touches(away: float) -> bool:
         return workspace.world.hand_contact(moved(tool, away * back), opening, scene, margin=TOUCHING) == obj

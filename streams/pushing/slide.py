@@ -103,17 +103,19 @@ def _twice_alone(
     context: Context, obj: str, placement: Placement, end: End, serving: tuple[Placement, ...]
 ) -> Iterator[tuple[Slide, Slide] | None]:
     """Pairs of slides to an end where the arm can grip the object, as if nothing else stood on the table."""
-    among, gap = list(directions(context.scene, obj, placement)), context.scene.hand.push_gap
-    pairs = list(islice(detours(context.scene, obj, placement, end, among), LOOKED_AT))
-    if not pairs or not (yield from grippable(context, obj, end.placement, *serving)):
-        return
-    left = PAIRS
-    for first, second in pairs:
+    among, gap = directions(context.scene, obj, placement), context.scene.hand.push_gap
+    able, left = False, PAIRS
+    for first, second in islice(detours(context.scene, obj, placement, end, among), LOOKED_AT):
         last = next(pushes(context, obj, first.end, second, gap), None)
         yield None
         begin = None if last is None else next(pushes(context, obj, placement, first, gap), None)
-        if begin is not None and last is not None:
-            yield begin, last
-            left -= 1
+        if begin is None or last is None:
+            continue
+        # Grasps take much longer to find than pushes, so that they come second.
+        able = able or (yield from grippable(context, obj, end.placement, *serving))
+        if not able:
+            return
+        yield begin, last
+        left -= 1
         if not left:
             return
