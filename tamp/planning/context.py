@@ -21,8 +21,8 @@ class Context:
         scene: what the problem was given as its scene.
         seed: of the search, from which `rng` is derived; for samplers that keep what they draw for several searches.
         deadline: when planning must end, on the clock of tamp.clock.now() [s].
-        fluents: for a stream with `:fluents`, the facts of those predicates at the point of the plan where the output
-            is used, in the order in which they became true.
+        fluents: for a stream or test with `:fluents`, the facts of those predicates at the point of the plan where the
+            output or answer is used: first what never changes, then the others in the order in which they became true.
         sees_fluents: whether the stream has `:fluents` at all; there may be times when none of them holds.
         bound: fluent facts that hold in the plan while this output will be in use, as far as they are settled: first
             those of later states, last those that hold at once. Advice only: it changes between two outputs.

@@ -6,6 +6,7 @@ from tamp.planning import solve
 from tests.planning.oracles.validator import validate
 from tests.planning.problems import (
     blocksworld,
+    clearing,
     continuous,
     costs,
     fluents,
@@ -37,6 +38,11 @@ SOLVABLE = {
     "corridor 1": lambda: fluents.corridor(1),
     "corridor 2": lambda: fluents.corridor(2),
     "blocked": lambda: fluents.blocked(),
+    "told 1": lambda: fluents.told_corridor(1),
+    "told 2": lambda: fluents.told_corridor(2),
+    "washing 3": lambda: fluents.washing(3),
+    "clearing 2": lambda: clearing.row(2),
+    "clearing 4": lambda: clearing.row(4),
     "delivery": costs.delivery,
     "rooms 3": lambda: recursive.rooms(3),
     "painted tower 3": lambda: recursive.painted_tower(3),
@@ -65,7 +71,8 @@ def check(problem, solution, observe=None):
     """The plan of a solution is carried out by the validator; its cost is the one that was reported."""
     plan = [(action.name, action.args) for action in solution.plan]
     facts = [*problem.init, *solution.certified]
-    cost = validate(problem.parsed_domain, facts, plan, problem.goal, problem.parsed_streams, problem.samplers, observe)
+    streams, samplers = problem.parsed_streams, problem.samplers
+    cost = validate(problem.parsed_domain, facts, plan, problem.goal, streams, samplers, observe, problem.init)
     assert solution.cost == pytest.approx(cost)
 
 
@@ -112,6 +119,12 @@ def test_fluent_streams_were_told_the_state(make, capacity, algorithm):
     problem = make()
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     check(problem, solution, observe=lambda *step: fluents.check(*step, capacity={2: capacity}))
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_what_a_test_says_in_one_state_does_not_hold_in_another(algorithm):
+    solution = solve(fluents.washing(2, clean=True), algorithm=algorithm, timeout=20.0)
+    assert (solution.plan, solution.status) == (None, "failed")
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

@@ -19,6 +19,9 @@ HOPEFUL, SOBER = 4, 2
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
 
+GIVEN_UP = 8
+"""Attempts to bind a skeleton, each with twice the budget, after which nothing more is expected of another."""
+
 
 def adaptive(session: Session) -> None:
     """Search under hopes, bind, learn; skeletons that failed get another turn with a growing budget.
@@ -127,9 +130,9 @@ def incremental(session: Session) -> None:
             version, cost = session.knowledge.version, session.found.cost
             skeleton = session.skeleton_of(result.plan)
             bound = session.bind(skeleton, budget)
-            if session.found.cost < cost or (not bound and session.knowledge.version > version):
-                continue
-        if result.timed_out:
+            if session.found.cost == cost and (bound or session.knowledge.version == version):
+                _go_on(session, skeleton)
+        elif result.timed_out:
             _replace_hopes(session)
         else:
             _expand(session)
@@ -146,7 +149,19 @@ def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
     if session.found.cost < cost:
         return  # the next search looks for a cheaper plan among what is known
     if bound or not learnt:
-        _expand(session, seen=True)
+        _go_on(session, skeleton)
+
+
+def _go_on(session: Session, skeleton: Skeleton) -> None:
+    """Draw from every stream once more, after a skeleton was bound to no avail and nothing was learnt from it.
+
+    That it cannot be bound proves nothing: the search may know of others by now.
+
+    Raises:
+        Ended: where there is nothing to draw any more, and the skeleton was tried again and again.
+    """
+    if not _sample(session, seen=True) and session.lessons.trial(skeleton).attempts >= GIVEN_UP:
+        _conclude(session, proven=False)
 
 
 def _bind_oldest(session: Session, latest: Skeleton, budget: Budget) -> None:
@@ -188,27 +203,47 @@ def _replace_hopes(session: Session) -> None:
             return
 
 
-def _expand(session: Session, seen: bool = False) -> None:
-    """Draw from every stream once more; `seen`: the search has just found a plan, so that the goal is within reach."""
+def _expand(session: Session) -> None:
+    """Draw from every stream once more, after a search has found no plan.
+
+    Raises:
+        Ended: where there is nothing to draw any more.
+    """
+    if not _sample(session):
+        _conclude(session, proven=session.lessons.proofs and not session.schema.undecided)
+
+
+def _sample(session: Session, seen: bool = False) -> bool:
+    """Draw from every stream once more, or hope for more; whether there was anything left.
+
+    Args:
+        seen: the search has just found a plan, so that the goal is within reach.
+    """
     session.check_prospects(seen)
     session.grounder.be_shallow()
     count = session.rounds.count
     if count >= FIRST_LOOK and count.bit_count() == 1:
         session.surprises.look()
-    if not session.rounds.expand() and not session.grounder.deepen():
-        if session.surprises.look():
-            return
-        session.check_surprises()
-        if session.found.best is not None:
-            raise Ended("solved", "No better plan exists.")
-        if session.connectors.fluent and session.lessons.failed_moves:
-            raise Restart(replace(session.options, connectors=False))
-        if session.schema.ambivalent and session.options.lazy_tests:
-            raise Restart(replace(session.options, lazy_tests=False))
-        session.limits.check()  # a sampler may have ended because of the deadline
-        gave_up = sorted({i.external.name for i in session.knowledge.instances() if i.exhausted and i.gave_up})
-        if gave_up:
-            raise Ended("failed", f"All streams have ended, but not because nothing more exists: {', '.join(gave_up)}.")
-        if not session.lessons.proofs:
-            raise Ended("failed", "All streams are exhausted, but a search gave up or motions failed without a reason.")
-        raise Ended("infeasible", "All streams are exhausted and no plan exists.")
+    return session.rounds.expand() or session.grounder.deepen() or session.surprises.look()
+
+
+def _conclude(session: Session, proven: bool) -> None:
+    """End the run, or begin it again without a simplification, as streams have nothing more to give.
+
+    Args:
+        proven: whether a search has shown that there is no plan with what they gave.
+    """
+    session.check_surprises()
+    if session.found.best is not None:
+        raise Ended("solved", "No better plan exists.")
+    if session.connectors.fluent and session.lessons.failed_moves:
+        raise Restart(replace(session.options, connectors=False))
+    if session.schema.ambivalent and session.options.lazy_tests:
+        raise Restart(replace(session.options, lazy_tests=False))
+    session.limits.check()  # a sampler may have ended because of the deadline
+    gave_up = sorted({i.external.name for i in session.knowledge.instances() if i.exhausted and i.gave_up})
+    if gave_up:
+        raise Ended("failed", f"All streams have ended, but not because nothing more exists: {', '.join(gave_up)}.")
+    if not proven:
+        raise Ended("failed", "All streams are exhausted, but a search gave up, or plans failed for no named reason.")
+    raise Ended("infeasible", "All streams are exhausted and no plan exists.")

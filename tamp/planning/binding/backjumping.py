@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from tamp.planning.binding.assignment import Walk
-from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame
+from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame, Nogood
 from tamp.planning.binding.skeleton import Apply, Check, Choose, Connect, Rewind, Skeleton
 from tamp.planning.binding.transit import Mover
 from tamp.planning.binding.value_selection import Chooser
@@ -116,6 +116,7 @@ class Binder:
             violation = self._evaluator.violation(walk.values.fact(item.fact), item.positive, state)
             if violation is not None:
                 walk.note(position, item.step, violation.reason)
+                walk.attempt.nogoods.extend(self._nogoods(walk.values.fact(item.fact), state) if item.positive else ())
                 return walk.blame(position, violation)
         if isinstance(item, Apply):
             taken = walk.skeleton.steps[item.step]
@@ -132,6 +133,13 @@ class Binder:
             state = walk.states[0]
         walk.states[position + 1] = state
         return None
+
+    def _nogoods(self, fact: Fact, state: State) -> Iterator[Nogood]:
+        """States in which tests with fluents do not certify a fact."""
+        if fact[0] in self._knowledge.schema.state_tests:
+            for test in self._evaluator.truth.answers(fact, state):
+                causes = test.main_reason[1]
+                yield Nogood(test.external, test.inputs, causes or test.fluents, bool(causes) and not test.gave_up)
 
     def _follows(self, walk: Walk, last: int) -> bool:
         """Whether the actions up to one of them follow the given skeleton with their values."""

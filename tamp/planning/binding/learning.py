@@ -52,9 +52,11 @@ class Lessons:
             instance.failures += 1
             self._knowledge.activate(instance, ACTIVATED * instance.failures)
         for nogood in attempt.nogoods:
-            self._knowledge.instance(nogood.external, nogood.inputs).nogoods[nogood.facts] = None
+            template = self._knowledge.instance(nogood.external, nogood.inputs)
+            facts = tuple(f for f in nogood.facts if f[0] not in self._knowledge.schema.shown)
             self.proofs &= nogood.named
-            self._knowledge.version += 1
+            self._knowledge.version += facts not in template.nogoods
+            template.nogoods[facts] = None
         for move in attempt.moves:
             self.failed_moves += 1
             self.unexplained += not move.facts

@@ -153,14 +153,15 @@ class _Planner:
         end = len(self.steps)
         literals = [(f, True) for f in self.schema.goal.positive] + [(f, False) for f in self.schema.goal.negative]
         goal: list[tuple[Fact, bool]] = [(ground(f, {}), positive) for f, positive in literals]
-        yield from (Check(f, positive, end) for f, positive in goal if not self._hidden(f))
-        if not self.deferred and not self.connectors.fluent:
+        yield from (Check(f, positive, end) for f, positive in goal if not self._hidden(f) and not self._is_late(f))
+        if not self.deferred and not self.connectors.fluent and not self.schema.state_tests:
             return
         yield Rewind()
         for k, step in enumerate(self.steps):
             yield from self._step(k, step, late=True)
             yield Apply(k)
         yield from (Connect(f, end) for f, positive in goal if positive and self._hidden(f))
+        yield from (Check(f, positive, end) for f, positive in goal if self._is_late(f))
 
     def _hidden(self, fact: Fact) -> bool:
         return bool(self.connectors.fluent) and fact[0] == self.connectors.fluent
@@ -169,7 +170,7 @@ class _Planner:
         waiting = list(self._literals(step))
         if late:
             yield from (Connect(f, k) for f, positive in waiting if positive and self._hidden(f))
-        mine = [(f, p) for f, p in waiting if not self._hidden(f) and late == any(h in self.late for h in f[1:])]
+        mine = [(f, p) for f, p in waiting if not self._hidden(f) and late == self._is_late(f)]
         needs = [i for i in self.needs[k] if i not in self.chosen and not i.external.is_test]
         groups: list[Instance | None] = [None, *(i for i in needs if (i in self.deferred) == late)]
         for instance in groups:
@@ -181,6 +182,10 @@ class _Planner:
             mine = [literal for literal in mine if literal not in ready]
             yield from (Check(f, p, k) for f, p in sorted(ready, key=self._difficulty))
         assert not mine, f"{step.schema.name}: no stream gives the objects of {mine}"
+
+    def _is_late(self, fact: Fact) -> bool:
+        """Whether a literal can be checked only with what is deferred: of its objects, or of the state that it is of."""
+        return fact[0] in self.schema.state_tests or any(h in self.late for h in fact[1:])
 
     def _is_known(self, handle: int) -> bool:
         return handle in self.known or self.knowledge.objects.is_real(handle)

@@ -73,8 +73,9 @@ class Mover:
 
     def _holds(self, connector: Connector, binding: dict[str, int], state: State, stuck: Stuck) -> bool:
         """Whether the rest of a connector's condition holds; what the state has to do with it where not."""
-        if not all(self._evaluator.given(ground(p, binding)) for p in connector.static):
-            return False
+        for pattern in connector.static:
+            if self._evaluator.support(ground(pattern, binding), state) is None:
+                return False
         for pattern in connector.negative:
             violation = self._evaluator.violation(ground(pattern, binding), False, state)
             if violation is not None:
@@ -100,7 +101,7 @@ class Mover:
         certified = next(c for c in external.certified if c[0] == pattern[0])
         terms = dict(zip(certified[1:], pattern[1:], strict=True))
         inputs = tuple(binding[str(terms[v])] for v in external.inputs)
-        fluents = tuple(f for f in state if f[0] in external.fluents)
+        fluents = self._knowledge.told(external, state)
         instance = self._knowledge.instance(external, inputs, fluents)
         for outputs in self._results(instance, state, patience):
             named = dict(zip(external.outputs, outputs, strict=True))

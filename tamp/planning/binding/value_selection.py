@@ -29,8 +29,7 @@ class Chooser:
         frame = walk.frames.setdefault(position, Frame())
         template = item.template
         inputs = tuple(map(walk.values.value, template.inputs))
-        wanted = template.external.fluents
-        fluents = tuple(f for f in state if f[0] in wanted) if wanted else ()
+        fluents = self._knowledge.told(template.external, state)
         instance = self._knowledge.instance(template.external, inputs, fluents)
         if fresh:
             parents = walk.values.owners((*inputs, *(h for f in fluents for h in f[1:])))

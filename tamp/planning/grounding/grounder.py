@@ -54,7 +54,7 @@ class Visible:
 
     def doubting(self, condition: Condition) -> Condition:
         """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
-        tests = self.schema.tests
+        tests = self.schema.tests.keys() | self.schema.state_tests.keys()
         positive = tuple((TRUE_MARK + str(p[0]), *p[1:]) if p[0] in tests else p for p in condition.positive)
         refuted = tuple((FALSE_MARK + str(p[0]), *p[1:]) for p in condition.negative if p[0] in tests)
         negative = tuple(p for p in condition.negative if p[0] not in tests)

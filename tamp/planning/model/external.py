@@ -35,6 +35,11 @@ class External:
         return not self.outputs
 
     @property
+    def is_state_test(self) -> bool:
+        """Whether its answer depends on the state: it certifies nothing for good."""
+        return self.is_test and bool(self.fluents)
+
+    @property
     def deferred(self) -> bool:
         """Whether its outputs are bound after everything else."""
         return bool(self.fluents) if self.info.defer is None else self.info.defer

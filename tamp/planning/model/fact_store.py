@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from tamp.planning.model.external import External
 from tamp.planning.model.objects import Fact, Objects
@@ -69,6 +69,7 @@ class Knowledge:
         self.producers: dict[Fact, list[Instance]] = {}
         self.templates: list[Instance] = []
         self.version = 0
+        self._shown: dict[Fact, None] = {}
         self._unsupported = schema.derived | schema.fluents | {"object"}
         self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...]], Instance] = {}
         self._sources: dict[int, tuple[Instance, int]] = {}
@@ -117,7 +118,14 @@ class Knowledge:
             self.state[fact] = None
         else:
             self.real.add(fact)
+            if fact[0] in self.schema.shown:
+                self._shown[fact] = None
         self._announce(fact)
+
+    def told(self, external: External, state: Iterable[Fact]) -> tuple[Fact, ...]:
+        """What a stream with fluents is told of a state: the facts of its predicates, first those that never change."""
+        wanted = external.fluents
+        return tuple(f for f in (*self._shown, *state) if f[0] in wanted) if wanted else ()
 
     def certify(self, fact: Fact, active: bool) -> None:
         """A call has certified a fact; the search hears of it only where it is active."""
@@ -161,7 +169,7 @@ class Knowledge:
         for handle in outputs:
             self._sources.setdefault(handle, (instance, len(instance.results)))
         instance.results.append(outputs)
-        for fact in instance.certified(outputs):
+        for fact in instance.certified(outputs) if not instance.external.is_state_test else ():
             self.certify(fact, active=False)
         return True
 

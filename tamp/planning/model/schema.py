@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 
@@ -28,6 +28,8 @@ class Schema:
         functions: function streams by name.
         tests: predicate -> the tests that decide it; only predicates that nothing else certifies.
         askable: predicate -> the tests that may certify it, whatever else does.
+        state_tests: predicate -> the tests with fluents that decide it in each state anew.
+        shown: what streams with fluents are told though no action changes it.
         guarded: what streams certify for as long as their domain holds, which actions change.
         part: the part of a fluent that has a name of its own inside the planner; None where there is none.
     """
@@ -53,11 +55,14 @@ class Schema:
             {stream.name: self._external(stream) for stream in declared}, changing, self.fluents, domain.types
         )
         self.axioms += axioms
+        told = frozenset(name for external in self.externals.values() for name in external.fluents)
+        self.shown = told - self.fluents - self.derived
         self.guarded = frozenset(str(axiom.head[0]) for axiom in axioms)
         self.derived |= self.guarded
         self.part: Part | None = None
         self.tests = self._tests()
         self.askable = self._askable()
+        self.state_tests = self._certifiers(lambda external: external.is_state_test)
         self.normal: NormalDomain = normal
 
     def with_part(
@@ -65,7 +70,7 @@ class Schema:
     ) -> Schema:
         """The same with a part of a fluent under its own name, as these actions, axioms and goal have it."""
         made = copy.copy(self)
-        for name in ("doubted", "ambivalent", "recursive"):
+        for name in ("doubted", "ambivalent", "recursive", "undecided"):
             made.__dict__.pop(name, None)
         made.part, made.actions, made.axioms, made.goal = part, actions, axioms, goal
         made.fluents = self.fluents | {part.name}
@@ -74,6 +79,7 @@ class Schema:
             for name, e in self.externals.items()
         }
         made.tests, made.askable = made._tests(), made._askable()
+        made.state_tests = made._certifiers(lambda external: external.is_state_test)
         return made
 
     def inner(self, fact: Fact) -> Fact:
@@ -164,11 +170,24 @@ class Schema:
         return {name: tests for name, tests in self._askable().items() if name not in generated}
 
     def _askable(self) -> dict[str, tuple[External, ...]]:
+        return self._certifiers(lambda external: external.is_test and not external.is_state_test)
+
+    def _certifiers(self, of_kind: Callable[[External], bool]) -> dict[str, tuple[External, ...]]:
+        """Predicate -> the streams of a kind that certify it."""
         found: dict[str, tuple[External, ...]] = {}
-        for external in self.externals.values():
-            for pattern in external.certified if external.is_test else ():
+        for external in filter(of_kind, self.externals.values()):
+            for pattern in external.certified:
                 found[str(pattern[0])] = (*found.get(str(pattern[0]), ()), external)
         return found
+
+    @cached_property
+    def undecided(self) -> bool:
+        """Whether tests with fluents decide more than preconditions: what they forbid there, the search cannot learn."""
+        elsewhere = [axiom.condition for axiom in self.axioms] + [self.goal]
+        elsewhere += [effect.condition for action in self.actions for effect in action.effects]
+        patterns = [p for c in elsewhere for p in c.positive + c.negative]
+        patterns += [p for action in self.actions for p in action.condition.negative]
+        return any(p[0] in self.state_tests for p in patterns)
 
     @cached_property
     def doubted(self) -> frozenset[str]:

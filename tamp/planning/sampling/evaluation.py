@@ -16,7 +16,7 @@ from tamp.planning.sampling.stream_calls import Sampling
 
 
 class Truth:
-    """Whether facts without fluents hold."""
+    """Whether facts hold that actions do not change: asks the tests that decide them."""
 
     def __init__(self, knowledge: Knowledge, sampling: Sampling, given: Callable[[Fact], bool]) -> None:
         """`given`: whether a domain fact of a test holds."""
@@ -40,31 +40,46 @@ class Truth:
             return False
         return self._decided(fact, tests)
 
+    def in_state(self, fact: Fact, state: State) -> bool:
+        """Whether a fact that tests with fluents decide holds in a state; assumed as long as a value is missing."""
+        if fact in self._knowledge.real:
+            return True
+        is_real = self._knowledge.objects.is_real
+        seen = {name for test in self._schema.state_tests[str(fact[0])] for name in test.fluents}
+        if not all(is_real(h) for f in (fact, *state) if f is fact or f[0] in seen for h in f[1:]):
+            return True
+        return any(instance.results for instance in self.answers(fact, state))
+
+    def answers(self, fact: Fact, state: State) -> Iterator[Instance]:
+        """The tests with fluents that decide a fact, after their calls for a state."""
+        for test in self._schema.state_tests[str(fact[0])]:
+            yield from self._asked(fact, test, self._knowledge.told(test, state))
+
     def _decided(self, fact: Fact, tests: tuple[External, ...]) -> bool:
         reason = ""
-        for test in tests:
-            for pattern in test.certified:
-                if pattern[0] == fact[0]:
-                    instance = self._ask(test, dict(zip(pattern[1:], fact[1:], strict=True)))
-                    if instance is not None and instance.results:
-                        return True
-                    reason = next((r for r, _ in instance.reasons), reason) if instance is not None else reason
+        for instance in (instance for test in tests for instance in self._asked(fact, test)):
+            if instance.results:
+                return True
+            reason = next((r for r, _ in instance.reasons), reason)
         if fact[0] in self._schema.tests:  # otherwise another stream may certify it yet
             self._knowledge.refute(fact, reason)
         return False
 
-    def _ask(self, test: External, terms: dict[str | int, int]) -> Instance | None:
-        """The instance of a test that decides a fact, after its call; None where it does not apply."""
-        if any(isinstance(t, int) and t != h for t, h in terms.items()) or not all(v in terms for v in test.inputs):
-            return None
-        instance = self._knowledge.instance(test, tuple(terms[v] for v in test.inputs))
-        if not instance.calls:
-            if not all(self._given(f) for f in instance.domain):
-                return None
-            self._sampling.draw(instance)
-            self._knowledge.announce(instance)
-            self._knowledge.version += not instance.results
-        return instance
+    def _asked(self, fact: Fact, test: External, fluents: tuple[Fact, ...] = ()) -> Iterator[Instance]:
+        """The instances of a test that decide a fact, after their calls; none where it does not apply."""
+        for pattern in (p for p in test.certified if p[0] == fact[0]):
+            terms = dict(zip(pattern[1:], fact[1:], strict=True))
+            if any(isinstance(t, int) and t != h for t, h in terms.items()) or not all(v in terms for v in test.inputs):
+                continue
+            instance = self._knowledge.instance(test, tuple(terms[v] for v in test.inputs), fluents)
+            if not instance.calls:
+                if not all(self._given(f) for f in instance.domain):
+                    continue
+                self._sampling.draw(instance)
+                if not test.is_state_test:
+                    self._knowledge.announce(instance)
+                    self._knowledge.version += not instance.results
+            yield instance
 
 
 Pairs = tuple[tuple[str | int, str | int], ...]
@@ -139,7 +154,7 @@ def order(condition: Condition, bound: Collection[str], schema: Schema) -> Looku
 def _rank(pattern: Pattern, bound: Collection[str], schema: Schema) -> tuple[int, int]:
     """Cheap and selective literals first, tests last."""
     unbound = sum(isinstance(t, str) and t not in bound for t in pattern[1:])
-    if pattern[0] in schema.tests:
+    if pattern[0] in schema.tests or pattern[0] in schema.state_tests:
         return (9 if not unbound else 10), unbound
     if not unbound and pattern[0] not in schema.derived:
         return 0, 0
@@ -165,8 +180,8 @@ class Evaluator:
         self.truth = Truth(knowledge, sampling, self.given)
 
     def given(self, fact: Fact) -> bool:
-        """Whether a domain fact holds: certified, derived without fluents, or a fluent that held at the start."""
-        if fact[0] in self._schema.derived:
+        """Whether a domain fact holds: certified, derived without fluents, or what the state at the start decides."""
+        if fact[0] in self._schema.derived | self._schema.state_tests.keys():
             return fact in self._knowledge.real or self.support(fact, State(self._knowledge.state)) is not None
         return fact in self._knowledge.state or self.truth(fact)
 
@@ -174,8 +189,13 @@ class Evaluator:
         """Facts that make a ground atom true in a state, or None where it is false."""
         if fact[0] in self._axioms:
             return next(self._atom(Lookup.of(fact, ()), {}, state), (None, None))[1]
-        holds = fact in state if fact[0] in self._schema.fluents else self.truth(fact)
-        return (fact,) if holds else None
+        return (fact,) if self._holds(fact, state) else None
+
+    def _holds(self, fact: Fact, state: State) -> bool:
+        """Whether a ground atom that is not derived holds."""
+        if fact[0] in self._schema.state_tests:
+            return self.truth.in_state(fact, state)
+        return fact in state if fact[0] in self._schema.fluents else self.truth(fact)
 
     def violation(self, fact: Fact, positive: bool, state: State) -> Violation | None:
         """Why a ground literal does not hold in a state, or None where it does.
@@ -185,6 +205,8 @@ class Evaluator:
         if positive:
             if self.support(fact, state) is not None:
                 return None
+            if fact[0] in self._schema.state_tests:
+                return self._untold(fact, state)
             exact = fact[0] in self._schema.tests
             return Violation((fact,), f"{self._knowledge.objects.text(fact)} does not hold", exact)
         causes: dict[Fact, None] = {}
@@ -193,6 +215,16 @@ class Evaluator:
         if not causes and self.support(fact, state) is None:
             return None
         return Violation((fact, *causes), self._reason(fact, tuple(causes)))
+
+    def _untold(self, fact: Fact, state: State) -> Violation:
+        """Why tests with fluents say no in a state: because of what their samplers name, or all that they were told."""
+        causes: dict[Fact, None] = {}
+        reason = ""
+        for instance in self.truth.answers(fact, state):
+            reason, named = instance.main_reason
+            causes.update(dict.fromkeys(named or instance.fluents))
+        text = f"{self._knowledge.objects.text(fact)} does not hold in this state"
+        return Violation((fact, *causes), f"{text}: {reason}" if reason else text)
 
     def _reason(self, fact: Fact, causes: Support) -> str:
         text = self._knowledge.objects.text
@@ -214,7 +246,7 @@ class Evaluator:
                 yield {**binding, lookup.open[0][1]: handle}, ()
         elif lookup.open:
             yield from self._matches(self._knowledge.real, lookup, binding)
-        elif self.truth(fact := ground(lookup.pattern, binding)):
+        elif self._holds(fact := ground(lookup.pattern, binding), state):
             yield binding, (fact,)
 
     def _matches(

@@ -47,6 +47,7 @@ class Rounds:
         knowledge = self._knowledge
         eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
         eager |= instance.external.is_test and (self._asking or not self._lazy_tests)
+        eager &= not instance.external.fluents  # there is no state to ask for
         callable_now = self._is_real(instance) and all(
             f in knowledge.real or f in knowledge.state or f[0] == "object" for f in instance.domain
         )

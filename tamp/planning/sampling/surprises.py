@@ -46,5 +46,5 @@ class Surprises:
 
     def _instance(self, external: External, binding: dict[str, int]) -> Instance:
         """What it is called for; where it is told the state, that is the initial one."""
-        fluents = tuple(fact for fact in self._knowledge.state if fact[0] in external.fluents)
+        fluents = self._knowledge.told(external, self._knowledge.state)
         return self._knowledge.instance(external, tuple(binding[v] for v in external.inputs), fluents)

@@ -14,7 +14,7 @@ import numpy as np
 
 from tamp.language import And, Constant, FunctionTerm, Parameter, Variable
 from tests.planning.oracles.semantics import Relation, State, relation_of
-from tests.planning.oracles.validator import add_types, ask_again, guard, known_objects, successor
+from tests.planning.oracles.validator import add_types, ask_again, guard, known_objects, successor, told
 
 Plan = tuple[tuple[str, tuple[Any, ...]], ...]
 
@@ -22,7 +22,7 @@ Plan = tuple[tuple[str, tuple[Any, ...]], ...]
 def sample(problem: Any, rounds: int, calls: int, brought: Relation | None = None) -> tuple[Relation, bool]:
     """Facts after calling every stream `calls` times for all its inputs in each round, and whether all have ended.
 
-    Streams with fluents are not supported. `brought` are facts that actions may bring: they count for the domains of
+    Of streams with fluents only tests are supported, which are asked in each state. `brought` are facts that actions may bring: they count for the domains of
     streams, whose outputs are then certified where they hold.
     """
     domain, streams, _ = guard(problem.parsed_domain, problem.parsed_streams)
@@ -36,7 +36,7 @@ def sample(problem: Any, rounds: int, calls: int, brought: Relation | None = Non
         for name, args in (brought or {}).items():
             seen[name] = seen.get(name, set()) | args
         state = State(domain, known_objects(domain, relation, And(()), []), seen)
-        for source in (*streams.rules, *streams.streams):
+        for source in (*streams.rules, *(s for s in streams.streams if not (s.is_test and s.fluents))):
             for found in list(state.solutions(list(source.domain), [Parameter(v) for v in source.inputs], {})):
                 key = (id(source), tuple(found[v] for v in source.inputs))
                 if key not in running:
@@ -105,7 +105,8 @@ def _search(problem: Any, relation: Relation, exhausted: bool, limit: int) -> tu
         relation, plan = queue.popleft()
         for name in waits:
             reached.setdefault(name, set()).update(relation.get(name, ()))
-        state = State(domain, objects, relation).derive()
+        seeing = told(domain, relation, streams, problem.samplers, objects)
+        state = State(domain, objects, seeing).derive()
         if state.holds(goal, {}):
             return plan, True, {}
         for action in domain.actions.values():
@@ -135,7 +136,8 @@ def wander(problem: Any, steps: int, seed: int) -> tuple[Any, ...]:
         add_types(domain, more)
         relation = {**more, **{name: relation.get(name, set()) for name in domain.fluents}}
         ask_again(domain, relation, {}, streams, problem.samplers)
-        state = State(domain, known_objects(domain, relation, And(()), []), relation).derive()
+        objects = known_objects(domain, relation, And(()), [])
+        state = State(domain, objects, told(domain, relation, streams, problem.samplers, objects)).derive()
         after = [
             changed
             for action in domain.actions.values()

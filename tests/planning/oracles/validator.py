@@ -51,6 +51,7 @@ def validate(
     streams: StreamFile | None = None,
     samplers: Mapping[str, Callable[..., Any]] | None = None,
     observe: Callable[[str, tuple[Any, ...], Relation], None] | None = None,
+    given: Iterable[Any] = (),
 ) -> float:
     """Carry out a plan.
 
@@ -63,6 +64,7 @@ def validate(
         samplers: tests, predicates and functions are asked again: facts of tests must be true, and facts of
             :predicate externals and values of functions come from here.
         observe: called before each action with its name, arguments and the facts that hold.
+        given: those of the facts that hold from the start, whatever the domains of streams say.
 
     Returns:
         The plan's cost.
@@ -72,10 +74,9 @@ def validate(
     """
     domain = domain if isinstance(domain, Domain) else parse_domain(domain)
     if streams is not None:
-        facts = [
-            (FUTURE + fact[0].lower(), *fact[1:]) if fact[0].lower() in guarded(domain, streams) else fact
-            for fact in facts
-        ]
+        names = guarded(domain, streams)
+        facts = [(FUTURE + fact[0].lower(), *fact[1:]) if fact[0].lower() in names else fact for fact in facts]
+        facts += [fact for fact in given if fact[0].lower() in names]
         domain, streams, _ = guard(domain, streams)
         domain = replace(domain, axioms=(*domain.axioms, *(a for rule in streams.rules for a in axioms_of(rule))))
     steps = [(name.lower(), tuple(domain.constant(arg) for arg in args)) for name, args in plan]
@@ -94,7 +95,7 @@ def validate(
         action = domain.actions[name]
         if len(args) != len(action.parameters):
             raise InvalidPlanError(f"{label}: takes {len(action.parameters)} arguments")
-        state = State(domain, objects, relation).derive()
+        state = State(domain, objects, told(domain, relation, streams, samplers or {}, objects)).derive()
         env = {parameter.variable: arg for parameter, arg in zip(action.parameters, args, strict=True)}
         for parameter, arg in zip(action.parameters, args, strict=True):
             if not state.has_types(parameter, arg):
@@ -104,6 +105,7 @@ def validate(
             observe(name, tuple(arg.value for arg in args), state.facts)
         cost += action_cost(domain, action.cost, env, values, label)
         relation = successor(state, relation, action.effects, env)
+    relation = told(domain, relation, streams, samplers or {}, objects)
     explain(State(domain, objects, relation).derive(), formula, {}, "the goal")
     return cost
 
@@ -195,6 +197,27 @@ def ask_again(
                 known.add(args) if answer else known.discard(args)
             elif not answer:
                 refuse_claims(external, state, found, relation)
+
+
+def told(
+    domain: Domain,
+    relation: Relation,
+    streams: StreamFile | None,
+    samplers: Mapping[str, Callable[..., Any]],
+    objects: tuple[Constant, ...],
+) -> Relation:
+    """The facts with what tests certify that are told those of a state."""
+    tests = [s for s in streams.streams if s.is_test and s.fluents and s.name in samplers] if streams else []
+    result = {name: set(args) for name, args in relation.items()}
+    state = State(domain, objects, relation)
+    for test in tests:
+        facts = tuple((n, *(a.value for a in args)) for n in test.fluents for args in sorted(relation.get(n, ()), key=str))
+        for found in list(state.solutions(list(test.domain), [Parameter(v) for v in test.inputs], {})):
+            context = SimpleNamespace(fluents=facts, sees_fluents=True, fail=lambda *args, **keywords: None)
+            if samplers[test.name](context, *(found[v].value for v in test.inputs)):
+                for atom in test.certified:
+                    result.setdefault(atom.predicate, set()).add(tuple(state.value(arg, found) for arg in atom.args))
+    return result
 
 
 def refuse_claims(test: Stream, state: State, found: Bindings, relation: Relation) -> None:

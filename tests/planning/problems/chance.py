@@ -72,10 +72,11 @@ CERTIFIED = {
     "transit": {"spot": 1},
     "exogenous": {"forged": 2},
     "inputless": {"free": 1},
+    "told": {"told": 1},
 }
 """Feature -> what its streams certify, and the number of arguments."""
 
-FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions", "robots")
+FEATURES = ("effects", "wild", "transit", "exogenous", "inputless", "functions", "robots", "told")
 
 
 def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
@@ -85,7 +86,7 @@ def domain(draw: Draw, streams: bool, features: Collection[str]) -> str:
     more = {
         name: arity for feature in FEATURES if feature in features for name, arity in CERTIFIED.get(feature, {}).items()
     }
-    static |= more
+    static |= {name: arity for name, arity in more.items() if name != "told"}
     inside = derived | static if "effects" in features else derived
     recursive = draw.pick("(d ?y)", "(q ?y)")
     axioms = [
@@ -151,6 +152,7 @@ MORE_STREAMS = {
       (:stream test-forge :inputs (?x ?y) :domain (and (forged ?x ?y) (thing ?x)) :certified (product ?y))""",
     "inputless": "(:stream spring :outputs (?y) :certified (free ?y))",
     "functions": "(:function (price ?x) (thing ?x))",
+    "told": "(:stream test-told :inputs (?x) :domain (thing ?x) :fluents (p q) :certified (told ?x))",
     "robots": """(:stream find-stop :inputs (?r ?x) :domain (and (robot ?r) (thing ?x)) :outputs (?y)
         :certified (stop ?r ?y))
       (:stream test-road :inputs (?r ?y ?z) :domain (and (robot ?r) (stop ?r ?y) (stop ?r ?z))
@@ -246,6 +248,7 @@ def problem(seed: int, streams: bool = False, endless: bool = False, features: C
         known = {"gild": gild, "find-spot": find_spot, "forge": forge, "spring": spring}
         known |= {"find-stop": find_stop}
         known |= {"test-road": lambda context, robot, start, end: (len(start) + ord(end[-1]) + seed) % 3 > 0}
+        known |= {"test-told": lambda context, thing: sum(f[1] != thing for f in context.fluents) <= seed % 3}
         known |= {"price": lambda context, thing: 1.0 + ["ta", "tb", "tc"].index(thing)}
         known |= {"test-forge": lambda context, thing, product: len(product) % 2 == 0}
         texts = [MORE_STREAMS[feature] for feature in FEATURES if feature in features and feature in MORE_STREAMS]

@@ -77,3 +77,54 @@ def blocked(boxes: int = 2) -> Problem:
     return Problem(
         domain=DOMAIN, streams=STREAMS, samplers={"plan-path": plan_path}, init=init, goal=goal, scene={2: 2}
     )
+
+
+TOLD = """
+(define (stream corridor)
+  (:stream test-passable
+    :inputs (?r1 ?r2)
+    :domain (and (Room ?r1) (Room ?r2))
+    :fluents (In)
+    :certified (Passable ?r1 ?r2)))
+"""
+
+
+def told_corridor(boxes: int) -> Problem:
+    """As `corridor`, where a test is told the state in place of a stream with outputs."""
+    domain = DOMAIN.replace("(Path ?r1 ?t ?r2)", "(Passable ?r1 ?r2)").replace("(?r1 ?t ?r2)", "(?r1 ?r2)")
+    plain = corridor(boxes)
+
+    def test(context: Any, start: int, end: int) -> bool:
+        return passable(start, end, {fact[1]: fact[2] for fact in context.fluents}, plain.scene)
+
+    return Problem(domain, TOLD, {"test-passable": test}, plain.init, plain.goal, plain.scene)
+
+
+KITCHEN = """
+(define (domain kitchen)
+  (:requirements :strips)
+  (:predicates (Food ?f) (Washable ?f) (Wet ?b) (Clean ?f) (Cooked ?f))
+  (:action wash :parameters (?f) :precondition (Washable ?f) :effect (Clean ?f))
+  (:action cook :parameters (?f) :precondition (and (Food ?f) (Clean ?f)) :effect (and (Cooked ?f) (not (Clean ?f)))))
+"""
+
+KITCHEN_STREAMS = """
+(define (stream kitchen)
+  (:stream test-washable :inputs (?f) :domain (Food ?f) :fluents (Cooked Wet) :certified (Washable ?f)))
+"""
+
+
+def washing(foods: int, clean: bool = False) -> Problem:
+    """Nothing can be washed once anything is cooked: all are washed first; `clean`: the first also at the end.
+
+    The test is told what is wet as well, which never changes.
+    """
+
+    def washable(context: Any, food: str) -> bool:
+        assert ("wet", "sponge") in context.fluents
+        return not any(fact[0] == "cooked" for fact in context.fluents)
+
+    names = [f"food{i}" for i in range(foods)]
+    goal = [("Cooked", name) for name in names] + [("Clean", names[0])] * clean
+    init = [("Wet", "sponge"), *(("Food", name) for name in names)]
+    return Problem(KITCHEN, KITCHEN_STREAMS, {"test-washable": washable}, init, ("and", *goal))
