@@ -73,7 +73,7 @@ class Certified:
 
     Attributes:
         outputs: the outputs as it would otherwise yield them; None to certify facts alone.
-        facts: further facts about any values; their predicates must not be changed by actions.
+        facts: further facts about any values. Those that actions change are taken to hold from the start.
     """
 
     outputs: Any

@@ -28,6 +28,7 @@ SOLVABLE = {
     "line 2": lambda: continuous.line(2),
     "line 2, forall": lambda: continuous.line(2, continuous.DOMAIN.replace(continuous.UNSAFE, continuous.FORALL)),
     "line 2, effects": lambda: continuous.line(2, continuous.conditional_effects()),
+    "line 2, wrecking effects": lambda: continuous.line(2, continuous.wrecking_effects()),
     "guarded 1": lambda: guarded.line(1),
     "guarded 2": lambda: guarded.line(2),
     "plane 1": lambda: continuous.plane(1),

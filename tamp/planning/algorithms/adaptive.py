@@ -216,8 +216,7 @@ def _expand(session: Session) -> None:
 def _sample(session: Session, seen: bool = False) -> bool:
     """Draw from every stream once more, or hope for more; whether there was anything left.
 
-    Args:
-        seen: the search has just found a plan, so that the goal is within reach.
+    `seen`: the search has just found a plan, so that the goal is within reach.
     """
     session.check_prospects(seen)
     session.grounder.be_shallow()
@@ -230,8 +229,7 @@ def _sample(session: Session, seen: bool = False) -> bool:
 def _conclude(session: Session, proven: bool) -> None:
     """End the run, or begin it again without a simplification, as streams have nothing more to give.
 
-    Args:
-        proven: whether a search has shown that there is no plan with what they gave.
+    `proven`: a search has shown that there is no plan with what they gave.
     """
     session.check_surprises()
     if session.found.best is not None:

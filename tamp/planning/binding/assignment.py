@@ -105,7 +105,7 @@ class Walk:
     def blame(self, position: int, violation: Violation) -> set[int]:
         """The earlier choices that may have caused a violation."""
         if not violation.exact:
-            return {i for i in self._movers(violation.facts[0]) if i < position}
+            return {i for fact in violation.facts for i in self._movers(fact) if i < position}
         owners = self.values.owners({h for fact in violation.facts for h in fact[1:]})
         return {owner for owner in owners if owner < position}
 

@@ -168,4 +168,6 @@ class Binder:
             return None
         walk.attempt.moves.extend(found.failed)
         walk.note(position, item.step, found.reason)
-        return walk.blame(position, Violation((target, *found.facts), "", exact=bool(found.facts)))
+        if not found.facts:
+            return walk.blame(position, Violation((target,), "", exact=False))
+        return walk.blame(position, self._evaluator.violated((target, *found.facts), ""))

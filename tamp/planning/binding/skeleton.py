@@ -184,7 +184,7 @@ class _Planner:
         assert not mine, f"{step.schema.name}: no stream gives the objects of {mine}"
 
     def _is_late(self, fact: Fact) -> bool:
-        """Whether a literal can be checked only with what is deferred: of its objects, or of the state that it is of."""
+        """Whether a literal can be checked only with what is deferred: it is of such objects, or of a whole state."""
         return fact[0] in self.schema.state_tests or any(h in self.late for h in fact[1:])
 
     def _is_known(self, handle: int) -> bool:

@@ -52,6 +52,10 @@ class Visible:
     def _is_doubted(self, axiom: AxiomSchema) -> bool:
         return self.lazy and axiom.head[0] in self.schema.doubted
 
+    def may_hurt(self, effect: EffectSchema) -> bool:
+        """Whether what an effect does is not what is wanted: what a test may yet prevent is assumed not to happen."""
+        return ((str(effect.atom[0]), True) in self.schema.wanted) != effect.positive
+
     def doubting(self, condition: Condition) -> Condition:
         """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
         tests = self.schema.tests.keys() | self.schema.state_tests.keys()
@@ -250,7 +254,7 @@ class Grounder:
         for effect in self.connectors.effects(schema):
             if _is_plain(effect):
                 continue
-            if not effect.positive:  # what a test may yet prevent is assumed not to happen
+            if self._visible.may_hurt(effect):
                 effect = replace(effect, condition=self._visible.doubting(effect.condition))
             body = tuple(dict.fromkeys(condition.positive + effect.condition.positive))
             names = tuple(dict.fromkeys((*variables, *_variables(effect.condition))))

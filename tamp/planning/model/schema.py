@@ -70,7 +70,7 @@ class Schema:
     ) -> Schema:
         """The same with a part of a fluent under its own name, as these actions, axioms and goal have it."""
         made = copy.copy(self)
-        for name in ("doubted", "ambivalent", "recursive", "undecided"):
+        for name in ("wanted", "conditional", "doubted", "ambivalent", "recursive", "undecided"):
             made.__dict__.pop(name, None)
         made.part, made.actions, made.axioms, made.goal = part, actions, axioms, goal
         made.fluents = self.fluents | {part.name}
@@ -182,7 +182,7 @@ class Schema:
 
     @cached_property
     def undecided(self) -> bool:
-        """Whether tests with fluents decide more than preconditions: what they forbid there, the search cannot learn."""
+        """Whether tests with fluents decide more than preconditions: the search cannot learn what they forbid there."""
         elsewhere = [axiom.condition for axiom in self.axioms] + [self.goal]
         elsewhere += [effect.condition for action in self.actions for effect in action.effects]
         patterns = [p for c in elsewhere for p in c.positive + c.negative]
@@ -190,33 +190,39 @@ class Schema:
         return any(p[0] in self.state_tests for p in patterns)
 
     @cached_property
+    def wanted(self) -> frozenset[tuple[str, bool]]:
+        """What preconditions and the goal want true, and what false, themselves or through axioms and effects."""
+        sources = [action.condition for action in self.actions] + [self.goal]
+        queue = [literal for condition in sources for literal in _literals(condition, True)]
+        found = set(queue)
+        for name, sign in queue:  # grows while it is walked through
+            inside = [(a.condition, sign) for a in self.axioms if a.head[0] == name]
+            effects = (e for action in self.actions for e in action.effects if e.atom[0] == name)
+            inside += [(e.condition, sign == e.positive) for e in effects]
+            more = [literal for condition, good in inside for literal in _literals(condition, good)]
+            queue += dict.fromkeys(literal for literal in more if literal not in found)
+            found.update(more)
+        return frozenset(found)
+
+    @cached_property
+    def conditional(self) -> frozenset[str]:
+        """Predicates that effects make true under conditions."""
+        effects = (e for action in self.actions for e in action.effects if e.positive and e.condition != Condition())
+        return frozenset(str(effect.atom[0]) for effect in effects)
+
+    @cached_property
     def doubted(self) -> frozenset[str]:
-        """Derived predicates that some condition wants false: nothing is assumed in their favour."""
-        wanted = [c.negative for c in self._conditions()]
-        found = {str(p[0]) for patterns in wanted for p in patterns if p[0] in self.derived}
-        while True:
-            inside = [a.condition for a in self.axioms if a.head[0] in found]
-            more = {str(p[0]) for c in inside for p in c.positive if p[0] in self.derived} - found
-            if not more:
-                return frozenset(found)
-            found |= more
+        """Derived predicates that are wanted false: nothing is assumed in their favour."""
+        return frozenset(name for name, sign in self.wanted if not sign and name in self.derived)
 
     @cached_property
     def ambivalent(self) -> bool:
         """Whether what is assumed of tests may also hurt: the search can then miss plans until tests are asked.
 
-        So it is where they decide a conditional effect, or a derived predicate that some conditions want true and
-        others false.
+        So it is where they decide what is wanted both true and false, by conditional effects or axioms.
         """
-        effects = [e.condition for a in self.actions for e in a.effects]
-        named = {str(p[0]) for c in effects for p in c.positive + c.negative}
-        if any(not self.influences(name).isdisjoint(self.tests) for name in named):
-            return True
-        inside = [a.condition for a in self.axioms if a.head[0] in self.doubted]
-        if not any(p[0] in self.tests for c in inside for p in c.positive + c.negative):
-            return False
-        wanted = {p[0] for c in self._conditions() for p in c.positive} | {p[0] for c in inside for p in c.negative}
-        return not self.doubted.isdisjoint(wanted)
+        both = {name for name, sign in self.wanted if sign and (name, False) in self.wanted}
+        return any(not self.influences(name).isdisjoint(self.tests) for name in both - self.tests.keys())
 
     @cached_property
     def recursive(self) -> frozenset[str]:
@@ -252,3 +258,9 @@ class Schema:
         found = [action.condition for action in self.actions] + [axiom.condition for axiom in self.axioms]
         found += [effect.condition for action in self.actions for effect in action.effects]
         return [*found, self.goal]
+
+
+def _literals(condition: Condition, wanted: bool) -> Iterator[tuple[str, bool]]:
+    """The predicates of a condition, each with the truth that is wanted of it where the condition is wanted, or not."""
+    yield from ((str(p[0]), wanted) for p in condition.positive)
+    yield from ((str(p[0]), not wanted) for p in condition.negative)

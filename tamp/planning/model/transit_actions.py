@@ -104,6 +104,8 @@ def _recognise(schema: Schema, action: ActionSchema) -> Connector | None:
         return None
     if any(p[0] in schema.derived for p in action.condition.positive):
         return None
+    if any(p[0] in schema.fluents for p in action.condition.negative):
+        return None  # what other actions bring about may bar every move: the search must see that
     streams = _streams(schema, action, before, after, differ[0])
     if streams is None:
         return None

@@ -214,7 +214,11 @@ class Evaluator:
             causes.update(dict.fromkeys(support))
         if not causes and self.support(fact, state) is None:
             return None
-        return Violation((fact, *causes), self._reason(fact, tuple(causes)))
+        return self.violated((fact, *causes), self._reason(fact, tuple(causes)))
+
+    def violated(self, facts: Support, reason: str) -> Violation:
+        """The violation for which facts are to blame that hold, or what decided the effects that made them true."""
+        return Violation(facts, reason, exact=not any(f[0] in self._schema.conditional for f in facts))
 
     def _untold(self, fact: Fact, state: State) -> Violation:
         """Why tests with fluents say no in a state: because of what their samplers name, or all that they were told."""

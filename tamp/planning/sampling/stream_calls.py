@@ -260,17 +260,15 @@ class Sampling:
         else:
             self.tame.add(instance.external.name)
         for raw in facts:
-            self._knowledge.certify(self._extra(instance, raw), active=True)
+            self._knowledge.certify(self._extra(raw), active=True)
         if output is None:
             return False
         handles = self._handles(instance, output)
         return self._knowledge.record(instance, handles)
 
-    def _extra(self, instance: Instance, raw: tuple[Any, ...]) -> Fact:
-        name = str(raw[0]).lower()
-        if name in self._knowledge.schema.fluents:
-            raise SamplerError(f"stream {instance.external.name!r} certifies {raw[0]!r}, which actions change")
-        return (name, *map(self._knowledge.objects.intern, raw[1:]))
+    def _extra(self, raw: tuple[Any, ...]) -> Fact:
+        fact = (str(raw[0]).lower(), *map(self._knowledge.objects.intern, raw[1:]))
+        return self._knowledge.schema.inner(fact)
 
     def _handles(self, instance: Instance, output: Any) -> tuple[int, ...]:
         objects = self._knowledge.objects

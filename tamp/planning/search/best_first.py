@@ -48,7 +48,7 @@ class BuiltinSearch:
     ) -> SearchResult:
         """Search for a plan that costs less than `bound`, for `timeout` seconds or `effort` of processor time."""
         deadline, enough = clock.now() + timeout, time.process_time() + effort
-        space = _Space(task)
+        space = Space(task)
         start = space.close(sum(1 << atom for atom in task.initial))
         estimate = space.estimate(start)
         if estimate is None:
@@ -76,7 +76,7 @@ class BuiltinSearch:
         return SearchResult(None, proven=bound is None)
 
 
-class _Space:
+class Space:
     """The transition system of a ground task over bit masks."""
 
     def __init__(self, task: GroundTask) -> None:
@@ -110,12 +110,15 @@ class _Space:
         return state
 
     def applicable(self, index: int, state: int) -> bool:
+        """Whether the operator of that number can be taken."""
         return state & self._positive[index] == self._positive[index] and not state & self._negative[index]
 
     def is_goal(self, state: int) -> bool:
+        """Whether the goal holds."""
         return state & self._goal[0] == self._goal[0] and not state & self._goal[1]
 
     def apply(self, index: int, state: int) -> int:
+        """The state after an operator, before its derived atoms are worked out anew."""
         added = deleted = 0
         for effect in self.task.operators[index].effects:
             positive = _mask(effect.positive)
@@ -167,6 +170,7 @@ class _Space:
         return sum(self._relaxed[index][2] for index in chosen)
 
     def plan(self, parents: dict[int, tuple[int, int] | None], state: int) -> tuple[TaskOperator, ...]:
+        """The operators that lead to a state, by the step that led to each."""
         steps: list[TaskOperator] = []
         while (step := parents[state]) is not None:
             state, index = step

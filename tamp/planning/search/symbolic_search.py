@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from tamp.errors import TampError
@@ -14,6 +15,7 @@ from tamp.planning.model.stream_instances import ground
 from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.search.best_first import Search, SearchResult
+from tamp.planning.search.elimination import eliminate
 
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
@@ -83,4 +85,4 @@ class SymbolicSearch:
             raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
         self._timeouts += result.timed_out and not novel
         self.operators = len(task.operators)
-        return result
+        return result if result.plan is None else replace(result, plan=eliminate(task, result.plan))

@@ -211,7 +211,8 @@ def told(
     result = {name: set(args) for name, args in relation.items()}
     state = State(domain, objects, relation)
     for test in tests:
-        facts = tuple((n, *(a.value for a in args)) for n in test.fluents for args in sorted(relation.get(n, ()), key=str))
+        seen = [(name, args) for name in test.fluents for args in sorted(relation.get(name, ()), key=str)]
+        facts = tuple((name, *(arg.value for arg in args)) for name, args in seen)
         for found in list(state.solutions(list(test.domain), [Parameter(v) for v in test.inputs], {})):
             context = SimpleNamespace(fluents=facts, sees_fluents=True, fail=lambda *args, **keywords: None)
             if samplers[test.name](context, *(found[v].value for v in test.inputs)):

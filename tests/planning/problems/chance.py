@@ -190,6 +190,8 @@ def make_wild(context: Any, thing: str) -> Iterator[Certified]:
         yield Certified(product, (("bonus", product if (i + context.scene) % 2 else thing),))
     if context.scene % 5 == 0:
         yield Certified(None, (("bonus", "tc"), ("free", thing)))
+    if context.scene % 3 == 1:  # what actions change: it held from the start
+        yield Certified(None, (("q", thing),))
 
 
 def make(context: Any, thing: str) -> Iterator[str]:

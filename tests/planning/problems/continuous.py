@@ -61,6 +61,13 @@ def conditional_effects() -> str:
     return text[: text.index("(:derived (UnsafePose")] + ")"
 
 
+def wrecking_effects() -> str:
+    """As `conditional_effects`, where a collision brings about what bars actions instead of ending what allows them."""
+    text = conditional_effects().replace("(not (Safe))", "(Wrecked)").replace("(Safe))\n", "(Wrecked))\n", 1)
+    text = text.replace("(Holding ?b) (Safe))", "(Holding ?b) (not (Wrecked)))")
+    return text.replace("(AtConf ?q1) (CanMove))", "(AtConf ?q1) (CanMove) (not (Wrecked)))")
+
+
 STREAMS = """
 (define (stream pick-and-place)
   (:stream sample-pose
@@ -166,4 +173,7 @@ def _problem(
     goal: Any = ("and", *(("In", block, "goal") for block in blocks[:moved]))
     if "(Safe)" in domain:
         goal = ("and", ("Safe",), goal)
+    if "(Wrecked)" in domain:
+        init.remove(("Safe",))
+        goal = ("and", ("not", ("Wrecked",)), ("AtConf", home), goal)
     return Problem(domain=domain, streams=STREAMS, samplers=SAMPLERS, init=init, goal=goal, scene=regions)
