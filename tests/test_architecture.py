@@ -49,7 +49,8 @@ ALLOWED = {
         "task", "errors",
     },
     "conformance": {
-        "checking", "clock", "domains", "streams", "planning", "language", "pipeline", "world", "task", "errors",
+        "checking", "clock", "domains", "execution", "streams", "planning", "language", "pipeline", "world", "task",
+        "errors",
     },
     "__main__": {"cli"},
     "cli": {
@@ -83,7 +84,8 @@ HOMES = {
     },
     "pybullet": {"execution.pybullet.client"},
     "pydantic": {
-        "task.files.errors", "task.files.load", "task.files.robot_file", "task.files.robot_schema", "task.files.schema",
+        "task.files.errors", "task.files.load", "task.files.robot.robot_file", "task.files.robot.robot_schema",
+        "task.files.schema",
     },
     "rich": {"cli.progress", "cli.commands.results.compare", "results"},
     "rosbags": {"formats.trajectory"},

@@ -17,7 +17,9 @@ import numpy as np
 from tamp.checking.robot.kinematics import KinematicTree
 from tamp.checking.robot.links import Links, read_links
 from tamp.conformance.findings import Finding
+from tamp.conformance.standing import stand
 from tamp.errors import RobotError, TaskError
+from tamp.execution.simulators import installed
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.task import RobotSpec, Table
 from tamp.task.mesh.mesh_file import RawMesh, read_mesh
@@ -45,6 +47,7 @@ FAT = 3.0  # a hull of so many times its mesh's volume is worth a note
 RINGS = np.arange(0.2, 1.3, 0.05)  # distances from the base's axis at which the hand comes straight down [m]
 HEIGHTS = (0.03, 0.15)  # of the tool over the table there [m]
 TURNS = 4  # of the hand about the vertical, at each of as many directions
+TURNS_AT_MOST = 10  # in the range of one joint
 EASY = 0.9  # share of them from which on a distance is well within reach
 
 
@@ -98,7 +101,7 @@ def check_robot(spec: RobotSpec, *, seed: int = 0) -> RobotJudgement:
         return RobotJudgement(spec.name, (*findings, Finding("description", "wrong", str(error))))
     checks = (
         trial.limits, trial.kinematics, trial.gripper, trial.hand, trial.hulls, trial.collisions, trial.inverse,
-        trial.reach,
+        trial.reach, trial.simulation,
     )  # fmt: skip
     try:
         for check in checks:
@@ -150,9 +153,16 @@ class _Trial:
             if given is not None and 0.0 < float(given) < velocity * (1 - 1e-9):
                 text = f"{name} may turn at {velocity:g} rad/s, the URDF says {float(given):g}"
                 yield Finding("limits", "note", text)
+        if spec.still:
+            told = _some([f"{name} at {value:g}" for name, value in spec.still])
+            yield Finding("limits", "note", f"joints that nothing drives stand still: {told}; posture: moves them")
         turns = (np.array(spec.upper) - np.array(spec.lower)) / (2 * np.pi)
         self.numbers["turns"] = [round(float(v), 3) for v in turns]
         ranges = ", ".join(f"{v:.2f}" for v in turns)
+        if turns.max() > TURNS_AT_MOST:
+            text = f"the joints' ranges are {ranges} turns; limits are in radians, and {TURNS_AT_MOST} turns the most"
+            yield Finding("limits", "wrong", text)
+            return
         yield Finding("limits", "ok", f"home is inside; the joints' ranges are {ranges} turns")
 
     def kinematics(self) -> Iterator[Finding]:
@@ -277,6 +287,14 @@ class _Trial:
             "fatness": {name: round(ratio, 2) for name, ratio in ratios.items()},
             "without_collision": bare,
         }
+        unseen = [
+            link.get("name", "")
+            for link in root.findall("link")
+            if link.find("collision") is not None and link.find("visual") is None
+        ]
+        if unseen:
+            text = f"not drawn, for want of a <visual> whose mesh is found: {_some(unseen)}"
+            yield Finding("hulls", "note", text)
         if bare:
             text = f"nothing meets links that are drawn but have no collision geometry: {_some(bare)}"
             yield Finding("hulls", "note", text)
@@ -327,9 +345,24 @@ class _Trial:
             yield Finding("reach", "wrong", text)
             return
         share = min(inside, default=0.0)
+        if not any(share >= EASY for share in inside):
+            text = f"arm.reach says {near:g} to {far:g} m, where the hand hardly comes straight down to the table; well"
+            yield Finding("reach", "wrong", f"{text} within reach are {good[0]:.2f} to {good[-1]:.2f} m")
+            return
         told = f"straight down it reaches the table well from {good[0]:.2f} to {good[-1]:.2f} m"
         text = f"{told}; arm.reach says {near:g} to {far:g} m, where it is {share:.0%} at worst"
         yield Finding("reach", "ok" if share >= EASY else "note", text)
+
+    def simulation(self) -> Iterator[Finding]:
+        """What every simulator that is installed makes of it."""
+        for name in installed():
+            standing = stand(name, self.spec)
+            self.numbers[f"standing_in_{name}"] = {
+                "off": standing.off,
+                "shut_m": standing.shut,
+                "open_m": standing.open,
+            }
+            yield Finding("simulation", "wrong" if standing.complaint else "ok", f"{name}: {standing}")
 
     def _hits_at(self, radius: float) -> float:
         base, hits, tried = self.spec.T_world_base, 0, 0

@@ -80,6 +80,7 @@ class RobotSpec:
         tool_parent: link that carries the tool frame.
         T_parent_tool: tool frame in that link: z the approach direction, the pads' middle on its axis.
         gripper: the gripper.
+        still: the URDF's other movable joints, which nothing drives, and where each stands [rad or m].
     """
 
     name: str
@@ -98,3 +99,4 @@ class RobotSpec:
     tool_parent: str
     T_parent_tool: Pose
     gripper: Gripper
+    still: tuple[tuple[str, float], ...] = ()

@@ -139,6 +139,6 @@ def _read(path: Path) -> RobotSpec:
 
 @lru_cache(maxsize=64)
 def _read_once(path: Path, changed: int) -> RobotSpec:
-    from tamp.task.files.robot_file import read_robot  # here: pydantic is slow to load
+    from tamp.task.files.robot.robot_file import read_robot  # here: pydantic is slow to load
 
     return read_robot(path)

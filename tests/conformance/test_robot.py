@@ -16,7 +16,7 @@ from tamp.conformance.findings import Finding
 from tamp.conformance.robot import _Trial, check_robot
 from tamp.errors import RobotError
 from tamp.task import Pose, RobotSpec, load_robot
-from tamp.task.files.robot_file import read_robot
+from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.model import robot_model
 from tests.task.swinging import write
 
@@ -130,3 +130,26 @@ def test_pads_that_never_meet_end_the_kit_with_what_the_fingers_are() -> None:
     judgement = check_robot(replace(spec, gripper=replace(spec.gripper, pads=pads, stroke=0.1)))
     assert not judgement.fits and "the pads part by 0.08" in judgement.findings[-1].text
     assert [f.text.split()[0] for f in judgement.findings if f.check == "fingers"] == [*spec.gripper.fingers]
+
+
+def test_a_home_in_which_the_arm_is_in_itself_is_told() -> None:
+    spec = load_robot("panda")
+    folded = replace(spec, home=(0.0, 0.0, 0.0, -3.07, 0.0, 0.0, 0.785), T_world_base=Pose((-0.42, 0.0, 0.3)))
+    assert any(text.startswith("at home: panda_") for text in wrong(list(trial(folded).collisions())))
+
+
+def test_limits_in_degrees_are_told() -> None:
+    spec = load_robot("panda")
+    (text,) = wrong(list(trial(replace(spec, upper=(166.0, *spec.upper[1:]))).limits()))
+    assert "limits are in radians" in text
+
+
+def test_a_reach_where_the_hand_never_gets_is_told() -> None:
+    (text,) = wrong(list(trial(replace(load_robot("panda"), reach=(3.0, 5.0))).reach()))
+    assert text.startswith("arm.reach says 3 to 5 m")
+
+
+def test_motors_that_cannot_carry_the_arm_are_told_by_the_simulators(tmp_path: Path) -> None:
+    spec = read_robot(written(tmp_path, "  acceleration:", "  effort: 1.0\n  acceleration:"))
+    found = wrong(list(trial(spec).simulation()))
+    assert any(re.match(r"\w+: panda_joint\d is .* off home after 1 s: are masses and effort limits", t) for t in found)

@@ -125,8 +125,8 @@ def _pairs(
 ) -> tuple[tuple[Solid, Solid], ...]:
     """Pairs of links to check against each other.
 
-    Left out are links that no arm joint moves against each other, links joined by a joint, and those that overlap at
-    home or almost always: their hulls meet by construction, not by motion.
+    Left out are links that no arm joint moves against each other, links joined by a joint, and those that overlap
+    almost always: their hulls meet by construction, not by motion.
     """
     joined = {frozenset((joint.parent, joint.child)) for joint in tree.joints}
     candidates = [
@@ -143,7 +143,7 @@ def _pairs(
         apart = np.linalg.norm(T_a_b[:, :3, :3] @ b.center + T_a_b[:, :3, 3] - a.center, axis=1)
         near = apart < a.radius + b.radius
         hits = np.array([n and clearance(a, b, T, np.inf) < 0.0 for T, n in zip(T_a_b, near, strict=True)])
-        if not hits[0] and hits.mean() < ALWAYS:
+        if hits.mean() < ALWAYS:
             kept.append((a, b))
     return tuple(kept)
 

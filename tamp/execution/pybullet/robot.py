@@ -292,8 +292,9 @@ def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
             collision.clear()
             geometry = ElementTree.SubElement(collision, "geometry")
             ElementTree.SubElement(geometry, "mesh", filename=str(path))
-        if link.find("inertial") is None:
-            _weigh(link, solids[link.get("name", "")])
+        solid = solids[link.get("name", "")]
+        if not _weighed(link) or (solid.mass == 0.0 and solid.joint is not None and solid.joint.kind != "fixed"):
+            _weigh(link, solid)
     path = folder / "robot.urdf"
     path.write_text(ElementTree.tostring(root, encoding="unicode"), encoding="utf-8")
     return path
@@ -303,7 +304,15 @@ LEAST_MASS, LEAST_MOMENT = 0.001, 1e-6
 """Of a link without any hull [kg], [kg m^2]: PyBullet takes one of mass 0 for part of the ground."""
 
 
+def _weighed(element: ElementTree.Element) -> bool:
+    """Whether the URDF tells a link's mass and its moments of inertia."""
+    inertia = element.find("inertial/inertia")
+    return inertia is not None and all(float(inertia.get(axis, "0")) > 0.0 for axis in ("ixx", "iyy", "izz"))
+
+
 def _weigh(element: ElementTree.Element, link: Link) -> None:
+    for inertial in element.findall("inertial"):
+        element.remove(inertial)
     inertial = ElementTree.SubElement(element, "inertial")
     roll, pitch, yaw = link.frame.rpy
     at = {"xyz": " ".join(map(repr, link.frame.xyz)), "rpy": f"{roll!r} {pitch!r} {yaw!r}"}

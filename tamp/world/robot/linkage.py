@@ -85,10 +85,11 @@ def linkage(spec: RobotSpec) -> Linkage:
     """
     gripper, ends = spec.gripper, np.array([0.0, spec.gripper.stroke])
     if gripper.pads is None:
-        if gripper.stroke / 2 > gripper.limits[1] + 1e-6:
+        low, high = gripper.limits
+        if gripper.stroke / 2 > high + 1e-6 or low > CLOSED / 2:
             raise RobotError(
-                f"robot {spec.name}: a stroke of {gripper.stroke:g} m needs joints that slide by half of it; "
-                f"{gripper.joints[0]} ends at {gripper.limits[1]:g} m"
+                f"robot {spec.name}: a stroke of {gripper.stroke:g} m needs joints that slide from 0 to half of it; "
+                f"{gripper.joints[0]} slides from {low:g} to {high:g} m"
             )
         _check_axis(spec, pad_points(spec, ends / 2))
         return Linkage(gripper, ends, ends / 2, np.zeros(2), ends)

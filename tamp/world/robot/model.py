@@ -30,7 +30,7 @@ NEAR = 0.03
 def self_collision_pairs(robot: RobotModel) -> tuple[tuple[int, int], ...]:
     """Pairs of bodies (i < j) that can collide: not neighbours, not overlapping by construction, not always apart."""
     content = b"".join(body.hull.vertices.tobytes() + bytes([body.joint]) for body in robot.bodies)
-    key = content_key("self-pairs-3", robot.spec.description.encode(), content, repr(robot.spec))
+    key = content_key("self-pairs-4", robot.spec.description.encode(), content, repr(robot.spec))
     stored = cached("self-collision", key, lambda: {"pairs": _sample_pairs(robot)})
     return tuple((int(a), int(b)) for a, b in stored["pairs"])
 
@@ -65,10 +65,7 @@ def _possible(robot: RobotModel, geometry: Any, candidates: list[tuple[int, int]
         close += [result.isCollision() for result in near.collisionResults]
         pin.computeCollisions(robot.model, data, geometry, touching, q, False)
         hits += [result.isCollision() for result in touching.collisionResults]
-    q = robot.full(robot.home, robot.spec.gripper.stroke)
-    pin.computeCollisions(robot.model, data, geometry, touching, q, False)
-    built_in = np.array([result.isCollision() for result in touching.collisionResults])
-    return [pair for k, pair in enumerate(candidates) if close[k] and hits[k] < 0.95 * SAMPLES and not built_in[k]]
+    return [pair for k, pair in enumerate(candidates) if close[k] and hits[k] < 0.95 * SAMPLES]
 
 
 @dataclass(frozen=True, eq=False)

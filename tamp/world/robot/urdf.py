@@ -46,7 +46,10 @@ def link_shapes(spec: RobotSpec) -> tuple[LinkShape, ...]:
         for collision in link.findall("collision"):
             name = link.get("name", "")
             points = _points(collision, spec, name) @ _origin(collision)[:3, :3].T + _origin(collision)[:3, 3]
-            found.append(LinkShape(name, convex_hull(points)))
+            try:
+                found.append(LinkShape(name, convex_hull(points)))
+            except ValueError as error:
+                raise RobotError(f"{spec.urdf}: link {name!r}: of its <collision> {error}") from None
     return tuple(found)
 
 

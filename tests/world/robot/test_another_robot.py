@@ -7,7 +7,7 @@ import pytest
 
 from tamp.errors import RobotError
 from tamp.task import Box
-from tamp.task.files.robot_file import read_robot
+from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.collision.motion_bound import travel
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.kinematics.inverse import inverse, straight_line

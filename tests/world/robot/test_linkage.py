@@ -14,7 +14,7 @@ from tamp.errors import RobotError
 from tamp.execution.robot.gripper_drive import gripper_drive
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.task import RobotSpec, load_robot
-from tamp.task.files.robot_file import read_robot
+from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.collision.motion_bound import travel
 from tamp.world.robot.hand import _bodies, hand_points, hand_poses
 from tamp.world.robot.linkage import linkage
@@ -118,5 +118,5 @@ def test_pads_that_do_not_do_what_is_said_are_refused(tmp_path, old: str, new: s
 def test_a_stroke_beyond_the_joints_is_refused() -> None:
     spec = load_robot("panda")
     wide = dataclasses.replace(spec, gripper=dataclasses.replace(spec.gripper, stroke=0.1))
-    with pytest.raises(RobotError, match=r"a stroke of 0.1 m needs joints that slide by half of it"):
+    with pytest.raises(RobotError, match=r"a stroke of 0.1 m needs joints that slide from 0 to half of it"):
         linkage(wide)

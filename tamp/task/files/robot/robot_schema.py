@@ -9,6 +9,9 @@ from typing_extensions import Self
 
 from tamp.task.files.schema import Number, Positive, Triple
 
+LEAST_STROKE = 0.002
+"""Pads that part by less hold nothing [m]."""
+
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
 Names = Annotated[tuple[Text, ...], Field(min_length=1, max_length=100)]
 Numbers = tuple[Number, ...]
@@ -39,6 +42,7 @@ class ArmModel(_Model):
     lower: Numbers | None = None
     upper: Numbers | None = None
     velocity: Limits | None = None
+    effort: Limits | None = None
     acceleration: Limits
     jerk: Limits
     reach: tuple[Annotated[float, Field(ge=0, le=100)], Positive]
@@ -46,7 +50,7 @@ class ArmModel(_Model):
 
     @model_validator(mode="after")
     def _one_value_a_joint(self) -> Self:
-        for name in ("lower", "upper", "velocity", "acceleration", "jerk", "home"):
+        for name in ("lower", "upper", "velocity", "effort", "acceleration", "jerk", "home"):
             values = getattr(self, name)
             if isinstance(values, tuple) and len(values) != len(self.joints):
                 raise ValueError(f"{name} has {len(values)} values for {len(self.joints)} joints")
@@ -88,6 +92,12 @@ class GripperModel(_Model):
     depths: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=10)] | None = None
     fingertip: Positive | None = None
 
+    @model_validator(mode="after")
+    def _pads_that_part(self) -> Self:
+        if self.stroke < LEAST_STROKE:
+            raise ValueError(f"stroke is {self.stroke:g}; pads that part by less than {LEAST_STROKE:g} m hold nothing")
+        return self
+
 
 class RobotModel(_Model):
     """A robot.yaml: metres, radians, newtons."""
@@ -99,3 +109,10 @@ class RobotModel(_Model):
     tool: ToolModel
     gripper: GripperModel
     posture: dict[Text, Number] = {}
+
+    @model_validator(mode="after")
+    def _room_to_work(self) -> Self:
+        if self.base.radius >= self.arm.reach[1]:
+            reach = list(self.arm.reach)
+            raise ValueError(f"base.radius is {self.base.radius:g}: nothing would be left of arm.reach, {reach}")
+        return self

@@ -8,17 +8,25 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from tamp.errors import RobotError
+from tamp.task.files.robot.urdf_grammar import (
+    MOVABLE,
+    finite,
+    require_expanded,
+    require_grammar,
+    root_links,
+    triple,
+)
 from tamp.task.pose import Pose
 
 MAX_BYTES = 32 * 2**20
-MOVABLE = ("revolute", "continuous", "prismatic")
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,22 @@ class Mimic:
     joint: str
     multiplier: float
     offset: float
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What is said of a joint that the robot drives.
+
+    Attributes:
+        lower, upper: limits of its position [rad or m].
+        effort: the largest torque or force [N m or N].
+        velocity: the largest, where the URDF says none [rad/s or m/s].
+    """
+
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +89,9 @@ class Urdf:
     def joint(self, name: str) -> Element:
         """The joint called so; RobotError with the movable ones where there is none."""
         if name not in self.joints:
-            valid = [n for n, joint in self.joints.items() if joint.get("type") in MOVABLE]
-            raise RobotError(f"{self.path}: there is no joint {name!r}; the URDF has {', '.join(sorted(valid))}")
+            valid = sorted(n for n, joint in self.joints.items() if joint.get("type") in MOVABLE)
+            told = ", ".join(valid) or "none that moves"
+            raise RobotError(f"{self.path}: there is no joint {name!r}; the URDF has {told}")
         return self.joints[name]
 
     def require_link(self, name: str) -> None:
@@ -86,15 +111,24 @@ class Urdf:
             return None
         if limit is None or limit.get("lower") is None or limit.get("upper") is None:
             raise RobotError(f"{self.path}: joint {name!r} has no limits; <limit {what}> is needed")
-        return _number(limit, "lower", self.path), _number(limit, "upper", self.path)
+        return finite(limit, "lower", self.path), finite(limit, "upper", self.path)
 
-    def velocity(self, name: str) -> float:
-        """A joint's largest velocity; RobotError where the URDF does not say it."""
+    def largest(self, name: str, what: Literal["velocity", "effort"]) -> float:
+        """A joint's largest velocity or effort; RobotError where the URDF does not say it, or says 0."""
         limit = self.joint(name).find("limit")
-        speed = 0.0 if limit is None or limit.get("velocity") is None else _number(limit, "velocity", self.path)
-        if speed <= 0.0:
-            raise RobotError(f"{self.path}: joint {name!r} has no velocity limit; give arm.velocity in robot.yaml")
-        return speed
+        most = 0.0 if limit is None else finite(limit, what, self.path)
+        if most <= 0.0:
+            raise RobotError(f"{self.path}: joint {name!r} has no {what} limit; give arm.{what} in robot.yaml")
+        return most
+
+    def way(self, link: str) -> list[str]:
+        """Names of the joints from the root to a link."""
+        carrier = {_end(joint, "child"): joint for joint in self.root.findall("joint")}
+        found = []
+        while link in carrier:
+            found.append(carrier[link].get("name", ""))
+            link = _end(carrier[link], "parent")
+        return found[::-1]
 
     def mimics(self) -> dict[str, Mimic]:
         """Which joints follow which others, as <mimic> says."""
@@ -102,11 +136,11 @@ class Urdf:
         for name, joint in self.joints.items():
             mimic = joint.find("mimic")
             if mimic is not None:
-                values = (_number(mimic, "multiplier", self.path, 1.0), _number(mimic, "offset", self.path, 0.0))
-                found[name] = Mimic(mimic.get("joint", ""), *values)
+                multiplier = finite(mimic, "multiplier", self.path, default=1.0)
+                found[name] = Mimic(mimic.get("joint", ""), multiplier, finite(mimic, "offset", self.path))
         return found
 
-    def described(self, driven: Mapping[str, tuple[float, float]], posture: Mapping[str, float]) -> str:
+    def described(self, driven: Mapping[str, Driven], posture: Mapping[str, float]) -> str:
         """The description: the driven joints with these limits, all others fixed at their posture, or near 0."""
         root = ElementTree.fromstring(ElementTree.tostring(self.root, encoding="unicode"))
         for joint in root.findall("joint"):
@@ -116,26 +150,38 @@ class Urdf:
             if name in driven:
                 _drive(joint, driven[name])
             elif kind in MOVABLE:
-                self._fix(joint, posture.get(name))
+                _fix(joint, self.standing(name, posture), self.path)
             elif kind != "fixed":
                 joint.set("type", "fixed")
         return ElementTree.tostring(root, encoding="unicode")
 
-    def _fix(self, joint: Element, value: float | None) -> None:
-        limit, kind = joint.find("limit"), joint.get("type")
-        if value is None:
-            value = 0.0
-            if limit is not None and kind != "continuous":
-                low, high = (_number(limit, end, self.path, 0.0) for end in ("lower", "upper"))
-                value = min(max(0.0, low), high)
-        axis_element = joint.find("axis")
-        axis = (1.0, 0.0, 0.0) if axis_element is None else _triple(axis_element, "xyz", self.path)
-        if value != 0.0:
-            pose = pose_of(joint, self.path) @ _moved(axis, value, slides=kind == "prismatic")
-            for origin in joint.findall("origin"):
-                joint.remove(origin)
-            _place(joint, pose)
-        joint.set("type", "fixed")
+    def still(self, driven: Container[str], posture: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+        """The joints that could move and are not driven, and where they stand; those that float stand at 0."""
+        return tuple(
+            (name, self.standing(name, posture))
+            for name, joint in self.joints.items()
+            if joint.get("type") != "fixed" and name not in driven
+        )
+
+    def standing(self, name: str, posture: Mapping[str, float]) -> float:
+        """Where a joint that nothing drives stands: in its posture, or at 0, or at the limit next to it [rad or m]."""
+        limit = self.joints[name].find("limit")
+        if name in posture or limit is None or self.joints[name].get("type") == "continuous":
+            return posture.get(name, 0.0)
+        low, high = (finite(limit, end, self.path) for end in ("lower", "upper"))
+        return min(max(0.0, low), high)
+
+
+def _fix(joint: Element, value: float, path: Path) -> None:
+    """Let a joint stand still where it is at a value [rad or m]."""
+    if value != 0.0:
+        axis = joint.find("axis")
+        along = (1.0, 0.0, 0.0) if axis is None else triple(axis, "xyz", path, default="1 0 0")
+        pose = pose_of(joint, path) @ _moved(along, value, slides=joint.get("type") == "prismatic")
+        for origin in joint.findall("origin"):
+            joint.remove(origin)
+        _place(joint, pose)
+    joint.set("type", "fixed")
 
 
 def read_urdf(path: Path, attachment: Attachment | None, folders: Sequence[Path]) -> Urdf:
@@ -165,13 +211,9 @@ def _attach(arm: Urdf, attachment: Attachment, folders: Sequence[Path]) -> None:
             raise RobotError(
                 f"{attachment.urdf}: both arm and gripper have a {what} {twice[0]!r}; give gripper.attach a prefix"
             )
-    children = {child.get("link") for child in hand.iterfind("joint/child")}
-    roots = [name for name in mine.links if name not in children]
-    if len(roots) != 1:
-        raise RobotError(f"{attachment.urdf}: needs exactly one root link, found {', '.join(roots) or 'none'}")
     joint = ElementTree.SubElement(arm.root, "joint", name=f"{attachment.prefix}attached", type="fixed")
     ElementTree.SubElement(joint, "parent", link=attachment.parent)
-    ElementTree.SubElement(joint, "child", link=roots[0])
+    ElementTree.SubElement(joint, "child", link=root_links(hand)[0])
     _place(joint, attachment.pose)
     arm.root.extend(list(hand))
 
@@ -187,16 +229,21 @@ def _rename(root: Element, prefix: str) -> None:
 def _links_and_joints(path: Path, folders: Sequence[Path]) -> Element:
     """A file's links and joints with absolute paths of meshes, and nothing else of it."""
     source = _parse(path)
+    require_expanded(source, path)
     root = Element("robot", name=source.get("name", "robot"))
     for tag in ("link", "joint"):
         for element in source.findall(tag):
             _strip(element)
             root.append(element)
+    require_grammar(root, path)
     for link in root.findall("link"):
+        _weigh(link)
         for kind in ("collision", "visual"):
             for element in link.findall(kind):
                 mesh = element.find("geometry/mesh")
                 if mesh is None:
+                    if kind == "visual" and element.find("geometry/*") is None:
+                        link.remove(element)
                     continue
                 file, looked = find_mesh(mesh.get("filename", ""), path, folders)
                 if file is not None:
@@ -265,16 +312,33 @@ def _strip(element: Element) -> None:
             _strip(child)
 
 
-def _drive(joint: Element, limits: tuple[float, float]) -> None:
+def _weigh(link: Element) -> None:
+    """Leave of a link's <inertial> what it says: a mass of 0 where there is a body is none, and so is no inertia."""
+    for inertial in link.findall("inertial"):
+        mass = inertial.find("mass")
+        if mass is None or (float(mass.get("value", "")) == 0.0 and link.find("collision") is not None):
+            link.remove(inertial)
+        elif inertial.find("inertia") is None:
+            moments = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
+            ElementTree.SubElement(inertial, "inertia", moments)
+
+
+def _drive(joint: Element, driven: Driven) -> None:
     if joint.get("type") == "continuous":
         joint.set("type", "revolute")
     limit = joint.find("limit")
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit")
-    given = {key: limit.get(key) for key in ("lower", "upper")}
-    if tuple(None if v is None else float(v) for v in given.values()) != limits:
-        limit.set("lower", repr(limits[0]))
-        limit.set("upper", repr(limits[1]))
+    for key, value in (("lower", driven.lower), ("upper", driven.upper), ("effort", driven.effort)):
+        if (given := limit.get(key)) is None or float(given) != value:
+            limit.set(key, repr(value))
+    if limit.get("velocity") is None:
+        limit.set("velocity", repr(driven.velocity))
+
+
+def _end(joint: Element, role: str) -> str:
+    element = joint.find(role)
+    return "" if element is None else element.get("link", "")
 
 
 def pose_of(element: Element, path: Path) -> Pose:
@@ -282,7 +346,7 @@ def pose_of(element: Element, path: Path) -> Pose:
     origin = element.find("origin")
     if origin is None:
         return Pose()
-    return Pose.from_rpy(_triple(origin, "xyz", path), _triple(origin, "rpy", path))
+    return Pose.from_rpy(triple(origin, "xyz", path), triple(origin, "rpy", path))
 
 
 def _place(joint: Element, pose: Pose) -> None:
@@ -297,25 +361,6 @@ def _moved(axis: tuple[float, float, float], value: float, *, slides: bool) -> P
         return Pose((value * x, value * y, value * z))
     s = math.sin(value / 2)
     return Pose(quat=(s * x, s * y, s * z, math.cos(value / 2)))
-
-
-def _triple(element: Element, attribute: str, path: Path) -> tuple[float, float, float]:
-    try:
-        a, b, c = map(float, element.get(attribute, "0 0 0").split())
-    except ValueError:
-        raise RobotError(f"{path}: {attribute}={element.get(attribute)!r} are not three numbers") from None
-    return a, b, c
-
-
-def _number(element: Element, attribute: str, path: Path, default: float = 0.0) -> float:
-    text = element.get(attribute)
-    try:
-        value = default if text is None else float(text)
-    except ValueError:
-        raise RobotError(f"{path}: {attribute}={text!r} is not a number") from None
-    if not math.isfinite(value):
-        raise RobotError(f"{path}: {attribute}={text!r} is not a finite number")
-    return value
 
 
 def followers(driver: str, mimics: Mapping[str, Mimic]) -> Iterator[tuple[str, float, float]]:

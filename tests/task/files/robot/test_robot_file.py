@@ -11,7 +11,7 @@ import pytest
 
 from tamp.errors import RobotError
 from tamp.task import RobotSpec
-from tamp.task.files.robot_file import read_robot
+from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.urdf import link_shapes
 from tests.task.swinging import ARM, ROBOT, write
 
@@ -92,6 +92,12 @@ def test_a_package_is_found_in_the_folders_above_the_urdf(tmp_path: Path) -> Non
         ("  velocity: 1.5", "  velocity: [1, 2, 3]", "arm: velocity has 3 values for 2 joints"),
         ("stroke:", "strike:", r"gripper.str[io]ke"),
         ("urdf: urdf/arm.urdf", "- urdf", "not YAML|no mapping"),
+        ("urdf/arm.urdf", "python://../arm.urdf", r"urdf: the Python package '\.\.' is not installed"),
+        ("urdf/arm.urdf", "dist:///arm.urdf", "urdf: the distribution '' is not installed"),
+        ("urdf/arm.urdf", "~no_such_user_here/arm.urdf", "urdf: there is no folder ~no_such_user_here"),
+        ("radius: 0.1}", "radius: 0.6}", r"base\.radius is 0\.6: nothing would be left of arm\.reach"),
+        ("stroke: 0.04", "stroke: 0.0004", r"gripper: stroke is 0\.0004; pads that part by less than 0\.002 m"),
+        ("limits: [0.0, 0.5]", "limits: [0.5, 0.0]", r"gripper\.limits: the lower one comes first"),
     ],
 )
 def test_what_cannot_be_used_is_refused_in_one_sentence(tmp_path: Path, old: str, new: str, complaint: str) -> None:

@@ -11,9 +11,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from tamp.errors import RobotError, TaskError
-from tamp.task.files import robot_schema as schema
 from tamp.task.files.errors import sentence
-from tamp.task.files.urdf_file import MOVABLE, Attachment, Urdf, followers, read_urdf
+from tamp.task.files.robot import robot_schema as schema
+from tamp.task.files.robot.mechanism import misfits
+from tamp.task.files.robot.urdf_file import Attachment, Driven, Urdf, followers, read_urdf
+from tamp.task.files.robot.urdf_grammar import MOVABLE
 from tamp.task.files.yaml_document import Document, FieldPath, read_document
 from tamp.task.pose import Pose
 from tamp.task.robot import Gripper, RobotSpec
@@ -52,22 +54,19 @@ class _Reader:
 
     def spec(self, model: schema.RobotModel) -> RobotSpec:
         urdf = self._urdf(model)
-        arm, tool = model.arm, model.tool
-        for link in (tool.parent, *model.gripper.fingers):
-            urdf.require_link(link)
+        for misfit in misfits(model, urdf):
+            raise self._refused(*misfit)
+        arm, tool, count = model.arm, model.tool, len(model.arm.joints)
         lower, upper = self._position_limits(model, urdf)
+        velocity = _each(arm.velocity or tuple(urdf.largest(name, "velocity") for name in arm.joints), count)
+        effort = _each(arm.effort or tuple(urdf.largest(name, "effort") for name in arm.joints), count)
         gripper, driven = self._gripper(model.gripper, urdf)
-        driven |= dict(zip(arm.joints, zip(lower, upper, strict=True), strict=True))
-        for name in model.posture:
-            urdf.joint(name)
-            if name in driven:
-                raise self._refused(("posture", name), "is a joint of arm or gripper; only others have a posture")
+        driven |= dict(zip(arm.joints, map(Driven, lower, upper, effort, velocity), strict=True))
         for index, (low, value, high) in enumerate(zip(lower, arm.home, upper, strict=True)):
             if not low <= value <= high:
                 raise self._refused(
                     ("arm", "home", index), f"{value:g} is outside the joint's limits of {low:g} to {high:g}"
                 )
-        count = len(arm.joints)
         return RobotSpec(
             name=self._folder.name,
             urdf=urdf.path,
@@ -75,7 +74,7 @@ class _Reader:
             joints=arm.joints,
             lower=lower,
             upper=upper,
-            velocity=_each(arm.velocity or tuple(urdf.velocity(name) for name in arm.joints), count),
+            velocity=velocity,
             acceleration=_each(arm.acceleration, count),
             jerk=_each(arm.jerk, count),
             home=tuple(map(float, arm.home)),
@@ -85,6 +84,7 @@ class _Reader:
             tool_parent=tool.parent,
             T_parent_tool=Pose.from_rpy(tool.xyz, tool.rpy),
             gripper=gripper,
+            still=urdf.still(driven, model.posture),
         )
 
     def _urdf(self, model: schema.RobotModel) -> Urdf:
@@ -114,18 +114,13 @@ class _Reader:
             found.append((float(low), float(high)))
         return tuple(low for low, _ in found), tuple(high for _, high in found)
 
-    def _gripper(self, model: schema.GripperModel, urdf: Urdf) -> tuple[Gripper, dict[str, tuple[float, float]]]:
+    def _gripper(self, model: schema.GripperModel, urdf: Urdf) -> tuple[Gripper, dict[str, Driven]]:
         """The gripper, and its joints with their limits."""
-        driver, mimics = model.joints[0], urdf.mimics()
-        if driver in mimics:
-            raise self._refused(
-                ("gripper", "joints"), f"{driver} mimics {mimics[driver].joint}; name the joint that is driven first"
-            )
+        driver = model.joints[0]
         law = {driver: (1.0, 0.0)}
-        follow = followers(driver, mimics)
+        follow = followers(driver, urdf.mimics())
         law |= {name: (m, b) for name, m, b in follow if urdf.joint(name).get("type") in MOVABLE}
         for name in model.joints:
-            urdf.joint(name)
             law.setdefault(name, (1.0, 0.0))
         kinds = {name: urdf.joint(name).get("type") for name in law}
         if model.pads is None and (set(kinds.values()) != {"prismatic"} or any(m != 1.0 or b for m, b in law.values())):
@@ -136,7 +131,9 @@ class _Reader:
             )
         ends = model.limits or urdf.limits(driver)
         if ends is None or not ends[0] < ends[1]:
-            raise self._refused(("gripper", "limits"), f"{driver} has no limits in the URDF; give [lower, upper]")
+            told = f"{driver} has no range in the URDF; give [lower, upper]"
+            told = "the lower one comes first" if model.limits else told
+            raise self._refused(("gripper", "limits"), told)
         norm = math.hypot(*model.axis)
         if norm < 1e-6 or abs(model.axis[2]) > 1e-6 * norm:
             raise self._refused(("gripper", "axis"), "must be a direction across the tool's z, as [0, 1, 0]")
@@ -156,31 +153,35 @@ class _Reader:
             depths=model.depths or tuple(share * model.pad[2] for share in DEPTHS),
             fingertip=model.fingertip or model.pad[1],
         )
-        return gripper, {
-            name: (min(m * ends[0], m * ends[1]) + b, max(m * ends[0], m * ends[1]) + b) for name, (m, b) in law.items()
-        }
+        driven = {}
+        for name, (m, b) in law.items():
+            one, other = m * ends[0] + b, m * ends[1] + b
+            # How hard fingers press is asked of them anew for each thing that they hold, how fast they go as well.
+            driven[name] = Driven(min(one, other), max(one, other), gripper.force, 0.0)
+        return gripper, driven
 
     def _path(self, text: str, field: FieldPath) -> Path:
         """A path of the file: `python://PACKAGE/REST`, `dist://DISTRIBUTION/REST`, absolute, or beside the file."""
         scheme, _, rest = text.rpartition("://")
         name, _, inner = rest.partition("/")
+        if scheme not in ("", "python", "dist") or "\0" in text:
+            told = f"{text!r} is no path; it may begin with python://PACKAGE/ or dist://DISTRIBUTION/"
+            raise self._refused(field, told)
         if scheme == "":
-            return (self._folder / Path(text).expanduser()).resolve()
-        if scheme == "python":
             try:
-                found = importlib.util.find_spec(name)
-            except ModuleNotFoundError:
-                found = None
-            if found is None or not found.submodule_search_locations:
+                return (self._folder / Path(text).expanduser()).resolve()
+            except RuntimeError:  # a user's home that is not known
+                raise self._refused(field, f"there is no folder {Path(text).parts[0]}") from None
+        if scheme == "python":
+            found = _package(name)
+            if found is None:
                 told = f"the Python package {name!r} is not installed; `tamp doctor` says what brings the extras"
                 raise self._refused(field, told)
-            return Path(next(iter(found.submodule_search_locations))) / inner
-        if scheme == "dist":
-            try:
-                return Path(str(importlib.metadata.distribution(name).locate_file(inner)))
-            except importlib.metadata.PackageNotFoundError:
-                raise self._refused(field, f"the distribution {name!r} is not installed") from None
-        raise self._refused(field, f"{text!r} is no path; it may begin with python://PACKAGE/ or dist://DISTRIBUTION/")
+            return found / inner
+        try:
+            return Path(str(importlib.metadata.distribution(name).locate_file(inner)))
+        except (importlib.metadata.PackageNotFoundError, ValueError):
+            raise self._refused(field, f"the distribution {name!r} is not installed") from None
 
     def _refused(self, field: FieldPath, complaint: str) -> RobotError:
         return RobotError(f"{self._document.where(field)}: {complaint}")
@@ -188,3 +189,12 @@ class _Reader:
 
 def _each(values: float | tuple[float, ...], count: int) -> tuple[float, ...]:
     return tuple(map(float, values)) if isinstance(values, tuple) else (float(values),) * count
+
+
+def _package(name: str) -> Path | None:
+    """The folder of an installed Python package, None where there is none."""
+    try:
+        found = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return None
+    return None if found is None or not found.submodule_search_locations else Path(found.submodule_search_locations[0])

@@ -1,0 +1,52 @@
+"""robot.yaml against its URDF: an arm that is a chain, a hand at its end with two fingers that the gripper moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tamp.errors import RobotError
+from tamp.task.files.robot.robot_file import read_robot
+from tests.task.swinging import ARM, ROBOT, write
+
+FIXED = ARM.replace('name="bend" type="revolute"', 'name="bend" type="fixed"')
+COUPLED = ARM.replace('<limit lower="0.5"', '<mimic joint="bend"/><limit lower="0.5"')
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "arm", "complaint"),
+    [
+        ("", "", FIXED, r"arm\.joints\[1\]: bend is fixed in the URDF; only revolute, continuous and prismatic joints"),
+        ("[turn, bend]", "[bend, turn]", ARM, r"arm\.joints: the order from the base outwards is turn, bend"),
+        ("[turn, bend]", "[turn, turn]", ARM, r"arm\.joints\[1\]: turn is named twice"),
+        ("[turn, bend]", "[turn, wave]", ARM, r"wave is not on the way from the base to tool\.parent, boom"),
+        ("parent: boom, xyz: [0.0, 0.0, 0.28]", "parent: h_left_tip, xyz: [0.0, 0.0, 0.28]", ARM,
+         r"tool\.parent: h_left_tip moves with the gripper's h_left_swing"),
+        ("[h_left_tip, h_right_tip]", "[h_left_tip, h_left_tip]", ARM, "h_left_tip is named twice"),
+        ("[h_left_tip, h_right_tip]", "[h_left_tip, flag]", ARM, r"flag is not carried by the arm's last joint"),
+        ("[h_left_tip, h_right_tip]", "[h_left_tip, h_palm]", ARM, "h_palm is moved by none of the gripper's joints"),
+        ("[h_left_swing]", "[h_left_swing, bend]", ARM, r"gripper\.joints: bend is one of arm\.joints"),
+        ("[h_left_swing]", "[wave, h_left_level]", ARM, r"h_left_level mimics h_left_swing in the URDF, not wave"),
+        ("", "", COUPLED, "wave mimics bend in the URDF, which is not supported; a posture holds it still"),
+        ("", "posture: {wave: 7.0}\n", ARM, r"posture\.wave: 7 is outside the joint's limits of 0\.5 to 1"),
+        ("", "posture: {h_attached: 0.0}\n", ARM, r"posture\.h_attached: is fixed in the URDF"),
+    ],
+)  # fmt: skip
+def test_what_is_not_of_one_robot_is_refused_in_one_sentence(
+    tmp_path: Path, old: str, new: str, arm: str, complaint: str
+) -> None:
+    assert old in ROBOT
+    robot = ROBOT.replace(old, new, 1) if old else ROBOT + new
+    with pytest.raises(RobotError, match=complaint) as error:
+        read_robot(write(tmp_path / "swinging", robot, arm))
+    assert "robot.yaml" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_joint_that_moves_with_the_arm_may_be_held_still(tmp_path: Path) -> None:
+    spec = read_robot(write(tmp_path / "swinging", ROBOT + "posture: {wave: 0.6}\n", COUPLED))
+    assert spec.still == (("wave", 0.6),)
+
+
+def test_joints_that_nothing_drives_are_told(tmp_path: Path) -> None:
+    assert read_robot(write(tmp_path / "swinging")).still == (("wave", 0.5),)
