@@ -22,7 +22,7 @@ Plan = tuple[tuple[str, tuple[Any, ...]], ...]
 def sample(problem: Any, rounds: int, calls: int, brought: Relation | None = None) -> tuple[Relation, bool]:
     """Facts after calling every stream `calls` times for all its inputs in each round, and whether all have ended.
 
-    Of streams with fluents only tests are supported, which are asked in each state. `brought` are facts that actions may
+    Of streams with fluents only tests are supported, which are asked in each state. `brought` are what actions may
     bring: they count for the domains of streams, whose outputs are then certified where they hold.
     """
     domain, streams, _ = guard(problem.parsed_domain, problem.parsed_streams)
