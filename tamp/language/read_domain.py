@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -134,7 +134,8 @@ class _DomainReader:
             raise self.source.error(symbol, f"undeclared predicate {symbol.text!r}{hint}")
         parameters, scope = reader.parameters(Group(rest, group.items[1].position))
         reader.arity(symbol, len(parameters), declared.predicates[symbol.text])
-        self.axioms.append((symbol, Axiom(symbol.text, parameters, reader.formula(group.items[2], scope))))
+        condition = replace(reader, lenient=True).formula(group.items[2], scope)
+        self.axioms.append((symbol, Axiom(symbol.text, parameters, condition)))
 
     def _refuse_negative_cycles(self) -> None:
         """Axioms must be stratified: count the negations below each predicate; a cycle counts without end."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tamp.errors import DomainWarning
 from tamp.language.domain import Signature
 from tamp.language.formula import (
     OBJECT,
@@ -34,6 +36,16 @@ OPERATORS = ("and", "or", "not", "imply", "exists", "forall", "when", *EQUALITY)
 
 
 @dataclass(frozen=True)
+class Unbound:
+    """What a variable stands for that nothing binds: an object like no other, by the variable's name."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True)
 class FormulaReader:
     """Reads formulas that may use the given names; the mappings may still grow while a file is read.
 
@@ -43,6 +55,7 @@ class FormulaReader:
         constants: known constants and the objects they stand for; None allows any.
         predicates: known predicates.
         open_world: whether an unknown predicate declares itself where it is first used.
+        lenient: whether an unbound variable is let pass with a warning, as a name of something that no fact names.
     """
 
     source: Source
@@ -50,6 +63,7 @@ class FormulaReader:
     constants: Mapping[str, Constant] | None
     predicates: dict[str, Signature]
     open_world: bool = False
+    lenient: bool = False
 
     def formula(self, node: Node, scope: Scope) -> Formula:
         """Any formula; `()` is true."""
@@ -105,9 +119,7 @@ class FormulaReader:
             return Constant(node.value)
         name = self.symbol(node, "a variable or a constant").text
         if name.startswith("?"):
-            if name not in scope:
-                raise self.source.error(node, f"unbound variable {name!r}{suggest(name, scope, 'variables in scope')}")
-            return scope[name]
+            return scope[name] if name in scope else self._unbound(node, name, scope)
         if name.startswith(":") or name == "-":
             raise self.source.error(node, f"expected a variable or a constant, found {name!r}")
         if self.constants is None:
@@ -115,6 +127,14 @@ class FormulaReader:
         if name not in self.constants:
             raise self.source.error(node, f"undeclared constant {name!r}{suggest(name, self.constants, 'constants')}")
         return self.constants[name]
+
+    def _unbound(self, node: Node, name: str, scope: Scope) -> Constant:
+        """Refuse a variable that nothing binds, or warn of it: PDDLStream's rules then never apply."""
+        message = f"unbound variable {name!r}{suggest(name, scope, 'variables in scope')}"
+        if not self.lenient:
+            raise self.source.error(node, message)
+        warnings.warn(str(self.source.error(node, f"{message}: no fact names it")), DomainWarning, stacklevel=2)
+        return Constant(Unbound(name))
 
     def parameters(self, node: Node, scope: Scope | None = None) -> tuple[tuple[Parameter, ...], Scope]:
         """A typed list of variables, and `scope` with them in it; a name taken there gets a new variable."""

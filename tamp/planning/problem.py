@@ -105,8 +105,9 @@ class StreamInfo:
         complete: whether nothing more exists once a sampler has ended, as where it lists a finite set. One that draws
             from a continuum, or tries so often, ends without proof: no problem is called infeasible for it.
         bound: what a function is assumed to return before it was called, a lower bound.
-        opt_gen_fn, negate: accepted for PDDLStream's sake, and without effect: what is hoped for needs no value here,
-            and every test may be planned with negated.
+        overhead: the cost by its name in PDDLStream; None for what `cost` says.
+        opt_gen_fn, negate, effort_fn, simultaneous, verbose: accepted for PDDLStream's sake, and without effect: what
+            is hoped for needs no value here, every test may be planned with negated, and efforts are learnt.
     """
 
     eager: bool = False
@@ -118,8 +119,14 @@ class StreamInfo:
     bound: float = 0.0
     opt_gen_fn: Any = None
     negate: bool = False
+    overhead: float | None = None
+    effort_fn: Any = None
+    simultaneous: bool = False
+    verbose: bool = True
 
     def __post_init__(self) -> None:
+        if self.overhead is not None:
+            object.__setattr__(self, "cost", self.overhead)
         if not 0.0 <= self.p_success <= 1.0:
             raise DomainError(f"StreamInfo: p_success must lie in [0, 1], found {self.p_success!r}")
         for name in ("cost", "bound"):

@@ -1,6 +1,6 @@
 import pytest
 
-from tamp.errors import DomainError
+from tamp.errors import DomainError, DomainWarning
 from tamp.language import (
     And,
     Atom,
@@ -144,6 +144,13 @@ def test_undeclared_functions_declare_themselves():
 def test_identical_is_equality():
     domain = parse_domain("(define (domain d) (:predicates (q)) (:derived (q) (exists (?x) (identical ?x ?x))))")
     assert domain.axioms[0].condition.body == Equal(Variable("?x"), Variable("?x"))
+
+
+def test_an_unbound_variable_of_an_axiom_is_let_pass_with_a_warning():
+    text = "(define (domain d) (:predicates (p ?x) (q ?x) (r))\n (:derived (r) (exists (?item) (and (p ?item) (q ?itme)))))"
+    with pytest.warns(DomainWarning, match=r"domain:2:50: unbound variable '\?itme'; did you mean '\?item'.*no fact"):
+        domain = parse_domain(text)
+    assert str(domain.axioms[0].condition.body.parts[1].args[0].value) == "?itme"
 
 
 def test_files_are_read_by_path(tmp_path):

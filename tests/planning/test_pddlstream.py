@@ -8,11 +8,12 @@ from itertools import count
 
 import pytest
 
-from tamp.errors import DomainWarning, SamplerError
+from tamp.errors import DomainError, DomainWarning, SamplerError
 from tamp.planning import (
     Certified,
     Context,
     Problem,
+    StreamInfo,
     from_fn,
     from_gen_fn,
     from_list_fn,
@@ -282,3 +283,10 @@ def test_attempts_that_are_counted_prove_nothing():
     problem = unsolvable._reach(*samplers.values(), ("Held", "cup"))
     assert solve(problem).status == "failed"
     assert "it was asked 3 times" in str(solve(problem).report)
+
+
+def test_options_of_streams_have_their_names_of_there():
+    info = StreamInfo(p_success=0, overhead=3.0, opt_gen_fn=empty_gen(), negate=True, effort_fn=None, verbose=False)
+    assert (info.cost, info.p_success) == (3.0, 0)
+    with pytest.raises(DomainError, match="cost must be 0 or more and finite, found -1"):
+        StreamInfo(overhead=-1)
