@@ -147,8 +147,9 @@ def test_identical_is_equality():
 
 
 def test_an_unbound_variable_of_an_axiom_is_let_pass_with_a_warning():
-    text = "(define (domain d) (:predicates (p ?x) (q ?x) (r))\n (:derived (r) (exists (?item) (and (p ?item) (q ?itme)))))"
-    with pytest.warns(DomainWarning, match=r"domain:2:50: unbound variable '\?itme'; did you mean '\?item'.*no fact"):
+    axiom = "(:derived (r) (exists (?item) (and (p ?item) (q ?itme))))"
+    text = f"(define (domain d) (:predicates (p ?x) (q ?x) (r))\n{axiom})"
+    with pytest.warns(DomainWarning, match=r"domain:2:49: unbound variable '\?itme'; did you mean '\?item'.*no fact"):
         domain = parse_domain(text)
     assert str(domain.axioms[0].condition.body.parts[1].args[0].value) == "?itme"
 

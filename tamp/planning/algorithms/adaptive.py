@@ -19,6 +19,9 @@ HOPEFUL, SOBER = 4, 2
 FIRST_LOOK = 4
 """Rounds of sampling before streams that no plan seems to need are called as well; again after twice as many."""
 
+DEAR = 2000
+"""Work of searches, as `Session.work` counts it, after which the first failure is followed by real values alone."""
+
 GIVEN_UP = 8
 """Attempts to bind a skeleton, each with twice the budget, after which nothing more is expected of another."""
 
@@ -56,7 +59,7 @@ def _search_and_bind(session: Session, revisit: int) -> None:
         failures += 1
         if failures % revisit == 0:
             _bind_oldest(session, skeleton, budget)
-        if failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0:
+        if (failures >= HOPEFUL and (failures - HOPEFUL) % SOBER == 0) or sobriety.overdue:
             sobriety.take_turn()
 
 
@@ -71,6 +74,11 @@ class Sobriety:
         self._session = session
         self._budget = budget
         self._spent = 0
+
+    @property
+    def overdue(self) -> bool:
+        """Whether searches under hopes are so dear that real values should have their first turn at once."""
+        return not self._spent and self._session.searching > DEAR
 
     def take_turn(self) -> None:
         """At least one round, and as many as it takes to spend what hopes have spent."""

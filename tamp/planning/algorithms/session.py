@@ -106,7 +106,11 @@ SEARCH_CALLS, OPERATORS_A_CALL = 20, 5
 
 
 class Session:
-    """The parts of a run, and the steps that the algorithms are made of."""
+    """The parts of a run, and the steps that the algorithms are made of.
+
+    Attributes:
+        searching: the part of `work` that searches were.
+    """
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.objects = Objects()
@@ -144,7 +148,7 @@ class Session:
         self.found = Found(options, self.costs)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
-        self._searching = 0
+        self.searching = 0
         self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
         builder = TaskBuilder(
             self.knowledge,
@@ -245,7 +249,7 @@ class Session:
     @property
     def work(self) -> int:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
-        return self.sampling.calls + len(self.knowledge.templates) + self._searching
+        return self.sampling.calls + len(self.knowledge.templates) + self.searching
 
     def search(self, novel: bool = False, sure: bool = False) -> SearchResult:
         """Search for a plan under the hopes of this moment.
@@ -262,7 +266,7 @@ class Session:
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             task = self.symbolic.task(self.lessons.blames, novel, sure)
-        self._searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
+        self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
             return SearchResult(None, proven=True)
         bound = self.found.bound()
