@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +20,9 @@ if TYPE_CHECKING:
     from tamp.task.plan import Trajectory
 
     Array = NDArray[np.float64]
+
+AT_ONCE = 100_000
+"""How many samples of pairs of bodies are looked at together, which bounds the memory that it takes."""
 
 FIRST_STEP = 0.05
 """Joint motion [rad] between the samples of the first, coarse grid."""
@@ -144,15 +146,23 @@ def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = N
 
 
 def _near(pairs: Iterable[tuple[Mover, Mover, float]]) -> Iterator[tuple[Mover, Mover, float]]:
-    """The pairs whose spheres meet at some sample, in order; looked at together for all partners of one body."""
-    for _, group in groupby(pairs, key=lambda pair: id(pair[0])):
-        several = list(group)
-        a = several[0][0]
-        between = np.stack(np.broadcast_arrays(*(b.center for _, b, _ in several), a.center)[:-1]) - a.center
+    """The pairs whose spheres meet at some sample, in order; many are looked at together."""
+    several = list(pairs)
+    bodies = list({id(body): body for a, b, _ in several for body in (a, b)}.values())
+    place = {id(body): index for index, body in enumerate(bodies)}
+    samples = max((len(body.T) for body in bodies), default=1)
+    centers = np.empty((len(bodies), samples, 3))
+    for index, body in enumerate(bodies):
+        centers[index] = body.center
+    radii = np.array([body.solid.radius for body in bodies])
+    together = max(1, AT_ONCE // samples)
+    for begin in range(0, len(several), together):
+        part = several[begin : begin + together]
+        first, second = (np.array([place[id(pair[side])] for pair in part]) for side in (0, 1))
+        between = centers[second] - centers[first]
         least = np.einsum("kij,kij->ki", between, between).min(axis=1)
-        for (_, b, allowed), squared in zip(several, least.tolist(), strict=True):
-            if squared <= (a.solid.radius + b.solid.radius) ** 2:
-                yield a, b, allowed
+        meet = least <= (radii[first] + radii[second]) ** 2
+        yield from (part[index] for index in np.flatnonzero(meet))
 
 
 def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Touch | None:
