@@ -3,7 +3,8 @@
     python -m benchmarks.contest_queue [--teams N] [--each N] [--tasks N] [--server-kills N] [--worker-kills N]
 
 The same submissions are handed in twice: to a service that is left alone, and to one whose processes are killed while
-they work. Shown is, for each, how often runs were begun and recorded, and whether both rankings are the same.
+they work, at even shares of the work. Shown is, for each, how often runs were begun and recorded, and whether both
+rankings, and the error and the time of every single run, are the same.
 """
 
 from __future__ import annotations
@@ -74,15 +75,20 @@ def run(
     tasks = tasks or (1 if quick else 5)
     kills = (1 if quick else 5) if server_kills is None else server_kills
     worker_kills = (1 if quick else 10) if worker_kills is None else worker_kills
-    rows, boards = [], []
+    rows, boards, results = [], [], []
     for name, fire in (("undisturbed", (0, 0)), ("under fire", (kills, worker_kills))):
         with tempfile.TemporaryDirectory(prefix="contest-queue-") as folder:
             service = Service(Path(folder), tasks)
             began = time.monotonic()
-            counted = service.contest(teams, each, *fire)
+            try:
+                counted = service.contest(teams, each, *fire)
+            finally:
+                service.stop()
             rows.append({"service": name, **counted, "seconds": round(time.monotonic() - began, 1)})
             boards.append(service.board)
+            results.append(service.results)
     rows.append({"service": "rankings identical", "submissions": boards[0] == boards[1]})
+    rows.append({"service": "runs identical", "submissions": results[0] == results[1]})
     return rows
 
 
@@ -90,12 +96,15 @@ class Service:
     """A service in a folder, and those who use and disturb it."""
 
     def __init__(self, data: Path, tasks: int) -> None:
-        self._data, self._server = data, None
+        from tamp.contest.service.store import open_store
+
+        self._data, self._tasks, self._server, self._store = data, tasks, None, open_store(data)
         (data / "contest.yaml").write_text(RULES)
         for number in range(tasks):
             x = -0.1 + 0.2 * number / max(1, tasks - 1)
             (data / f"push_{number}.yaml").write_text(TASK.format(number=number, level=1 + number % 3, x=round(x, 3)))
         self.board: list[Any] = []
+        self.results: dict[tuple[str, ...], tuple[float | None, float]] = {}
 
     def contest(self, teams: int, each: int, server_kills: int, worker_kills: int) -> Row:
         """Hand in, disturb, wait; how often what was done."""
@@ -106,43 +115,43 @@ class Service:
             for e in range(each)
         ]
         self._start()
-        rng, shots = random.Random(0), {"server": server_kills, "worker": worker_kills}
+        rng = random.Random(0)
+        shots = ["server"] * server_kills + ["worker"] * worker_kills
+        rng.shuffle(shots)
         numbers = [self._hand_in(token, code) for token, code in jobs]
         # Every submission comes twice, as from an impatient browser.
         again = [self._hand_in(token, code) for token, code in jobs]
-        while (state := self._state())["left"]:
-            targets = [name for name, count in shots.items() if count]
-            if targets and state["running"]:  # else there is nothing to disturb
-                target = rng.choice(targets)
-                shots[target] -= self._shoot(target, rng)
+        killed: list[str] = []
+        while (count := self._count())["done"] < len(numbers) * self._tasks:
+            due = count["done"] / (len(numbers) * self._tasks) >= len(killed) / max(1, len(shots))
+            # Only who works is disturbed.
+            if len(killed) < len(shots) and due and count["running"] and self._shoot(shots[len(killed)], rng):
+                killed.append(shots[len(killed)])
             time.sleep(rng.uniform(0.2, 1.5))
+        state = self._recorded()
         self.board = self._ranking()
-        self._stop()
         return {
             "submissions": len(set(numbers)),
             "double uploads": sum(a != b for a, b in zip(numbers, again, strict=True)),
-            "runs": state["runs"],
-            "begun": state["begun"],
-            "recorded once": state["once"],
-            "ended well": state["finished"],
-            "server killed": server_kills - shots["server"],
-            "workers killed": worker_kills - shots["worker"],
+            **state,
+            "server killed": killed.count("server"),
+            "workers killed": killed.count("worker"),
         }
 
-    def _shoot(self, target: str, rng: random.Random) -> int:
-        """Kill the server, which is started again, or one of its workers; how many were killed."""
+    def _shoot(self, target: str, rng: random.Random) -> bool:
+        """Kill the server, which is started again, or one of its workers; whether there was one."""
         assert self._server is not None
         if target == "server":
             self._server.kill()
             self._server.wait()
             self._start()
-            return 1
+            return True
         workers = children(self._server.pid)
         if not workers:
-            return 0
+            return False
         with suppress(OSError):
             os.kill(rng.choice(workers), signal.SIGKILL)
-        return 1
+        return True
 
     def _start(self) -> None:
         command = [sys.executable, "-m", "tamp", "-q", "contest", "serve", "--data", str(self._data)]
@@ -150,10 +159,12 @@ class Service:
         self._server = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         self._patiently(lambda: urllib.request.urlopen(f"http://127.0.0.1:{PORT}/rules").read())
 
-    def _stop(self) -> None:
-        assert self._server is not None
-        self._server.send_signal(signal.SIGINT)
-        self._server.wait(30)
+    def stop(self) -> None:
+        """End the service."""
+        if self._server is not None:
+            self._server.send_signal(signal.SIGINT)
+            self._server.wait(30)
+        self._store.close()
 
     def _tamp(self, *arguments: str) -> str:
         command = [sys.executable, "-m", "tamp", "contest", *arguments, "--data", str(self._data)]
@@ -177,30 +188,34 @@ class Service:
                 time.sleep(0.2)
         raise RuntimeError("the service does not come back")
 
-    def _state(self) -> dict[str, int]:
+    def _count(self) -> dict[str, int]:
+        """State -> how many runs are in it."""
         from sqlalchemy import func, select
 
-        from tamp.contest.service.store import TRIALS, open_store
+        from tamp.contest.service.store import TRIALS
 
-        store = open_store(self._data)
-        with store.look() as connection:
-            rows = connection.execute(
-                select(TRIALS.c.state, TRIALS.c.claims, TRIALS.c.evaluations, TRIALS.c.result)
-            ).all()
-            pairs = connection.execute(
-                select(func.count()).select_from(
-                    select(TRIALS.c.submission, TRIALS.c.task, TRIALS.c.simulator, TRIALS.c.run).distinct().subquery()
-                )
-            ).scalar_one()
-        store.close()
-        assert pairs == len(rows)
+        with self._store.look() as connection:
+            rows = connection.execute(select(TRIALS.c.state, func.count()).group_by(TRIALS.c.state)).all()
+        return {"done": 0, "running": 0, **dict(rows)}
+
+    def _recorded(self) -> dict[str, int]:
+        """What the database has of all runs; each run's error and time are kept, by team, package and task."""
+        from sqlalchemy import select
+
+        from tamp.contest.service.store import SUBMISSIONS, TEAMS, TRIALS
+
+        with self._store.look() as connection:
+            joined = TRIALS.join(SUBMISSIONS).join(TEAMS)
+            rows = connection.execute(select(TRIALS, TEAMS.c.name, SUBMISSIONS.c.sha256).select_from(joined)).all()
+        found = [from_json(row.result) for row in rows]
+        for row, result in zip(rows, found, strict=True):
+            self.results[row.name, row.sha256, row.task] = result.ede_m, result.execution_sim_s
+        assert len(self.results) == len(rows)
         return {
             "runs": len(rows),
-            "left": sum(row.state != "done" for row in rows),
-            "running": sum(row.state == "running" for row in rows),
-            "finished": sum(row.result is not None and from_json(row.result).message == "" for row in rows),
             "begun": sum(row.claims for row in rows),
-            "once": sum(row.evaluations == 1 for row in rows),
+            "recorded once": sum(row.evaluations == 1 for row in rows),
+            "ended well": sum(result.message == "" for result in found),
         }
 
     def _ranking(self) -> list[Any]:

@@ -7,6 +7,7 @@ import site
 import sys
 import sysconfig
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from importlib.resources import files
 from pathlib import Path
@@ -26,9 +27,12 @@ TASKS = "scenarios"
 """What of it no solution sees: tasks, with where everything is."""
 
 START = (
-    "import json, site, sys; [*map(site.addsitedir, json.loads(sys.argv[1]))]; "
+    "import json, os, site, sys; [*map(site.addsitedir, json.loads(sys.argv[1]))]; "
+    "os.environ.update(OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1', MKL_NUM_THREADS='1'); "
     "from tamp.contest.api.host import main; sys.exit(main(sys.argv[2]))"
 )
+"""Linear algebra runs on one thread unless a solution asks for more: libraries would start as many threads as the
+machine has processors, each of which counts, so that what a solution may do would depend on the machine."""
 
 
 def interpreter() -> str:
@@ -64,7 +68,8 @@ def _pure() -> set[str]:
     return {sysconfig.get_path(kind) for kind in ("purelib", "platlib")}
 
 
-def _library_mounts(libraries: Sequence[str]) -> list[Mount]:
+@lru_cache(maxsize=4)
+def _library_mounts(libraries: tuple[str, ...]) -> tuple[Mount, ...]:
     mounts: dict[str, Path] = {}
     for found in closure(libraries):
         if _parsed(found.name)[0] == OWN:
@@ -76,7 +81,7 @@ def _library_mounts(libraries: Sequence[str]) -> list[Mount]:
     whole = OWN in (_parsed(name)[0] for name in libraries)
     parts = sorted(p.name for p in root.iterdir() if p.name not in (TASKS, "__pycache__")) if whole else API
     mounts |= {f"{SITE}/tamp/{part}": (root / part).resolve() for part in parts}
-    return [Mount(path, target) for target, path in mounts.items() if path.exists()]
+    return tuple(Mount(path, target) for target, path in mounts.items() if path.exists())
 
 
 def closure(libraries: Sequence[str]) -> list[Distribution]:

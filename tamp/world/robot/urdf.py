@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -34,6 +35,7 @@ class LinkShape:
     hull: Part
 
 
+@lru_cache(maxsize=8)
 def link_shapes(spec: RobotSpec) -> tuple[LinkShape, ...]:
     """The convex hull of each `<collision>` of the robot's URDF, in file order.
 
