@@ -20,12 +20,12 @@ from tamp.contest.sandbox.reaper import children
 from tests.contest.cells import QUICK, run_in
 
 TIGHTER = {name: {"wall_s": 1.5} for name in ("sleeps", "never_reads", "slow_frame")}
-TIGHTER["burns_processor"] = {"processor_s": 1.0}
+TIGHTER |= {name: {"processor_s": 1.0} for name in ("burns_processor", "hidden_processor")}
 """Solutions that would use up a whole limit -> a smaller one."""
 
 LIMITED = ("burns_processor", "eats_memory", "many_eat_memory", "endless_output", "sleeps", "never_reads", "huge_frame")
 LIMITED += ("huge_header", "deep_json", "lies", "invents_calls", "slow_frame", "closes_socket", "leaves_unsaid")
-LIMITED += ("escapes_terminal", "raises_in_words")
+LIMITED += ("escapes_terminal", "raises_in_words", "half_characters", "far_away", "begins_again", "hidden_processor")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
 HOSTILE = sorted(path for path in (Path(__file__).parent / "hostile").glob("*.py") if path.stem != "__init__")

@@ -122,6 +122,9 @@ def test_the_workcell_refuses_what_cannot_be_done_and_ends_in_time() -> None:
         ):
             with pytest.raises(Refusal, match=complaint):
                 cell.follow(np.array(times), np.array(positions), None)
+        swing = np.outer([-0.9, 0.9], cell.robot.spec.velocity)
+        with pytest.raises(Refusal, match="leave its range"):
+            cell.follow(np.array([0.0, 2.9]), np.array([q, q]), swing)
         out_of_reach = np.eye(4)
         out_of_reach[0, 3] = 5.0
         for straight in (True, False):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
 import json
 import resource
 import socket
 import sys
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +17,33 @@ from tamp.contest.adapters.ocrtoc2024 import Agent2024
 from tamp.contest.api.client import Connection, connect
 from tamp.contest.api.wire import FROM_SERVER, Channel, Disconnected
 
+PR_SET_SECCOMP, SECCOMP_MODE_FILTER, PR_SET_NO_NEW_PRIVS = 22, 2, 38
+
+
+class Instruction(ctypes.Structure):
+    """struct sock_filter."""
+
+    _fields_ = [("code", ctypes.c_uint16), ("true", ctypes.c_uint8), ("false", ctypes.c_uint8), ("k", ctypes.c_uint32)]
+
+
+class Program(ctypes.Structure):
+    """struct sock_fprog."""
+
+    _fields_ = [("length", ctypes.c_uint16), ("first", ctypes.POINTER(Instruction))]
+
 
 def main(arguments: str) -> int:
     """Run a solution; the exit status is 0 where it returned.
 
     Args:
-        arguments: JSON: descriptor (of the socket), solution and models (folders), module, limits (rlimit -> value).
+        arguments: JSON: descriptor (of the socket), solution and models (folders), module, limits (rlimit -> value),
+            filter (of system calls; empty for none).
     """
     given = json.loads(arguments)
     for name, value in given["limits"].items():
         resource.setrlimit(getattr(resource, name), (value, value))
+    if given["filter"]:
+        take_on(given["filter"])
     channel = Channel(socket.socket(fileno=given["descriptor"]), FROM_SERVER)
     goal, robot, connection = connect(channel, Path(given["models"]))
     try:
@@ -35,6 +54,23 @@ def main(arguments: str) -> int:
         return 1
     _tell(connection, "finished")
     return 0
+
+
+def take_on(instructions: Sequence[Sequence[int]]) -> None:
+    """Have the kernel put this process's system calls, and those of its children, through a filter from now on.
+
+    Args:
+        instructions: as `tamp.contest.sandbox.seccomp` writes them.
+
+    Raises:
+        OSError: where the kernel refuses it.
+    """
+    libc = ctypes.CDLL(None, use_errno=True)
+    program = Program(len(instructions), (Instruction * len(instructions))(*map(tuple, instructions)))
+    if libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) or libc.prctl(
+        PR_SET_SECCOMP, SECCOMP_MODE_FILTER, ctypes.byref(program)
+    ):
+        raise OSError(ctypes.get_errno(), "the kernel takes no filter of system calls")
 
 
 def load(folder: Path, module: str) -> Any:
@@ -56,7 +92,7 @@ def load(folder: Path, module: str) -> Any:
 def _said(error: BaseException) -> str:
     """An exception in a line, whatever its own words do."""
     try:
-        return f"{type(error).__name__}: {error}"[:1000]
+        return f"{type(error).__name__}: {error}"[:1000].encode("utf-8", "replace").decode()
     except BaseException:  # its words may be anything, an exit too
         return type(error).__name__
 

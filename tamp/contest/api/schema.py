@@ -26,6 +26,8 @@ class Text:
         """Why a value is none; empty where it is one."""
         if type(value) is not str:
             return "is not text"
+        if any("\ud800" <= character <= "\udfff" for character in value):
+            return "holds half a character (a surrogate), which no library takes"
         return "" if len(value) <= self.most else f"is longer than {self.most} characters"
 
 
@@ -90,11 +92,12 @@ class Items:
 
 @dataclass(frozen=True)
 class Array:
-    """An array of finite numbers of a type; None in the shape is any length up to `most`."""
+    """An array of finite numbers of a type, none beyond `bound`; None in the shape is any length up to `most`."""
 
     dtype: str
     shape: tuple[int | None, ...]
     most: int = 4096
+    bound: float = math.inf
 
     def wrong(self, value: Any) -> str:
         """Why an array is none."""
@@ -105,7 +108,11 @@ class Array:
             for have, want in zip(value.shape, self.shape, strict=True)
         ):
             return f"has shape {value.shape}, not {self.shape} with at most {self.most} for None"
-        return "" if self.dtype == "u1" or np.isfinite(value).all() else "holds numbers that are not finite"
+        if self.dtype != "u1" and not np.isfinite(value).all():
+            return "holds numbers that are not finite"
+        if self.bound < math.inf and np.abs(value).max(initial=0.0) > self.bound:
+            return f"holds a number beyond {self.bound:g}"
+        return ""
 
 
 @dataclass(frozen=True)
@@ -117,8 +124,8 @@ class Form:
     optional: frozenset[str] = frozenset()
 
 
-_VECTOR = Array("f8", (None,), 64)
-_POSE = Array("f8", (4, 4))
+_VECTOR = Array("f8", (None,), 64, bound=1e3)
+_POSE = Array("f8", (4, 4), bound=1e2)
 _SPEED = Number(0.01, 1.0)
 
 OBJECT = {
@@ -136,8 +143,8 @@ CALLS: Mapping[str, Form] = MappingProxyType(
         "move_joints": Form({"speed": _SPEED}, {"q": _VECTOR}),
         "move_pose": Form({"speed": _SPEED, "straight": Flag()}, {"T_world_tool": _POSE}),
         "follow": Form(
-            arrays={"times": Array("f8", (None,)), "positions": Array("f8", (None, None)),
-                    "velocities": Array("f8", (None, None))},
+            arrays={"times": Array("f8", (None,), bound=1e6), "positions": Array("f8", (None, None), bound=1e3),
+                    "velocities": Array("f8", (None, None), bound=1e3)},
             optional=frozenset({"velocities"}),
         ),
         "go_to": Form({"width": Number(0.0, 1.0), "effort": Number(0.0, 1000.0)}),

@@ -20,6 +20,7 @@ from tamp.contest.rules import Rules
 from tamp.contest.sandbox.isolation import Ending, Sandbox
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.runtime import MODELS, SOLUTION, START, interpreter, make_room, search_path
+from tamp.contest.sandbox.seccomp import call_filter
 from tamp.execution.log import Frame
 from tamp.execution.simulators import make_simulator
 from tamp.formats.obj import shape_obj
@@ -113,7 +114,8 @@ def run_solution(
         "solution": sandbox.inside(room, SOLUTION),
         "models": sandbox.inside(room, MODELS),
         "module": package.module,
-        "limits": rules.limits.rlimits(),
+        "limits": rules.limits.rlimits(isolated=sandbox.isolates),
+        "filter": call_filter() if sandbox.isolates else [],
     }
     command = [interpreter(), "-I", "-S", "-c", START, json.dumps(search_path(sandbox)), json.dumps(arguments)]
     with ours, SandboxedProcess(sandbox, room, command, rules.limits, theirs.fileno()) as process:

@@ -205,7 +205,9 @@ class Workcell:
             if len(times) > 2:
                 velocities[1:-1] = np.gradient(positions, times, axis=0)[1:-1]
         trajectory = Trajectory(times - times[0], positions.copy(), velocities.copy())
-        excess = float((np.abs(set_points(trajectory, STEP)[1]) / self._spec.velocity).max())
+        between, speeds = set_points(trajectory, STEP)
+        self._refuse_joints(between)  # a spline may leave what its points keep to
+        excess = float((np.abs(speeds) / self._spec.velocity).max())
         if excess > OVERSPEED:
             raise Refusal(f"a joint would move at {excess:.2f} times its largest speed")
         self._follow(trajectory)

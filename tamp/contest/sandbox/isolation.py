@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
+
+COUNTS_BY_NAMESPACE = (5, 14)
+"""The first version of Linux that holds RLIMIT_NPROC against the processes of a user in a namespace."""
 
 Reason = Literal[
     "finished", "raised", "died", "time", "wall", "processor", "memory", "processes", "output", "protocol", "start"
@@ -57,15 +62,28 @@ class Limits:
     output_kb: int = 1024
     scratch_mb: int = 256
 
-    def rlimits(self) -> dict[str, int]:
-        """What the kernel limits for each process by itself: the name in `resource` -> value."""
-        return {
+    def rlimits(self, *, isolated: bool) -> dict[str, int]:
+        """What the kernel limits for each process by itself: the name in `resource` -> value.
+
+        Args:
+            isolated: it has a user namespace of its own, in which the kernel counts its processes.
+        """
+        each = {
             "RLIMIT_CORE": 0,
             "RLIMIT_CPU": round(self.processor_s) + 1,
             "RLIMIT_DATA": self.memory_mb << 20,
             "RLIMIT_FSIZE": self.scratch_mb << 20,
             "RLIMIT_NOFILE": 256,
         }
+        # Older kernels count the user's processes everywhere; and of root's, none counts.
+        if isolated and _release() >= COUNTS_BY_NAMESPACE:
+            each["RLIMIT_NPROC"] = self.processes + 1  # so that one too many is seen, and named
+        return each
+
+
+def _release() -> tuple[int, ...]:
+    """The kernel's version: its first two numbers."""
+    return tuple(int(number) for number in re.findall(r"\d+", os.uname().release)[:2])
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,13 @@ LOOK_S = 0.2
 END_S = 5.0
 """How long the kernel may take to end killed processes [s]."""
 
+MOST_FILES = 100_000
+"""In a temporary folder; an empty one takes a kilobyte of the kernel's memory, which no process is charged for."""
+
 TICKS = os.sysconf("SC_CLK_TCK")
+
+Spent = dict[tuple[int, str], int]
+"""A process by its number and start -> the processor time it was last seen to have used itself [ticks]."""
 
 
 class SandboxedProcess:
@@ -42,7 +48,7 @@ class SandboxedProcess:
         self._limits, self._began = limits, time.monotonic()
         self._stopped: Ending | None = None
         self._lock, self._done = threading.Lock(), threading.Event()
-        self._output = bytearray()
+        self._output, self._spent = bytearray(), Spent()
         self._group = cgroups.make(limits)
         join = "".join(f"echo $$ > {file} && " for file in self._group.files) if self._group else ""
         self._process = subprocess.Popen(
@@ -139,13 +145,16 @@ class SandboxedProcess:
         """Stop it where it uses too much; what the group limits, the kernel has limited already."""
         if self.time_left <= 0:
             self.stop(Ending("wall", f"ran longer than {self._limits.wall_s:g} s"))
-        processes, processor, memory = usage(self._tree())
+        tree = self._tree()
+        processes, processor, memory = usage(tree, self._spent)
         if processor > self._limits.processor_s:
             self.stop(Ending("processor", f"used more than {self._limits.processor_s:g} s of processor time"))
         if memory > self._limits.memory_mb << 20:
             self.stop(Ending("memory", f"used more than {self._limits.memory_mb} MiB"))
         if processes > self._limits.processes:
             self.stop(Ending("processes", f"started more than {self._limits.processes} processes and threads"))
+        if _files_made(tree[-1]) > MOST_FILES:
+            self.stop(Ending("memory", f"made more than {MOST_FILES} files"))
         self._look_at_group()
 
     def _look_at_group(self) -> None:
@@ -164,19 +173,33 @@ class SandboxedProcess:
         return found
 
 
-def usage(pids: Sequence[int]) -> tuple[int, float, int]:
+def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
     """Processes and threads, processor time [s] with that of children that have ended, and memory [bytes].
 
     Memory that processes share counts once: their proportional set sizes are added.
+
+    Args:
+        pids: processes.
+        spent: of all that were seen before; changed. A parent that ignores its children's end is not charged for them.
     """
     count, processor, memory = 0, 0, 0
     for pid in pids:
         with suppress(OSError, ValueError, IndexError):
             words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-            processor += sum(map(int, words[11:15]))
+            own, of_children = sum(map(int, words[11:13])), sum(map(int, words[13:15]))
+            spent[pid, words[19]] = own
+            processor += own + of_children
             count += int(words[17])
             memory += _proportional(pid)
-    return count, processor / TICKS, memory
+    return count, max(processor, sum(spent.values())) / TICKS, memory
+
+
+def _files_made(pid: int) -> int:
+    """Files in the temporary folder that a process sees; 0 where this user may not look, or it counts none."""
+    with suppress(OSError):
+        found = os.statvfs(f"/proc/{pid}/root/tmp")
+        return found.f_files - found.f_ffree
+    return 0
 
 
 def _proportional(pid: int) -> int:
