@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from tamp.contest.rules import Uploads
+from tamp.contest.sandbox.isolation import visible
 from tamp.errors import TampError
 
 ENTRY = "solution"
 """The module or package that holds the class `Solution`, unless there is only one."""
 
-LONGEST = 200
-"""Of a path in a package [characters]."""
+LONGEST, LONGEST_PART = 200, 255
+"""Of a path in a package [characters], and of a name in it [bytes]."""
 
 CHUNK = 1 << 16
 
@@ -76,7 +77,7 @@ def unpack(source: Path, folder: Path, limits: Uploads | None = None) -> Package
 def _entry(name: str, folder: Path) -> str:
     """The module with the solution: `solution`, or the only one."""
     modules = sorted(
-        path.stem
+        visible(path.stem)
         for path in folder.iterdir()
         if (path.suffix == ".py" and path.stem.isidentifier()) or (path / "__init__.py").is_file()
     )
@@ -152,6 +153,8 @@ def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> 
             wrong = "leads out of the package"
         elif "\0" in entry.orig_filename or ":" in entry.filename or len(entry.filename) > LONGEST:
             wrong = f"has a name that is longer than {LONGEST} characters, or holds a colon or a zero"
+        elif max(len(part.encode()) for part in path.parts) > LONGEST_PART:
+            wrong = f"has a name of more than {LONGEST_PART} bytes"
         elif stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
             wrong = "is a link or a device"
         elif entry.flag_bits & 1:

@@ -61,6 +61,14 @@ def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str, compla
     assert not (tmp_path / "outside.py").exists()
 
 
+def test_a_name_longer_than_file_systems_take_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("solution.py", CODE)
+        archive.writestr("\u00e4" * 150, "")
+    with pytest.raises(PackageError, match="255 bytes"):
+        unpack(tmp_path / "a.zip", tmp_path / "out")
+
+
 def test_links_are_refused(tmp_path: Path) -> None:
     source = _zip(tmp_path / "link.zip", {"solution.py": "/etc/passwd"}, mode=0o777 | stat.S_IFLNK)
     with pytest.raises(PackageError, match="is a link"):

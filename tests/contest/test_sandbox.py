@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from tamp.contest.sandbox.choice import KINDS
-from tamp.contest.sandbox.isolation import Ending, Mount, Sandbox, visible
+from tamp.contest.sandbox.isolation import ENVIRONMENT, Ending, Mount, Sandbox, visible
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.runtime import interpreter, make_room
-from tests.contest.cells import QUICK
+from tests.contest.cells import QUICK, run_in
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
@@ -35,6 +35,20 @@ def test_what_is_shown_below_tmp_is_seen_and_the_rest_of_tmp_is_its_own(kind: ty
         assert process.wait(20.0) == 0, process.output
     assert process.output.decode().split("\n")[:2] == ["seen ['python'] /tmp", "Read-only file system"]
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "shown"]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_the_environment_is_the_same_in_every_sandbox(kind: type[Sandbox], tmp_path: Path) -> None:
+    if kind().missing():
+        pytest.skip(kind().missing())
+    solution = tmp_path / "solution.py"
+    solution.write_text(
+        "import os, pathlib\n\nclass Solution:\n    def run(self, goal, robot):\n"
+        f"        assert {{**os.environ, **{dict(ENVIRONMENT)}}} == dict(os.environ)\n"
+        "        assert pathlib.Path.home() == pathlib.Path('/tmp')\n"
+    )
+    ending, output = run_in(kind(), solution, tmp_path / "run")
+    assert ending.reason == "finished", output
 
 
 def test_words_of_solutions_are_in_one_line_that_can_be_seen() -> None:

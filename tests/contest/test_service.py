@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import io
 import os
+import socket
+import threading
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,14 +18,20 @@ import pytest
 pytest.importorskip("fastapi", reason="the web service needs the extra 'contest'")
 pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'contest'")
 
+import uvicorn
 from fastapi.testclient import TestClient
 from sqlalchemy import select, update
 
+from tamp.contest.evaluation.trial import Trial
 from tamp.contest.sandbox.choice import choose
+from tamp.contest.sandbox.isolation import Ending
+from tamp.contest.sandbox.plain import Plain
 from tamp.contest.service import queue
 from tamp.contest.service import submissions as handing_in
 from tamp.contest.service.app import make_app
 from tamp.contest.service.contest import load_contest
+from tamp.contest.service.prompt import PromptProtocol
+from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import TRIALS, Store, StoreFullError, open_store
 from tamp.contest.service.teams import add_team, renew_token, team_of
 from tamp.contest.service.worker import MOST_CLAIMS, Worker
@@ -333,3 +342,109 @@ def test_the_database_and_the_rules_are_refused_in_a_sentence(tmp_path: Path) ->
     (tmp_path / "contest.yaml").write_text("name: empty\n")
     with pytest.raises(TampError, match="at least one task file"):
         load_contest(tmp_path / "contest.yaml")
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 201),
+        ({"Sec-Fetch-Site": "same-origin", "Origin": "https://behind.a.proxy"}, 201),
+        ({"Origin": "http://testserver"}, 201),
+        ({"Sec-Fetch-Site": "same-site"}, 403),
+        ({"Sec-Fetch-Site": "cross-site"}, 403),
+        ({"Origin": "http://testserver:9999"}, 403),
+        ({"Origin": "null"}, 403),
+    ],
+)
+def test_pages_of_others_do_nothing_with_a_session(service: Service, headers: dict[str, str], status: int) -> None:
+    service.client.cookies.set("tamp_contest_token", service.ours)
+    answer = service.client.post("/api/submissions", params={"name": "a.py"}, headers=headers, content=CODE)
+    assert answer.status_code == status
+
+
+def test_nothing_is_kept_in_caches_that_others_share_and_pages_need_nothing_from_elsewhere(service: Service) -> None:
+    for page in ("/", "/rules", "/team", "/api/docs", "/api/leaderboard", "/nowhere"):
+        answer = service.get(page, service.ours)
+        assert answer.headers["Cache-Control"] == "private, no-cache"
+        assert "http" not in answer.headers["Content-Security-Policy"]
+        assert "://" not in answer.text
+    docs = service.get("/api/docs").text
+    assert "POST /api/submissions" in docs and "contest or trial" in docs
+    assert service.get("/redoc").status_code == 404
+
+
+def test_names_that_look_like_a_teams_are_refused(service: Service) -> None:
+    for name in ("Ours", "OURS", "\uff4f\uff55\uff52\uff53"):
+        with pytest.raises(TampError, match="looks like the team 'ours'"):
+            add_team(service.store, name)
+    with pytest.raises(TampError, match="there is a team called"):
+        add_team(service.store, "ours")
+
+
+def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    import anyio
+
+    async def trickle() -> AsyncIterator[bytes]:
+        while True:
+            yield b" "
+            await anyio.sleep(0.01)
+
+    monkeypatch.setattr("tamp.contest.service.app.UPLOAD_S", 0.2)
+    headers = {"Authorization": f"Bearer {service.ours}"}
+
+    async def hand_in() -> int:
+        from httpx import ASGITransport, AsyncClient
+
+        transport = ASGITransport(app=service.client.app)
+        async with AsyncClient(transport=transport, base_url="http://testserver") as client:
+            url = "/api/submissions?name=a.py"
+            return (await client.post(url, headers=headers, content=trickle())).status_code
+
+    assert anyio.run(hand_in) == 408
+    assert not list((service.data / "incoming").iterdir())
+
+
+def test_where_nothing_may_be_printed_endings_are_not_in_the_solutions_words(service: Service) -> None:
+    words = Ending("raised", "RuntimeError: the red box goes to 0, -0.1")
+    message = f"{words.reason}: {words.message}"
+    trial = Trial(Result("hidden_a_secret", 0, "failed", message=message), words, b"the red box", ())
+    service.hand_in(service.ours)
+    held = queue.claim(service.store)
+    assert held is not None
+    for most, said, log in ((4, message, "the red box"), (0, "raised", "")):
+        rules = replace(service.contest.rules, contest_log_kb=most)
+        worker = Worker(service.store, replace(service.contest, rules=rules), service.data, Plain())
+        assert (worker._message(held, trial), worker._log(held, trial)) == (said, log)
+
+
+def test_what_killed_workers_left_is_removed_and_what_others_use_is_not(tmp_path: Path) -> None:
+    left = tmp_path / "scratch" / "left"
+    left.mkdir(parents=True)
+    (left / "package.py").touch()
+    with scratch_folder(tmp_path) as one, scratch_folder(tmp_path) as other:
+        assert one != other and one.is_dir() and not left.exists()
+    assert not one.exists() and not other.exists()
+
+
+def test_a_connection_that_does_not_ask_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tamp.contest.service.prompt.HEADER_S", 0.1)
+
+    async def app(scope: object, receive: object, send: Callable[..., Awaitable[None]]) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"0")]})
+        await send({"type": "http.response.body"})
+
+    server = uvicorn.Server(uvicorn.Config(app, port=0, http=PromptProtocol, lifespan="off", log_level="warning"))
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        try:
+            for said in (b"", b"GET / HTTP/1.1\r\nHost: x\r\n", b"GET / HTTP/1.1\r\nHost: x\r\n\r\nGET / HT"):
+                with socket.create_connection(listening.getsockname(), timeout=30) as slow:
+                    slow.sendall(said)
+                    answer = b""
+                    while piece := slow.recv(1000):  # ends where the server has closed
+                        answer += piece
+                assert answer.startswith(b"HTTP/1.1 200") == said.endswith(b"HT")
+        finally:
+            server.should_exit = True
+            thread.join()

@@ -66,7 +66,7 @@ def take_on(instructions: Sequence[Sequence[int]]) -> None:
         OSError: where the kernel refuses it.
     """
     libc = ctypes.CDLL(None, use_errno=True)
-    program = Program(len(instructions), (Instruction * len(instructions))(*map(tuple, instructions)))
+    program = Program(len(instructions), (Instruction * len(instructions))(*(Instruction(*i) for i in instructions)))
     if libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) or libc.prctl(
         PR_SET_SECCOMP, SECCOMP_MODE_FILTER, ctypes.byref(program)
     ):

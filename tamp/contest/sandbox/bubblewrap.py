@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 
-from tamp.contest.sandbox.isolation import Room
+from tamp.contest.sandbox.isolation import ENVIRONMENT, Room
 
 
 class Bubblewrap:
@@ -42,4 +42,5 @@ class Bubblewrap:
 
     def _walls(self) -> list[str]:
         spaces = ["--unshare-all", "--unshare-user", "--disable-userns"]
-        return [*spaces, "--die-with-parent", "--new-session", "--clearenv", "--cap-drop", "ALL"]
+        told = [word for name, value in ENVIRONMENT.items() for word in ("--setenv", name, value)]
+        return [*spaces, "--die-with-parent", "--new-session", "--clearenv", *told, "--cap-drop", "ALL"]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Literal, Protocol
 
 COUNTS_BY_NAMESPACE = (5, 14)
@@ -21,6 +22,10 @@ Reason = Literal[
 "time": the simulated time was over. "wall", "processor", "memory", "processes", "output": it went over a limit.
 "protocol": what it sent was none of the API's messages. "start": it did not begin to speak.
 """
+
+
+ENVIRONMENT: Mapping[str, str] = MappingProxyType({"PATH": "/usr/bin:/bin", "HOME": "/tmp", "LANG": "C.UTF-8"})
+"""The environment of a solution; programs of their own in this folder repeat it."""
 
 
 def visible(text: str) -> str:

@@ -10,7 +10,9 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
+from urllib.parse import urlsplit
 
+import anyio
 from fastapi import Body, FastAPI, HTTPException, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
@@ -30,7 +32,16 @@ HEADERS = {
     "frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "private, no-cache",
 }
+"""With every answer, unless it says otherwise: no page or film of a team stays in a cache that others share."""
+SAFE = ("GET", "HEAD", "OPTIONS")
+"""Methods that change nothing."""
+UPLOAD_S = 900.0
+"""How long an upload may take [s]."""
+FOREIGN = "a page of another site must not do this with your session"
 FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
 FAR_TOO_LARGE = "larger than anything that is asked for here"
 SMALL = 4096
@@ -38,7 +49,6 @@ SMALL = 4096
 UPLOADS = "/api/submissions"
 HIGHEST = (1 << 31) - 1
 """Of a number in the database."""
-DOCS_POLICY = "default-src 'self' https://cdn.jsdelivr.net 'unsafe-inline'; img-src 'self' data: https:"
 
 
 def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
@@ -49,9 +59,8 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
         contest: rules and tasks.
         data: the folder of packages, pictures and films.
     """
-    app = FastAPI(
-        title=f"{contest.rules.name}: the contest's API", docs_url="/api/docs", openapi_url="/api/openapi.json"
-    )
+    title = f"{contest.rules.name}: the contest's API"
+    app = FastAPI(title=title, docs_url=None, redoc_url=None, openapi_url="/api/openapi.json")
     clear_incoming(data)
     board = Board(store, contest)
     Routes(store, contest, data, board).add_to(app)
@@ -61,12 +70,15 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     @app.middleware("http")
     async def guard(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
         upload = request.url.path == UPLOADS and request.method == "POST"
-        too_large = not upload and _is_large(request)
-        response = JSONResponse({"detail": FAR_TOO_LARGE}, 413) if too_large else await call_next(request)
+        response: Response
+        if request.method not in SAFE and _is_foreign(request):
+            response = JSONResponse({"detail": FOREIGN}, 403)
+        elif not upload and _is_large(request):
+            response = JSONResponse({"detail": FAR_TOO_LARGE}, 413)
+        else:
+            response = await call_next(request)
         for name, value in HEADERS.items():
             response.headers.setdefault(name, value)
-        if request.url.path == "/api/docs":
-            response.headers["Content-Security-Policy"] = DOCS_POLICY
         return response
 
     return app
@@ -74,6 +86,15 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
 
 def _refuse(_: Request, error: Exception) -> Response:
     return JSONResponse({"detail": str(error)}, 429 if isinstance(error, TooManyError) else 422)
+
+
+def _is_foreign(request: Request) -> bool:
+    """Whether a page of another origin sends it; cookies would go with it from other ports of the same machine."""
+    site = request.headers.get("Sec-Fetch-Site")
+    if site is not None:
+        return site not in ("same-origin", "none")
+    origin = request.headers.get("Origin")
+    return origin is not None and urlsplit(origin).netloc != request.headers.get("Host")
 
 
 def _is_large(request: Request) -> bool:
@@ -101,6 +122,7 @@ class Routes:
             ("/tasks", self.tasks_page),
             ("/team", self.team_page),
             ("/submissions/{number}", self.submission_page),
+            ("/api/docs", self.api_page),
         ):
             app.get(path, response_class=HTMLResponse, include_in_schema=False)(page)
         for name, kind in pages.STATIC.items():
@@ -161,6 +183,10 @@ class Routes:
             films=self._films(number),
         )
 
+    def api_page(self, request: Request) -> str:
+        """What programs may ask, from the API's own description."""
+        return self._page(request, "api.html", paths=request.app.openapi()["paths"])
+
     def _films(self, number: str) -> list[tuple[str, int]]:
         """What each film of a submission shows, and its run."""
         shown = films.shown(self._store, number)
@@ -198,8 +224,8 @@ class Routes:
     async def submit(self, request: Request, name: str, kind: Kind = "contest") -> Response:
         """Hand in a .py, .zip or .whl as the request's body; `name` is the file's name.
 
-        201: accepted. 200: this file was handed in before. 401: no valid token. 413: too large. 422: not acceptable,
-        says why. 429: too many. 507: the server's disk is full.
+        201: accepted. 200: this file was handed in before. 401: no valid token. 408: too slow. 413: too large.
+        422: not acceptable, says why. 429: too many. 507: the server's disk is full.
         """
         team = await run_in_threadpool(self._team, request)
         suffix_of(name)
@@ -226,15 +252,18 @@ class Routes:
         try:
             with tempfile.NamedTemporaryFile(dir=self._data / "incoming", delete=False) as file:
                 path, size = Path(file.name), 0
-                async for piece in request.stream():
-                    size += len(piece)
-                    if size > most:
-                        raise too_large
-                    file.write(piece)
+                with anyio.fail_after(UPLOAD_S):
+                    async for piece in request.stream():
+                        size += len(piece)
+                        if size > most:
+                            raise too_large
+                        file.write(piece)
                 return path
         except BaseException as error:
             if path is not None:
                 path.unlink(missing_ok=True)
+            if isinstance(error, TimeoutError):
+                raise HTTPException(408, f"the upload took longer than {UPLOAD_S:g} s") from None
             if isinstance(error, OSError):
                 raise _disk(error) from error
             raise

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from pathlib import Path
 
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service.contest import load_contest
+from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import open_store
 from tamp.contest.service.worker import Worker
 from tamp.errors import TampError
@@ -64,7 +66,9 @@ def work(
         return stop.is_set() or (parent is not None and os.getppid() != parent)
 
     store, contest = open_store(data, database), load_contest(rules_file(data))
-    Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
+    with scratch_folder(data) as folder:
+        tempfile.tempdir = str(folder.resolve())  # the process's own: whatever it makes goes with it
+        Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
 
 
 def serve(data: Path, database: str | None, host: str, port: int, workers: Sequence[Sequence[str]]) -> None:
@@ -80,6 +84,7 @@ def serve(data: Path, database: str | None, host: str, port: int, workers: Seque
     import uvicorn
 
     from tamp.contest.service.app import make_app
+    from tamp.contest.service.prompt import PromptProtocol
 
     app = make_app(open_store(data, database), load_contest(rules_file(data)), data)
     ending = threading.Event()
@@ -87,7 +92,7 @@ def serve(data: Path, database: str | None, host: str, port: int, workers: Seque
     for keeper in keepers:
         keeper.start()
     try:
-        uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False)
+        uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False, http=PromptProtocol)
     finally:
         ending.set()
         for keeper in keepers:

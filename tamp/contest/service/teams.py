@@ -34,7 +34,8 @@ def add_team(store: Store, name: str) -> str:
     """Add a team; its token, which nobody can look up later.
 
     Raises:
-        TampError: where the name is taken, empty, too long, or holds characters that cannot be seen.
+        TampError: where the name is taken, or looks like one that is, is empty, too long, or holds characters that
+            cannot be seen.
     """
     name = unicodedata.normalize("NFC", name).strip()
     if not 0 < len(name) <= LONGEST or any(unicodedata.category(c)[0] in "CZ" and c != " " for c in name):
@@ -42,10 +43,18 @@ def add_team(store: Store, name: str) -> str:
     token = secrets.token_urlsafe(32)
     try:
         with store.change() as connection:
+            others = {_plain(other): other for other in connection.execute(select(TEAMS.c.name)).scalars()}
+            if others.get(_plain(name), name) != name:
+                raise TampError(f"{name!r} looks like the team {others[_plain(name)]!r}, which there is already")
             connection.execute(insert(TEAMS).values(name=name, token_sha256=_hash(token), created=time.time()))
     except IntegrityError:
         raise TampError(f"there is a team called {name!r} already") from None
     return token
+
+
+def _plain(name: str) -> str:
+    """A name without what hardly tells it apart: capitals, widths and ligatures, the number of spaces."""
+    return " ".join(unicodedata.normalize("NFKC", name).casefold().split())
 
 
 def renew_token(store: Store, name: str) -> str:

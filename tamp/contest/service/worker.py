@@ -87,7 +87,7 @@ class Worker:
             trial = self._trial(held)
         if trial is None:
             return
-        result = replace(trial.result, task=held.task)
+        result = replace(trial.result, task=held.task, message=self._message(held, trial))
         log = self._log(held, trial)
         if self._patiently(lambda: queue.finish(self.store, held, to_json(result), log)):
             LOG.info("%s %s %s %d: %s", held.submission, held.task, held.simulator, held.run, result.message or "done")
@@ -124,6 +124,11 @@ class Worker:
         LOG.error("run %d of %s is given up: %s", held.trial, held.submission, message)
         result = Result(held.task, held.run, "error", simulator=held.simulator, message=message)
         self._patiently(lambda: queue.finish(self.store, held, to_json(result), message))
+
+    def _message(self, held: queue.Claim, trial: Trial) -> str:
+        """What is said of how it ended; not in the solution's words where it may say nothing of a hidden task."""
+        mute = held.kind == "contest" and not self.contest.rules.contest_log_kb
+        return trial.ending.reason if mute and trial.result.message else trial.result.message
 
     def _log(self, held: queue.Claim, trial: Trial) -> str:
         most = self.contest.rules.limits.output_kb if held.kind == "trial" else self.contest.rules.contest_log_kb
