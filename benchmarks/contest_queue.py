@@ -1,6 +1,7 @@
 """The contest's queue under fire: server and workers are killed, and every run is evaluated once all the same.
 
     python -m benchmarks.contest_queue [--teams N] [--each N] [--tasks N] [--server-kills N] [--worker-kills N]
+                                       [--databases URL URL]
 
 The same submissions are handed in twice: to a service that is left alone, and to one whose processes are killed while
 they work, at even shares of the work. Shown is, for each, how often runs were begun and recorded, and whether both
@@ -68,7 +69,13 @@ class Solution:
 
 
 def run(
-    quick: bool, teams: int | None, each: int, tasks: int | None, server_kills: int | None, worker_kills: int | None
+    quick: bool,
+    teams: int | None,
+    each: int,
+    tasks: int | None,
+    server_kills: int | None,
+    worker_kills: int | None,
+    databases: Sequence[str] | None,
 ) -> list[Row]:
     """A row for each of both services, and one that compares them."""
     teams = teams or (2 if quick else 12)
@@ -76,9 +83,10 @@ def run(
     kills = (1 if quick else 5) if server_kills is None else server_kills
     worker_kills = (1 if quick else 10) if worker_kills is None else worker_kills
     rows, boards, results = [], [], []
-    for name, fire in (("undisturbed", (0, 0)), ("under fire", (kills, worker_kills))):
+    services = (("undisturbed", (0, 0)), ("under fire", (kills, worker_kills)))
+    for (name, fire), database in zip(services, databases or (None, None), strict=True):
         with tempfile.TemporaryDirectory(prefix="contest-queue-") as folder:
-            service = Service(Path(folder), tasks)
+            service = Service(Path(folder), tasks, database)
             began = time.monotonic()
             try:
                 counted = service.contest(teams, each, *fire)
@@ -95,10 +103,11 @@ def run(
 class Service:
     """A service in a folder, and those who use and disturb it."""
 
-    def __init__(self, data: Path, tasks: int) -> None:
+    def __init__(self, data: Path, tasks: int, database: str | None) -> None:
         from tamp.contest.service.store import open_store
 
-        self._data, self._tasks, self._server, self._store = data, tasks, None, open_store(data)
+        self._data, self._tasks, self._server, self._store = data, tasks, None, open_store(data, database)
+        self._place = ["--data", str(data), *([] if database is None else ["--database", database])]
         (data / "contest.yaml").write_text(RULES)
         for number in range(tasks):
             x = -0.1 + 0.2 * number / max(1, tasks - 1)
@@ -154,7 +163,7 @@ class Service:
         return True
 
     def _start(self) -> None:
-        command = [sys.executable, "-m", "tamp", "-q", "contest", "serve", "--data", str(self._data)]
+        command = [sys.executable, "-m", "tamp", "-q", "contest", "serve", *self._place]
         command += ["--port", str(PORT), "--workers", str(WORKERS), "--lease", str(LEASE_S)]
         self._server = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         self._patiently(lambda: urllib.request.urlopen(f"http://127.0.0.1:{PORT}/rules").read())
@@ -167,7 +176,7 @@ class Service:
         self._store.close()
 
     def _tamp(self, *arguments: str) -> str:
-        command = [sys.executable, "-m", "tamp", "contest", *arguments, "--data", str(self._data)]
+        command = [sys.executable, "-m", "tamp", "contest", *arguments, *self._place]
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
     def _hand_in(self, token: str, code: str) -> str:
@@ -231,5 +240,7 @@ if __name__ == "__main__":
     options.add_argument("--tasks", type=int, metavar="N", help="default 5")
     options.add_argument("--server-kills", type=int, metavar="N", help="default 5")
     options.add_argument("--worker-kills", type=int, metavar="N", help="default 10")
+    text = "two empty databases; default: SQLite"
+    options.add_argument("--databases", nargs=2, metavar="URL", help=text)
     asked = "every run recorded once, rankings identical"
     main("contest_queue", run, extra=options, asked=asked)

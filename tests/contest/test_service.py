@@ -373,6 +373,13 @@ def test_nothing_is_kept_in_caches_that_others_share_and_pages_need_nothing_from
     assert service.get("/redoc").status_code == 404
 
 
+def test_a_form_is_no_file(service: Service) -> None:
+    headers = {"Authorization": f"Bearer {service.ours}"}
+    answer = service.client.post("/api/submissions?name=a.py", headers=headers, files={"file": ("a.py", CODE)})
+    assert answer.status_code == 415 and "--data-binary" in answer.json()["detail"]
+    assert not service.get("/api/submissions", service.ours).json()
+
+
 def test_names_that_look_like_a_teams_are_refused(service: Service) -> None:
     for name in ("Ours", "OURS", "\uff4f\uff55\uff52\uff53"):
         with pytest.raises(TampError, match="looks like the team 'ours'"):

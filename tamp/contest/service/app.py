@@ -225,10 +225,12 @@ class Routes:
         """Hand in a .py, .zip or .whl as the request's body; `name` is the file's name.
 
         201: accepted. 200: this file was handed in before. 401: no valid token. 408: too slow. 413: too large.
-        422: not acceptable, says why. 429: too many. 507: the server's disk is full.
+        415: a form. 422: not acceptable, says why. 429: too many. 507: the server's disk is full.
         """
         team = await run_in_threadpool(self._team, request)
         suffix_of(name)
+        if request.headers.get("Content-Type", "").startswith("multipart/"):
+            raise HTTPException(415, "the file itself is the request's body, not a form: curl --data-binary @FILE")
         await run_in_threadpool(count_attempt, self._store, self._contest, team)
         upload = await self._receive(request)
         try:
