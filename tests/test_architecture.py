@@ -105,7 +105,7 @@ HOMES = {
     },
     "threadpoolctl": {"threads"},
     "toppra": {"world.timing.path_rates"},
-    "uvicorn": {"contest.service.serve"},
+    "uvicorn": {"contest.service.prompt", "contest.service.serve"},
     "viser": {"report.viewer"},
     "trimesh": {"perception.rendering.surface", "task.mesh.mesh_file", "scenarios.make_objects"},
 }  # fmt: skip
