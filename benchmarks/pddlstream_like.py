@@ -11,6 +11,7 @@ from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, ro
 from benchmarks.pddlstream_shapes import field, shelf, states, tea
 from tamp import clock
 from tamp.planning import Problem, solve
+from tests.planning.problems import clearing, continuous, fluents
 
 FAR = {"left": (-1.0, 5.5), "right": (2.5, 30.0)}
 
@@ -44,6 +45,9 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "field, lines of 0.25 to a corner": lambda: field(0.25, area=False),
     "field, lines of 0.5 to an area": lambda: field(0.5),
     "tea, 3 cups, no samplers": lambda: tea(3),
+    "row, 4 things lifted out of the way": lambda: clearing.row(4),
+    "washing, 4 foods, tests told the state": lambda: fluents.washing(4),
+    "line, 3 blocks, effects that wreck": lambda: continuous.line(3, continuous.wrecking_effects()),
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)
