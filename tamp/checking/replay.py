@@ -22,21 +22,18 @@ class Replay:
         state: where everything is; rules bring it to the end of their action.
         allow: tolerances.
         problems: what was found so far.
-        about: arguments of the present action; empty before the first and after the last.
     """
 
     scene: Scene
     state: State
     allow: Tolerances
     problems: list[Problem] = field(default_factory=list)
-    about: tuple[str, ...] = ()
     _index: int | None = None
     _name: str = "start"
 
     def begin(self, index: int | None, name: Action | str) -> None:
         """Name what the reports that follow are about: an action and its index, or "start" or "goal" without one."""
         self._index, self._name = index, str(name)
-        self.about = () if isinstance(name, str) else name.arguments
 
     def report(
         self, kind: str, sentence: str, bodies: tuple[str, ...] = (), depth: float = 0.0, after: float = 0.0

@@ -101,6 +101,7 @@ class State:
         time: of all motions so far [s].
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
         turned: object -> the same of how far it was turned [rad].
+        nudged: object -> how far it was nudged since the hand last held it [m].
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
         facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
     """
@@ -113,6 +114,7 @@ class State:
     facts: set[tuple[str, ...]] = field(default_factory=set)
     strayed: dict[str, float] = field(default_factory=dict)
     turned: dict[str, float] = field(default_factory=dict)
+    nudged: dict[str, float] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
     def without(self, name: str) -> State:

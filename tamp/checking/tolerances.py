@@ -32,11 +32,13 @@ class Tolerances:
         corner: how much farther than over an edge it may slide then, and no farther than its centre of mass is beside.
         push: angle between a push and the way in which fingers press; the cone of their friction is wider.
         nudge: angle between a nudge and the way in which a fingertip presses on a flank that may be round.
-        nudged: longest nudge: what one finger pushes leaves its line the farther it goes.
+        nudged: farthest that an object is nudged between two grips: what one finger pushes leaves its line the farther
+            it goes.
         lever: how far the contacts of a push reach on both sides of the centre of mass.
         beyond: how far beyond the edge that it turns about the hand pushes a toppled object's centre of mass.
         edge: how far inside what carries it the centre of mass of a pushed object stays.
         standing: largest gap between a body and what it stands on.
+        sagging: how far a stack may come down in all until each of its bodies touches what it stands on.
         slack: how far a stack may give until something more carries it.
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
@@ -85,6 +87,7 @@ class Tolerances:
     beyond: float = 0.02
     edge: float = 0.01
     standing: float = 0.003
+    sagging: float = 0.006
     slack: float = 0.003
     balance: float = 0.001
     reached: float = 0.005

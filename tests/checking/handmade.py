@@ -113,7 +113,7 @@ def above(pose: Pose, by: float = RISE) -> Pose:
 
 
 def carry(
-    hand: Hand, name: str, start: Pose, goal: Pose, width: float, under: tuple[str, str], grip_height: float = 0.0
+    hand: Hand, name: str, start: Pose, goal: Pose, width: float, under: tuple[str, str], grip_height: float = 0.005
 ) -> list[Action]:
     """Pick an object from above and place it elsewhere, on the bodies named in `under` (before, after)."""
     T_object_tool = Pose((0.0, 0.0, grip_height), DOWN)

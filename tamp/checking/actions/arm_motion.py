@@ -182,10 +182,11 @@ def _pairs(
     for other in others:
         for solid in robot.solids:
             if other.solid.name != TABLE or solid.name not in robot.fixed:
-                within = _allowed(move, ROBOT, other.solid.name, solid.name in robot.gripper, allow)
-                yield other, moving[solid.name], within
+                pressed = solid.name in robot.gripper and _claimed(move, ROBOT, other.solid.name)
+                yield other, moving[solid.name], allow.contact if pressed else allow.collision
         if taken is not None:
-            yield other, taken, _allowed(move, taken.solid.name, other.solid.name, False, allow)
+            sliding = _claimed(move, taken.solid.name, other.solid.name)
+            yield other, taken, _resting_depth(move, other, taken, allow) if sliding else allow.collision
     for a, b in robot.pairs:
         yield moving[a.name], moving[b.name], allow.collision
     if taken is not None:
@@ -193,14 +194,14 @@ def _pairs(
             yield moving[solid.name], taken, allow.contact if solid.name in robot.gripper else allow.collision
 
 
-def sensible(scene: Scene, state: State, move: Move, about: Sequence[str], allow: Tolerances) -> Move:
+def sensible(scene: Scene, state: State, move: Move, touched: str, allow: Tolerances) -> Move:
     """The motion with a word on contacts only that makes sense.
 
-    The robot touches what the action is `about`; what it holds touches what it leaves or comes to: what is near it
-    where a lift begins, or where the object is lowered to.
+    What the hand holds touches what it leaves or comes to: what is near it where a lift begins, or where the object is
+    lowered to. The hand itself touches what it holds, and what an action's rule says is `touched`: fingers that come to
+    an object, or leave it, are open.
     """
-    held, kept = state.held, set[tuple[str, str]]()
-    near = set[str]()
+    held, near = state.held, set[str]()
     if held is not None and malformed(move.trajectory, scene.links.tree.spec) is None:
         ends = scene.links.tree.tool(move.trajectory.positions[[0, -1]]) @ held.T_tool_object.matrix
         resting = {"lift": ends[:1], "lower": ends[1:]}.get(move.phase, ends)
@@ -209,11 +210,9 @@ def sensible(scene: Scene, state: State, move: Move, about: Sequence[str], allow
             gaps = (_gap(scene, other, T, held.object, end, allow) for end in resting if other in claimed)
             if any(gap <= allow.standing for gap in gaps):
                 near.add(other)
-    for pair in move.contacts:
-        a, b = pair if pair[0] in (ROBOT, held and held.object) else pair[::-1]
-        if (a == ROBOT and b in about[:1]) or (held is not None and a == held.object and b in near):
-            kept.add(pair)
-    return replace(move, contacts=frozenset(kept))
+    kept = {(held.object, other) for other in near} if held is not None else set()
+    by_hand = {(ROBOT, touched), (touched, ROBOT)} & move.contacts
+    return replace(move, contacts=frozenset(kept | by_hand))
 
 
 def _gap(scene: Scene, a: str, T_a: Array, b: str, T_b: Array, allow: Tolerances) -> float:
@@ -224,15 +223,16 @@ def _gap(scene: Scene, a: str, T_a: Array, b: str, T_b: Array, allow: Tolerances
     return clearance(first, second, inverse(T_a) @ T_b, allow.contact)
 
 
-def _allowed(move: Move, body: str, other: str, is_gripper: bool, allow: Tolerances) -> float:
-    """Depth to which the robot, or what it carries, may enter another body during a motion.
+def _claimed(move: Move, body: str, other: str) -> bool:
+    """Whether a motion's word that two bodies may touch counts: on a free motion it never does."""
+    return move.phase not in FREE and bool({(body, other), (other, body)} & move.contacts)
 
-    A motion's word counts only where a contact makes sense: never on a free motion, and of the robot only for the
-    gripper, and not with the table.
+
+def _resting_depth(move: Move, other: Mover, taken: Mover, allow: Tolerances) -> float:
+    """Depth to which what is taken along may enter a body that it touches: no deeper than where it rests on it.
+
+    It rests where a motion begins, but for one that lowers it.
     """
-    claimed = (body, other) in move.contacts or (other, body) in move.contacts
-    if not claimed or move.phase in FREE:
-        return allow.collision
-    if body == ROBOT and (not is_gripper or other == TABLE):
-        return allow.collision
-    return allow.contact
+    T = inverse(other.T[0]) @ taken.T[-1 if move.phase == "lower" else 0]
+    resting = -clearance(other.solid, taken.solid, T, allow.contact)
+    return float(min(max(resting, 0.0) + allow.collision, allow.contact))

@@ -13,6 +13,7 @@ from tamp.checking.actions.grip_and_release import check_rest, check_strayed
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.support import carriers, height_above, stays_after
 from tamp.checking.robot.sweep import Mover, standing, touches, travelled
+from tamp.checking.scene import TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -67,6 +68,33 @@ def check_fall(
     lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
     if straight and drop > allow.drop and not stays_after(scene, state, name, lift, allow):
         report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
+    for struck in _knocked_over(scene, state, name, drop, allow) if straight and drop > allow.drop else ():
+        report("fall", f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", bodies=(struck, name))
+
+
+def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tolerances) -> Iterator[str]:
+    """What carries an object that has fallen, each alone, and tips over with all that the blow falls on.
+
+    To tip it lifts the common centre of mass over the edge of what it stands on; what is left of the fall does that.
+    """
+    mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
+    energy, above = mass * drop, [name]
+    while len(carrying := carriers(scene, state, above[-1], allow).bodies) == 1 and carrying != (TABLE,):
+        (name,) = carrying
+        if name in above:
+            return
+        more, middle = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
+        mass, center = mass + more, (mass * center + more * middle) / (mass + more)
+        height = float(center[2] - middle[2]) + height_above(scene, name, state.poses[name])
+        lift = min(allow.rolling * energy / mass, allow.rocking * height)
+        margin = float(np.sqrt((height + lift) ** 2 - height**2))
+        touching = carriers(scene, state, name, allow)
+        for other in above:
+            touching = touching.without(other)
+        friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
+        if touching.balance(center, friction, margin) < margin:
+            yield name
+        above.append(name)
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:

@@ -52,6 +52,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
     state.held = grip.attachment
+    state.nudged.pop(name, None)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = gripped
 
@@ -76,6 +77,10 @@ def check_release(
         report("release", sentence, bodies=(name,), depth=far)
     check_strayed(scene, state, name, state.poses[name], T, allow, report)
     before = gripper.stroke if state.opening is None else state.opening
+    wide = _width(scene, state, name, T, before + 2 * allow.pad)
+    if wide + allow.opened > release.opening:
+        sentence = f"the fingers open to {1000 * release.opening:.1f} mm, {name} between them is {1000 * wide:.1f} mm wide"
+        report("release", sentence, bodies=(name,))
     state.held = None
     state.opening = release.opening
     state.poses[name] = T
@@ -86,6 +91,14 @@ def check_release(
         return
     for sentence, bodies, depth in overlaps(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
+
+
+def _width(scene: Scene, state: State, name: str, T: Array, opening: float) -> float:
+    """How wide an object at T is between pads so far apart [m]; 0 where it is not between them."""
+    tree = scene.links.tree
+    T_tool_object = inverse(tree.tool(state.q[None])[0]) @ T
+    found = between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, tree.pad_depth(opening))
+    return 0.0 if found is None else found[1] - found[0]
 
 
 def _not_let_go(

@@ -13,7 +13,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.grip_and_release import check_rest
-from tamp.checking.actions.push import check_path, direction, founded, touched_behind, watch
+from tamp.checking.actions.push import check_path, direction, founded, tipping, touched_behind, watch
 from tamp.checking.physics.support import balanced, carriers
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import TABLE, Scene, State
@@ -41,7 +41,12 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     if seen is None:
         return
     path = check_path(scene, state, move, pushed, under, seen, allow, report)
-    wrong = (*_loose(scene, move, name, path, allow), *_dragged(scene, state, name, under, allow))
+    state.nudged[name] = state.nudged.get(name, 0.0) + float(np.linalg.norm(path[-1, :3, 3] - path[0, :3, 3]))
+    wrong = (
+        *_loose(scene, state, move, name, path, allow),
+        *_dragged(scene, state, name, under, allow),
+        *tipping(scene, state, move, name, seen, under, allow),
+    )
     for sentence in wrong:
         report("push", sentence, bodies=(name,))
     check_move(scene, state, move, allow, report, seen)
@@ -63,11 +68,12 @@ def _check_way(scene: Scene, state: State, name: str, path: Array, allow: Tolera
     state.poses[name] = path[-1]
 
 
-def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why a fingertip would not keep an object before it on all of its way."""
-    ahead, length = direction(path), float(np.linalg.norm(path[-1, :3, 3] - path[0, :3, 3]))
-    if length > allow.nudged:
-        yield f"{name} is nudged by {1000 * length:.0f} mm: nobody knows where it comes to rest"
+    ahead = direction(path)
+    if state.nudged[name] > allow.nudged:
+        far = f"{1000 * state.nudged[name]:.0f} mm since it was last gripped"
+        yield f"{name} is nudged by {far}: nobody knows where it comes to rest"
     lever = scene.center_of_mass(name, path[0]) - touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
     if not len(lever):
         yield f"no finger touches {name} on the side away from where it is nudged"

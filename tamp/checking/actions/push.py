@@ -16,9 +16,9 @@ from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
 from tamp.checking.actions.grip_and_release import check_attachment, check_strayed, check_uncovered
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
-from tamp.checking.physics.support import carriers
+from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.trajectory_limits import malformed
-from tamp.checking.scene import GRAVITY, ROBOT, TABLE, Scene, State
+from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -43,7 +43,8 @@ def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow
     if seen is None:
         return
     path = check_path(scene, state, move, pushed, (TABLE,), seen, allow, report)
-    for sentence in _loose(scene, state, move, name, path, allow):
+    wrong = (*_loose(scene, move, name, path, allow), *tipping(scene, state, move, name, seen, (TABLE,), allow))
+    for sentence in wrong:
         report("push", sentence, bodies=(name,))
     _check_stand(scene, state, name, allow, report)
     check_move(scene, state, move, allow, report, seen)
@@ -53,8 +54,7 @@ def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow
 
 def founded(move: Move, name: str, under: Iterable[str]) -> Move:
     """The motion with a word on contacts only that makes sense: what is pushed may touch what carries it, no others."""
-    sense = {name, ROBOT, *under}
-    return replace(move, contacts=frozenset(pair for pair in move.contacts if name not in pair or sense >= {*pair}))
+    return replace(move, contacts=frozenset(pair for pair in move.contacts if {*pair} in ({name, on} for on in under)))
 
 
 def watch(scene: Scene, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> Looks | None:
@@ -82,7 +82,7 @@ def check_path(
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
     for sentence in _astray(name, path, float(seen.swing.max()), allow):
         report("push", sentence, bodies=(name,))
-    ahead = _deceleration(path, seen.times)
+    ahead = float(-_rates(path, seen.times).min())
     if ahead > GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0):
         report("push", f"{name} slides on when the hand slows down by {ahead:.1f} m/s^2", bodies=(name,))
     check_uncovered(scene, state, name, allow, report)
@@ -106,7 +106,7 @@ def _astray(name: str, path: Array, swing: float, allow: Tolerances) -> Iterator
         yield f"{name} does not come back with a hand that pushes it"
 
 
-def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why the fingers would not keep an object before them, as they touch it at the start."""
     ahead = direction(path)
     touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
@@ -117,6 +117,36 @@ def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow
     beside = (touching - scene.center_of_mass(name, path[0])) @ across
     if beside.min() > -allow.lever or beside.max() < allow.lever:
         yield f"{name} would turn away: its centre of mass is not between the contacts that push it"
+
+
+def tipping(
+    scene: Scene, state: State, move: Move, name: str, seen: Looks, under: Iterable[str], allow: Tolerances
+) -> Iterator[str]:
+    """Why an object would tip over its foremost edge, over which the hand pushes it, and not slide.
+
+    The push overcomes friction and speeds the object up, or slows it down less than friction would: about the edge
+    ahead its moment, at the lowest place where fingers press, and that of inertia stay below the weight's.
+    """
+    path = seen.bodies[-1].T
+    ahead = direction(path)
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
+    if not len(touching):
+        return
+    friction = scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
+    low = (scene.solids[name].hull.part.vertices @ path[0, 2, :3] + path[0, 2, 3]).min()
+    height, middle = float(touching[:, 2].min() - low), height_above(scene, name, path[0])
+    rates = _rates(path, seen.times)
+    for T, slowing in ((path[0], min(-rates.max(), 0.0)), (path[-1], max(-rates.min(), 0.0))):
+        there = replace(state, poses={**state.poses, name: T})
+        edge = np.concatenate([np.empty((0, 3)), *carriers(scene, there, name, allow).points.values()])
+        lever = float(((edge - scene.center_of_mass(name, T)) @ ahead).max(initial=-np.inf))
+        turning = max(height * friction, height * friction + (middle - height) * slowing / GRAVITY)
+        if turning > lever:
+            yield (
+                f"{name} would tip over: it is pushed {1000 * height:.0f} mm above what it slides on, and carried "
+                f"{1000 * lever:.0f} mm ahead of its centre of mass"
+            )
+            return
 
 
 def touched_behind(
@@ -134,12 +164,13 @@ def touched_behind(
     return np.concatenate([np.empty((0, 3)), *points])
 
 
-def _deceleration(path: Array, times: Array) -> float:
-    """The largest rate at which a pushed object is slowed down [m/s^2]."""
+def _rates(path: Array, times: Array) -> Array:
+    """At which rates a pushed object gets faster and slower, from rest to rest, shape (n,) [m/s^2]."""
     dt = np.diff(times)
-    speed = np.append(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1) / dt, 0.0)  # at rest in the end
-    between = np.append((dt[1:] + dt[:-1]) / 2, dt[-1] / 2)
-    return float(-(np.diff(speed) / between).min())
+    speed = np.concatenate([[0.0], np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1) / dt, [0.0]])
+    between = np.concatenate([[dt[0] / 2], (dt[1:] + dt[:-1]) / 2, [dt[-1] / 2]])
+    rates: Array = np.diff(speed) / between
+    return rates
 
 
 def direction(path: Array) -> Array:

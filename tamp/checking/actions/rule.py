@@ -72,7 +72,9 @@ def _deeds(step: Step) -> list[tuple[str, str]]:
     return [] if step.pushed is None else [("push", step.pushed.object)]
 
 
-def carry_out(replay: Replay, step: Step, *, push: PushCheck | None = None, falls: str = "") -> None:
+def carry_out(
+    replay: Replay, step: Step, *, push: PushCheck | None = None, falls: str = "", touched: str = ""
+) -> None:
     """Judge one step and bring the state to its end.
 
     Args:
@@ -80,12 +82,13 @@ def carry_out(replay: Replay, step: Step, *, push: PushCheck | None = None, fall
         step: the step.
         push: judges a motion that pushes something; without it no motion may.
         falls: name of an object that falls as soon as it is let go or pushed over; "" where none does.
+        touched: name of an object that the hand may touch without holding it, such as a button; "" where there is none.
     """
     scene, state, allow, report = replay.scene, replay.state, replay.allow, replay.report
     if isinstance(step, Move) and step.pushed is not None and push is not None:
         push(scene, state, step, step.pushed, allow, report)
     elif isinstance(step, Move):
-        check_move(scene, state, sensible(scene, state, step, replay.about, allow), allow, report)
+        check_move(scene, state, sensible(scene, state, step, touched, allow), allow, report)
     elif isinstance(step, Grip):
         check_grip(scene, state, step, allow, report)
     elif isinstance(step, Fall):
@@ -113,6 +116,9 @@ def needs_in_hand(replay: Replay, name: str) -> None:
 def stands_on(replay: Replay, name: str, targets: tuple[str, ...]) -> None:
     """Report each body and region, of those that an action names, that an object is not on, in, or leaning on."""
     scene, state = replay.scene, replay.state
+    if name not in state.poses:
+        replay.report("precondition", f"{name} is no object", (name,))
+        return
     regions = {region.name: region for region in scene.task.regions}
     for target in (target for target in targets if target in regions):
         if not in_region(scene, state, name, regions[target]):

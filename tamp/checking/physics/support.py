@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,6 +53,8 @@ def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator
     if not carried.bodies:
         yield f"{name} stands in the air: nothing carries it", (name,), 0.0
         return
+    if (low := sagging(scene, state, name, allow)) > allow.sagging:
+        yield f"{name} comes down by {1000 * low:.1f} mm with what carries it", (name, *carried.bodies), low
     balance = sunk_balance(scene, state, name, allow, allow.balance)
     if balance < allow.balance:
         outside = "on the edge of" if balance >= 0.0 else f"{-1000 * balance:.0f} mm outside"
@@ -147,6 +150,26 @@ def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterat
         apart = clearance(scene.solids[other], scene.solids[name], T, allow.contact)
         if apart < -(allow.sunk if TABLE in (name, other) else allow.contact):
             yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
+
+
+def sagging(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
+    """How far an object comes down, at least, until it and all that carries it touch what they stand on [m].
+
+    What carries it best is the shortest way down to the table: gaps that each count as standing must not add up.
+    """
+    far, waiting = dict[str, float](), [(0.0, name)]
+    while waiting:
+        sunk, lowest = heappop(waiting)
+        if lowest == TABLE:
+            return sunk
+        if lowest in far:
+            continue
+        far[lowest] = sunk
+        for other in carriers(scene, state, lowest, allow).bodies:
+            T = inverse(scene.T_world_table if other == TABLE else state.poses[other]) @ state.poses[lowest]
+            gap = clearance(scene.solids[other], scene.solids[lowest], T, allow.standing)
+            heappush(waiting, (sunk + max(gap, 0.0), other))
+    return 0.0
 
 
 STEP = 0.001

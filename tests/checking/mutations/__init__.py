@@ -41,6 +41,7 @@ from tests.checking.mutations.margins import (
     home_on_the_way,
     pads_stay_off,
     start_a_little_aside,
+    still_squeezed,
     too_heavy,
     twist,
 )
@@ -84,6 +85,7 @@ from tests.checking.mutations.pushes import (
     push_nothing,
     push_over_the_edge,
     push_through,
+    push_what_sticks,
 )
 from tests.checking.mutations.stacks import heavy_load, light_counterweight
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
@@ -129,6 +131,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     start_a_little_aside: ("start",),
     pads_stay_off: ("grasp",),
     hardly_open: ("release",),
+    still_squeezed: ("release",),
     twist: ("release",),
     too_heavy: ("grasp",),
     goal_missed: ("goal",),
@@ -146,6 +149,7 @@ PUSHES: dict[Mutation, tuple[str, ...]] = {
     push_loaded: ("precondition",),
     push_over_the_edge: ("support",),
     push_hastily: ("push",),
+    push_what_sticks: ("push",),
 }
 
 FALLS: dict[Mutation, tuple[str, ...]] = {

@@ -66,6 +66,24 @@ def hardly_open(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     return task, put_action(plan, i, replace(action, steps=(*action.steps[: j + 1], *left)))
 
 
+def still_squeezed(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The fingers close farther than the object lets them, and open again to less than it is wide."""
+    where = choose(steps_of(plan, Release), rng)
+    if where is None:
+        return None
+    gripped = max(w for w in steps_of(plan, Grip) if w < where)
+    wide = step_at(plan, gripped).width
+    width, opening = wide - rng.uniform(0.0034, 0.0038), wide - rng.uniform(0.0018, 0.0022)
+    if width < 0.0:
+        return None
+    plan = put(plan, gripped, replace(step_at(plan, gripped), width=width))
+    plan = put(plan, where, replace(step_at(plan, where), opening=opening))
+    last = len(plan.actions[where[0]].steps)
+    for other in [w for w in steps_of(plan, Move) if gripped < w < (where[0], last)]:
+        plan = put(plan, other, replace(step_at(plan, other), opening=width if other < where else opening))
+    return task, plan
+
+
 def twist(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """An object turns a degree in the fingers as they close, and another as they open."""
     where = choose(steps_of(plan, Grip), rng)

@@ -87,6 +87,15 @@ def push_hastily(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | Non
     return task, put(plan, where, replace(move, trajectory=faster))
 
 
+def push_what_sticks(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """It stands on so much friction that it tips over its edge ahead before it slides."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    name, friction = step_at(plan, where).pushed.object, rng.uniform(60.0, 200.0)
+    return replace(task, objects=tuple(replace(o, friction=friction) if o.name == name else o for o in task.objects)), plan
+
+
 def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:
     """Where a push is, or None."""
     return choose([where for where in steps_of(plan, Move) if step_at(plan, where).pushed is not None], rng)

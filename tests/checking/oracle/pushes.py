@@ -10,6 +10,7 @@ from tests.checking.oracle.world import World, rests
 
 REACH = 0.01  # a finger farther than this from an object does not push it [m]
 LIFTED = 0.01  # [m]
+MARGIN = 2.0  # no edge of it is so many radii ahead of its middle
 
 
 def push(world: World, move: Move) -> str | None:
@@ -27,8 +28,21 @@ def push(world: World, move: Move) -> str | None:
         return f"no finger is at {name}"
     if abs(ahead[2, 3] - before[2, 3]) > LIFTED:
         return f"{name} leaves the table"
+    height = _lowest(world, move, fingers) - _bottom(world, name)
+    if world.task.object(name).friction * height > MARGIN * world.bodies[name].radius:
+        return f"{name} tips over"
     world.poses[name] = ahead
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
+
+
+def _lowest(world: World, move: Move, fingers: list[str]) -> float:
+    placed, _ = links_along(move.trajectory.positions[:1], move.opening)
+    return min(float((robot()[2][f].points @ placed[f][0][2, :3] + placed[f][0][2, 3]).min()) for f in fingers)
+
+
+def _bottom(world: World, name: str) -> float:
+    T = world.poses[name]
+    return float((world.bodies[name].points @ T[2, :3] + T[2, 3]).min())
 
 
 def fingers_at(world: World, move: Move, name: str) -> list[str]:

@@ -18,6 +18,7 @@ STANDS = 0.008  # what stands flat and alone stays where it is written [m]
 TURNS = 0.033  # what is gripped and let go turns no farther than this in all [rad]
 STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
 FAR = 0.01  # what is so far away carries nothing [m]
+SQUEEZED = 0.004  # what lies no farther beside the pads is between them [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
     "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
@@ -112,7 +113,6 @@ def _hermite(t: Trajectory) -> np.ndarray:
 def sweep(world: World, move: Move) -> str | None:
     """What the arm meets, or what it carries or pushes along, or None."""
     placed, tool = links_along(_hermite(move.trajectory), move.opening)
-    fingers = ("panda_hand", *robot()[0].gripper.fingers)
     taken = move.pushed.object if move.pushed is not None else None
     others = world.others(*([taken] if taken else []))
     carried = {name: tool @ T for name, T in ([world.held] if world.held else [])}
@@ -121,10 +121,7 @@ def sweep(world: World, move: Move) -> str | None:
     limit = TOUCHING if ALLOWED[move.phase] else INSIDE
     for other, T in others.items():
         for link, body in robot()[2].items():
-            near = ALLOWED[move.phase] and other != "table" and link in fingers
-            if (other, link) != ("table", "panda_link0") and meets(
-                body, placed[link], world.bodies[other], T, TOUCHING if near else INSIDE
-            ):
+            if (other, link) != ("table", "panda_link0") and meets(body, placed[link], world.bodies[other], T, INSIDE):
                 return f"{link} in {other}"
         for name, poses in carried.items():
             if meets(world.bodies[name], poses, world.bodies[other], T, limit):
@@ -174,6 +171,10 @@ def let_go(world: World, release: Release) -> str | None:
         return "goes aside as it is let go"
     world.held = None
     world.poses[release.object] = release.pose.matrix
+    found = between(world, release.object, tool_at(world.q))
+    found = found[np.abs(found) < release.opening / 2 + SQUEEZED]
+    if len(found) and np.ptp(found) > release.opening + 5e-4:
+        return "the fingers are still closed on it"
     return None
 
 
