@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DIRECTIONS = 16  # that an object is nudged in
+BASE = 0.003  # corners so little above the lowest stand [m]
+FIRM = 0.85  # share of what keeps an object from tipping that is counted on
 HEIGHTS = (0.5, 0.7, 0.3, 0.85)  # of the fingertips over the middle of the object, in halves of its height
 PROBE, HANDS = 1, 3000  # seed and number of the hands that tell how much room there is round an object
 
@@ -90,10 +92,21 @@ def pushing_hands(
     among = workspace.world.free_hand(Scene(dict(poses)), workspace.hand.margin)
     lower, upper = workspace.bounds(obj, placement.pose)
     heights = (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2
+    heights = heights[heights < lower[2] + _tips_above(workspace, obj, placement, ahead)]
     ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
     for T, opening in hands_behind(workspace, obj, placement, ahead, heights):
         if not among.hits(moved(T, ways), np.full(len(ways), opening)).any():
             yield T, opening
+
+
+def _tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
+    """How high above what it lies on an object that is pushed tips before it slides [m]: its lever over friction."""
+    geometry, T = workspace.world.geometries[obj], placement.pose.matrix
+    corners = geometry.hull.vertices @ T[:3, :3].T + T[:3, 3]
+    base = corners[corners[:, 2] < corners[:, 2].min() + BASE]
+    lever = (base @ ahead).max() - (T[:3, :3] @ geometry.center_of_mass + T[:3, 3]) @ ahead
+    friction = {name: item.friction for name in (obj, *placement.on) for item in (workspace.task.object(name),)}
+    return float(FIRM * lever / (friction.pop(obj) * min(friction.values(), default=1.0)))
 
 
 TRIED = 6  # hands for one nudge

@@ -16,6 +16,7 @@ from tamp.task import Plan, Pose, Task
 from tamp.task.files.load import load_task
 from tamp.task.files.plan_file import load_plan
 from tamp.task.files.poses_file import load_poses
+from tamp.task.files.regular_file import read_regular
 from tamp.task.robots import with_robot
 
 RESULTS = "results.jsonl"
@@ -103,7 +104,7 @@ class Recorded:
         """The entries of a list that the run kept; None where it kept none, and with a warning where it is broken."""
         path = self.folder / name
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
+            found = json.loads(read_regular(path))
             if not isinstance(found, list):
                 raise TypeError("it is no list")
             return tuple(map(read, found))
@@ -149,7 +150,7 @@ def _search(entry: Mapping[str, Any]) -> Mapping[str, Any]:
 def _sighting(path: Path) -> Sighting:
     """Raises TampError where the file is not what `tamp solve --perceive` writes."""
     try:
-        entries = json.loads(path.read_text(encoding="utf-8"))
+        entries = json.loads(read_regular(path))
         estimates, truth = (_poses(entries, which) for which in ("pose", "truth"))
         confidence = {name: float(entry["confidence"]) for name, entry in entries.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -13,7 +13,7 @@ from tamp.domains.skill import FactChange
 from tamp.errors import DomainError
 from tamp.pipeline.solving.run import Run
 from tamp.pipeline.solving.solve import carry_out
-from tamp.task import Task
+from tamp.task import Action, Task
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -47,6 +47,13 @@ def test_things_stand_where_the_last_action_needed_them(task: Task, run: Run) ->
         x, y, _ = run.final_poses[name].xyz
         assert abs(x - place.center[0]) < place.size[0] / 2
         assert abs(y - place.center[1]) < place.size[1] / 2
+
+
+@pytest.mark.parametrize("name", ["table", "basin", "nobody"])
+def test_only_objects_are_cleaned(task: Task, run: Run, name: str) -> None:
+    plan = replace(run.plans[0], actions=(Action("clean", (name, "basin"), ()),))
+    said = " ".join(problem.sentence for problem in tamp.check(task, plan).problems)
+    assert f"{name} is no object" in said or f"knows no {name}" in said
 
 
 def test_it_is_solved_goal_by_goal_too(task: Task) -> None:

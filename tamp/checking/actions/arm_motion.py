@@ -14,7 +14,7 @@ from tamp.checking.robot.trajectory_limits import malformed, violations
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 

@@ -79,7 +79,9 @@ def check_release(
     before = gripper.stroke if state.opening is None else state.opening
     wide = _width(scene, state, name, T, before + 2 * allow.pad)
     if wide + allow.opened > release.opening:
-        sentence = f"the fingers open to {1000 * release.opening:.1f} mm, {name} between them is {1000 * wide:.1f} mm wide"
+        sentence = (
+            f"the fingers open to {1000 * release.opening:.1f} mm, {name} between them is {1000 * wide:.1f} mm wide"
+        )
         report("release", sentence, bodies=(name,))
     state.held = None
     state.opening = release.opening

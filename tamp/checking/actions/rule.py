@@ -72,9 +72,7 @@ def _deeds(step: Step) -> list[tuple[str, str]]:
     return [] if step.pushed is None else [("push", step.pushed.object)]
 
 
-def carry_out(
-    replay: Replay, step: Step, *, push: PushCheck | None = None, falls: str = "", touched: str = ""
-) -> None:
+def carry_out(replay: Replay, step: Step, *, push: PushCheck | None = None, falls: str = "", touched: str = "") -> None:
     """Judge one step and bring the state to its end.
 
     Args:

@@ -30,10 +30,10 @@ from typing import Any
 
 from tamp.errors import PlanError
 from tamp.task.files.plan_reader import FORMAT, VERSION, PlanReader
+from tamp.task.files.regular_file import read_regular
 from tamp.task.plan import Attachment, Fall, Grip, Plan, Release, Step
 from tamp.task.pose import Pose
 
-MAX_BYTES = 256 * 1024 * 1024
 MAX_DEPTH = 32
 
 
@@ -67,9 +67,7 @@ def load_plan(path: Path | str) -> Plan:
     """
     path = Path(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise PlanError(f"{path}: a plan file has at most {MAX_BYTES // 2**20} MiB")
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path).decode("utf-8")
     except OSError as error:
         raise PlanError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -37,7 +37,7 @@ class PlanReader:
         head = self.mapping(document, "document")
         if head.get("format") != FORMAT:
             raise self.error("format", f'must be "{FORMAT}"')
-        if head.get("version") != VERSION:
+        if type(head.get("version")) is not int or head["version"] != VERSION:
             raise self.error("version", f"must be {VERSION}, the version that this program reads")
         keys = ("format", "version", "task", "robot", "seed", "start", "home", "goals", "actions", "report")
         given = self.record({"report": {}, **head}, "document", keys)
@@ -94,7 +94,7 @@ class PlanReader:
         pairs = [
             self.sequence(p, f"{field}.contacts[{i}]") for i, p in enumerate(self.sequence(given["contacts"], field))
         ]
-        if any(len(pair) != 2 or not all(isinstance(body, str) for body in pair) for pair in pairs):
+        if any(len(pair) != 2 or not all(isinstance(b, str) and b.isprintable() for b in pair) for pair in pairs):
             raise self.error(f"{field}.contacts", "must hold pairs of names")
         times = self.array(given["times"], f"{field}.times", 1)
         positions, velocities = (self.array(given[key], f"{field}.{key}", 2) for key in ("positions", "velocities"))
@@ -118,7 +118,8 @@ class PlanReader:
 
     def poses(self, value: Any, field: str) -> dict[str, Pose]:
         """Poses by name."""
-        return {name: self.pose(pose, f"{field}.{name}") for name, pose in self.mapping(value, field).items()}
+        given = {self.text(name, f"{field}, a name in it,"): pose for name, pose in self.mapping(value, field).items()}
+        return {name: self.pose(pose, f"{field}.{name}") for name, pose in given.items()}
 
     def pose(self, value: Any, field: str) -> Pose:
         """A pose."""
@@ -186,9 +187,11 @@ class PlanReader:
         return value
 
     def text(self, value: Any, field: str) -> str:
-        """A string."""
+        """A string of printable characters: others could make a terminal show what nobody said."""
         if not isinstance(value, str):
             raise self.error(field, "must be text")
+        if not value.isprintable():
+            raise self.error(field, f"must be printable text, not {value[:40]!r}")
         return value
 
     def error(self, field: str, sentence: str) -> PlanError:

@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from tamp.errors import TaskError
+from tamp.task.files.regular_file import read_regular
 
 FieldPath = tuple[str | int, ...]
 
@@ -73,12 +74,9 @@ def read_document(path: Path) -> Document:
             (explicit tags, several documents, non-text keys, duplicate keys, deep nesting, many aliases).
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = read_regular(path, MAX_BYTES)
     except OSError as error:
         raise TaskError(f"{path}: cannot be read: {error.strerror or error}") from error
-    if len(data) > MAX_BYTES:
-        raise TaskError(f"{path}: larger than {MAX_BYTES} bytes, the most a task file may have")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -76,6 +76,18 @@ def test_a_long_nudge_is_not_believed(task, plan):
     assert "nobody knows where it comes to rest" in said(task, plan, allow=replace(DEFAULT, nudged=0.02))
 
 
+def test_nudges_that_follow_each_other_add_up(task, plan):
+    """Pushed on from where a nudge should have left it, an object is as far off its line as after a long one."""
+    nudge = plan.actions[-1]
+    again = replace(plan, actions=(*plan.actions, nudge))
+    assert "60 mm since it was last gripped" in said(task, again)
+
+
+def test_what_is_pushed_high_above_what_it_sticks_to_tips_over(task, plan):
+    sticky = replace(task, objects=tuple(replace(o, friction=8.0) for o in task.objects))
+    assert "slab would tip over" in said(sticky, plan)
+
+
 def test_nothing_is_nudged_into_a_neighbour_whatever_the_plan_says(task, plan):
     x, y, _ = plan.goals["slab"].xyz
     crowded, pegged = with_peg(task, plan, Pose((x + 0.05, y, 0.031)))

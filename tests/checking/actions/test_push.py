@@ -8,6 +8,7 @@ import pytest
 
 import tamp
 from tamp.checking import check
+from tamp.checking.robot.links import read_links
 from tamp.task import Box, Move, Object, Pose, Trajectory, load_robot
 from tamp.world.robot.model import robot_model
 from tests.checking.judging import assert_wrong_and_rejected
@@ -76,6 +77,26 @@ def test_an_object_is_not_pushed_so_far_that_it_may_tip_over_the_edge(task, plan
     length, width = task.table.size
     smaller = replace(task, table=replace(task.table, size=(length - 0.03, width - 0.03)))
     assert "may tip over" in said(smaller, plan)
+
+
+def test_what_sticks_to_the_table_tips_over_before_it_slides(task, plan):
+    sticky = replace(task, objects=tuple(replace(o, friction=30.0) for o in task.objects))
+    assert "box would tip over" in said(sticky, plan)
+
+
+def test_the_hand_that_pushes_grazes_nothing_whatever_the_plan_says(task, plan):
+    push = pushing(plan)
+    tree = read_links(load_robot(task.robot)).tree
+    middle = push.trajectory.positions[len(push.trajectory.times) // 2 :][:1]
+    hand = next(solid for solid in read_links(load_robot(task.robot)).solids if solid.name == "panda_hand")
+    T = tree.forward(middle, push.opening)["panda_hand"][0]
+    corners = hand.hull.part.vertices @ T[:3, :3].T + T[:3, 3]
+    side = corners[corners[:, 1].argmax()]  # 3 mm of it are beyond the peg's face
+    peg = Object("peg", Box((0.02, 0.02, side[2] + 0.02)), Pose((side[0], side[1] + 0.007, side[2] / 2 + 0.01)))
+    crowded, started = replace(task, objects=(*task.objects, peg)), {**plan.start, "peg": peg.pose}
+    claimed = replace(push, contacts=push.contacts | {("robot", "peg")})
+    found = check(crowded, replace(with_push(plan, claimed), start=started), start=started).problems
+    assert any({"panda_hand", "peg"} == {*p.bodies} and p.action == 1 for p in found), found
 
 
 def left_at(task, plan):

@@ -93,7 +93,8 @@ def push_what_sticks(task: Task, plan: Plan, rng: np.random.Generator) -> Pair |
     if where is None:
         return None
     name, friction = step_at(plan, where).pushed.object, rng.uniform(60.0, 200.0)
-    return replace(task, objects=tuple(replace(o, friction=friction) if o.name == name else o for o in task.objects)), plan
+    sticky = (replace(o, friction=friction) if o.name == name else o for o in task.objects)
+    return replace(task, objects=tuple(sticky)), plan
 
 
 def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:

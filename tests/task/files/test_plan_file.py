@@ -16,7 +16,7 @@ from tamp.task import Action, Attachment, Grip, Move, Plan, Pose, Release, Traje
 from tamp.task.files.plan_file import load_plan, plan_sha256, save_plan
 
 numbers = st.floats(-1e6, 1e6, allow_nan=False)
-names = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8)
+names = st.text(st.characters().filter(str.isprintable), min_size=1, max_size=8)
 poses = st.builds(
     Pose,
     st.tuples(numbers, numbers, numbers),
@@ -109,6 +109,11 @@ def corrupted(document: dict, path: str, value: object) -> dict:
     [
         ("format", "other", "format"),
         ("version", 2, "version"),
+        ("version", True, "version"),
+        ("task", "t\x1b[2J", "task must be printable"),
+        ("actions/0/name", "pick\nplan.json: accepted", "actions[0].name must be printable"),
+        ("start", {"cup\r": {"xyz": [0, 0, 0], "quat": [0, 0, 0, 1]}}, "start, a name in it, must be printable"),
+        ("actions/0/steps/1/move/contacts", [["cup", "\x07"]], "actions[0].steps[1].move.contacts"),
         ("seed", 1.5, "seed"),
         ("seed", True, "seed"),
         ("task", None, "task"),

@@ -13,6 +13,7 @@ from typing import Any
 from tamp.cli.output import to_stdout, write_json
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.errors import TampError
+from tamp.task.files.regular_file import read_regular
 
 HEARD = ("replay", "trust_task_code", "json", "verbose", "quiet")
 """The options that --replay does something with."""
@@ -62,7 +63,7 @@ def _refuse_other_options(options: argparse.Namespace) -> None:
 
 def _manifest(path: Path) -> Mapping[str, Any]:
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(read_regular(path))
     except OSError as error:
         raise TampError(f"{path}: cannot be read: {error.strerror}; give one run's folder, OUT/TASK-SEED") from None
     except (ValueError, RecursionError) as error:

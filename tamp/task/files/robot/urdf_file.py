@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from tamp.errors import RobotError
+from tamp.task.files.regular_file import read_regular
 from tamp.task.files.robot.urdf_grammar import (
     MOVABLE,
     finite,
@@ -277,12 +278,12 @@ def find_mesh(filename: str, urdf: Path, folders: Sequence[Path]) -> tuple[Path 
 
 def _parse(path: Path) -> Element:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise RobotError(f"{path}: larger than {MAX_BYTES} bytes, the most a URDF may have")
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_regular(path, MAX_BYTES).decode("utf-8-sig")
     except FileNotFoundError:
         raise RobotError(f"{path}: no such URDF") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise RobotError(f"{path}: cannot read the URDF: {error.strerror}") from error
+    except UnicodeDecodeError as error:
         raise RobotError(f"{path}: cannot read the URDF: {error}") from error
     try:
         root = ElementTree.fromstring(_with_declared_prefixes(text))

@@ -1,0 +1,76 @@
+"""What a hand does on its way to an object, with it, and away from it, that nothing would bear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tamp.checking import check
+from tamp.task import Action, At, Attachment, Box, Grip, Move, Object, Plan, Pose, Release, Task, load_robot
+from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
+from tests.checking.mutations.editing import shifted
+
+BOX, START, GOAL = Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), Pose((0.05, 0.2, 0.04))
+HOME = load_robot("panda").home
+TOUCHING = frozenset({("robot", "red"), ("red", "table")})
+
+
+def judged(objects: list[Object], actions: list[Action]) -> str:
+    goals = {o.name: o.goal.pose for o in objects if isinstance(o.goal, At)}
+    starts = {o.name: o.pose for o in objects}
+    plan = Plan("handling", "panda", 0, starts, HOME, goals, tuple(actions))
+    return " ".join(problem.sentence for problem in check(Task("handling", tuple(objects)), plan).problems)
+
+
+@pytest.mark.parametrize(("opening", "wrong"), [(0.049, True), (0.0505, True), (0.054, False)])
+def test_what_is_as_wide_as_the_fingers_are_open_is_not_let_go(opening, wrong):
+    actions = carry(Hand(HOME), "red", START, GOAL, 0.0465, ("table", "table"))
+    lower, release, retreat = actions[-1].steps
+    steps = (lower, replace(release, opening=opening), replace(retreat, opening=opening))
+    found = judged([Object("red", BOX, START, At(GOAL))], [*actions[:-1], replace(actions[-1], steps=steps)])
+    assert ("red between them is 50.0 mm wide" in found) == wrong
+
+
+@pytest.mark.parametrize(("sunk", "wrong"), [(0.0, False), (0.0035, True)])
+def test_what_is_held_is_not_pressed_into_what_it_is_dragged_over(sunk, wrong):
+    T_object_tool, hand = Pose((0.0, 0.0, 0.005), DOWN), Hand(HOME)
+    held, down = Attachment("red", T_object_tool.inverse()), np.array([0.0, 0.0, -sunk])
+    go = Move("transit", hand.free(above(START @ T_object_tool)), OPEN)
+    reach = Move("approach", hand.line(START @ T_object_tool), OPEN)
+    over = [
+        Move(phase, hand.line(at @ T_object_tool), 0.05, held, TOUCHING)
+        for phase, at in (("lift", shifted(START, down)), ("lift", shifted(GOAL, down)), ("lower", GOAL))
+    ]
+    leave = Move("retreat", hand.line(above(GOAL @ T_object_tool)), OPEN)
+    pick = Action("pick", ("red",), (reach, Grip(held, 0.05), *over[:2]))
+    place = Action("place", ("red",), (over[2], Release("red", GOAL, OPEN), leave))
+    found = judged([Object("red", BOX, START, At(GOAL))], [Action("move", (), (go,)), pick, place])
+    assert ("red and table interpenetrate" in found) == wrong
+
+
+def test_the_palm_does_not_enter_what_the_fingers_close_on():
+    deep = carry(Hand(HOME), "red", START, GOAL, 0.05, ("table", "table"), grip_height=0.0)
+    assert "panda_hand and red interpenetrate" in judged([Object("red", BOX, START, At(GOAL))], deep)
+
+
+@pytest.mark.parametrize(("gap", "wrong"), [(0.0, False), (0.0029, True)])
+def test_gaps_in_a_stack_add_up(gap, wrong):
+    """Each box seems to stand on the next; the topmost is a centimetre too high."""
+    slab, level = Box((0.06, 0.05, 0.02)), 0.02 + gap
+    stack = [Object(f"slab{i}", slab, Pose((0.05, -0.2, 0.01 + gap + i * level))) for i in range(5)]
+    goal = Pose((0.05, 0.2, 0.01))
+    stack[-1] = replace(stack[-1], goal=At(goal))
+    actions = carry(Hand(HOME), "slab4", stack[-1].pose, goal, 0.05, ("slab3", "table"))
+    assert ("slab4 starts 14.5 mm above where it stands" in judged(stack, actions)) == wrong
+
+
+def test_gaps_of_what_is_stacked_add_up():
+    hand, things, actions = Hand(HOME), [], []
+    for i in range(3):
+        start, goal = Pose((0.1 * i, -0.3, 0.01)), Pose((0.1, 0.2, 0.0129 + i * 0.0229))
+        things.append(Object(f"slab{i}", Box((0.06, 0.05, 0.02)), start, At(goal)))
+        actions += carry(hand, f"slab{i}", start, goal, 0.05, ("table", f"slab{i - 1}" if i else "table"))
+    found = judged(things, actions)
+    assert "slab2 comes down by 8.7 mm" in found and "slab1 comes down" not in found
