@@ -10,12 +10,14 @@ import numpy as np
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, points_hit
 from tamp.streams.values import Grasp, Placement
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Gripper, Pose
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from tamp.world.robot.hand import FreeHand
 
 
 FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
@@ -54,9 +56,21 @@ def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDA
 
 
 def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:
-    """Whether hand and open fingers are clear of the object itself, shape (n,)."""
+    """Whether hand and open fingers are clear of the object itself, shape (n,).
+
+    A few points on its surface tell most of those that are not; between them the hand may still be in a thin wall.
+    """
     boxes, openings = hand_boxes(workspace.world.robot), openings_of(workspace, pinches)
-    return ~points_hit(boxes, openings, pinches.T_object_tool, workspace.surface[obj])
+    clear = ~points_hit(boxes, openings, pinches.T_object_tool, workspace.surface[obj])
+    clear[clear] = ~hand_beside(workspace, obj).hits(pinches.T_object_tool[clear], openings[clear])
+    return clear
+
+
+def hand_beside(workspace: Workspace, obj: str) -> FreeHand:
+    """The hand among nothing but an object, which stands at the origin."""
+    return workspace.cache.value(
+        ("hand beside", obj), lambda: workspace.world.free_hand(Scene({obj: np.eye(4)}), margin=0.0, ignore=(TABLE,))
+    )
 
 
 def clear_of_falling(workspace: Workspace, obj: str, pinches: Pinches, let_go: Pose) -> NDArray[np.bool_]:

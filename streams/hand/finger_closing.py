@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.hand.clearance import hand_beside
 from tamp.streams.hand.rim_contact import slips_off
 from tamp.streams.surfaces import surface_points
 from tamp.streams.values import CLEARANCE, Grasp
-from tamp.streams.workspace import TABLE, Workspace
+from tamp.streams.workspace import Workspace
 from tamp.task import Pose
-from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,10 +83,7 @@ def _stop(
     workspace: Workspace, obj: str, T_object_tool: NDArray[np.float64], width: float, clearance: float
 ) -> float | None:
     """Where the closing fingers stop, looked for from `width` [m]; None where they cannot be opened from there."""
-    alone = Scene({obj: np.eye(4)})
-    hand = workspace.cache.value(
-        ("hand beside", obj), lambda: workspace.world.free_hand(alone, margin=0.0, ignore=(TABLE,))
-    )
+    hand = hand_beside(workspace, obj)
     stroke = workspace.world.robot.spec.gripper.stroke
 
     def free(opening: float) -> bool:
