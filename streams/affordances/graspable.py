@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tamp.streams.hand.candidates import sample_pinches
+from tamp.streams.hand.candidates import hangs_over, sample_pinches
 from tamp.streams.hand.clearance import above_table, clear_of_object
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.hand.stability import LOST, looseness
@@ -21,7 +21,8 @@ def graspable(workspace: Workspace, obj: str, placement: Placement) -> bool:
 
 
 def _pinched(workspace: Workspace, obj: str, placement: Placement, rng: np.random.Generator) -> bool:
-    pinches = sample_pinches(workspace, obj, rng)
+    hanging = placement.pose if hangs_over(workspace, obj, placement) else None
+    pinches = sample_pinches(workspace, obj, rng, hanging=hanging)
     pinches = pinches.at(above_table(workspace, pinches, placement)) if len(pinches) else pinches
     pinches = pinches.at(clear_of_object(workspace, obj, pinches)) if len(pinches) else pinches
     # A rim is seldom as clear of the fingers as its sampled surface has it, and what is pinched there may tilt out.

@@ -22,7 +22,7 @@ from tamp.streams.hand.candidates import (
     TILTS,
     WIDTH_RESERVE,
     Pinches,
-    beyond_table,
+    hangs_over,
     pinches_from_above,
     sample_pinches,
 )
@@ -30,7 +30,7 @@ from tamp.streams.hand.clearance import above_table, clear_of_object, opening_fo
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import CLEARANCE, Grasp, Placement
-from tamp.streams.workspace import TABLE, Workspace
+from tamp.streams.workspace import Workspace
 from tamp.world.scene import Scene
 
 POINTS = 1000  # on the surface, that rays start from
@@ -38,7 +38,6 @@ LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far w
 FEW = 10  # hands with room, below which such are added
 PLENTY = 60  # after which no more are sought
 LOW = 0.035  # height of an object that is flat [m]
-OVERHANG = 0.02  # of an object over the table's edge, from which on a finger gets below it [m]
 AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
 
@@ -60,7 +59,7 @@ def roomy_pinches(
     """
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
-    hanging = place.pose if place is not None and _hangs_over(workspace, obj, place) else None
+    hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
     # With a single placement a regrasp is meant, whose hands have to lean to lay the object down.
     low = places if len(places) > 1 and all(_lies_low(workspace, obj, place) for place in places) else []
     pinches = sample_pinches(workspace, obj, rng, points, hanging, [place.pose for place in low])
@@ -82,13 +81,6 @@ def roomy_pinches(
         if len(alone) >= FEW:
             break
     return alone if len(alone) else roomy
-
-
-def _hangs_over(workspace: Workspace, obj: str, place: Placement) -> bool:
-    """Whether a finger may get below an object that hangs over the table's edge: few of all hands are there."""
-    lower, upper = workspace.bounds(obj, place.pose)
-    corners = np.array([lower, upper])
-    return place.on == (TABLE,) and bool(beyond_table(workspace, corners + np.array([[OVERHANG], [-OVERHANG]])).any())
 
 
 def _lies_low(workspace: Workspace, obj: str, place: Placement) -> bool:

@@ -10,8 +10,8 @@ import numpy as np
 
 from tamp.streams.hand.antipodal import Contacts, antipodal_contacts
 from tamp.streams.surfaces import surface_points
-from tamp.streams.values import CLEARANCE
-from tamp.streams.workspace import Workspace
+from tamp.streams.values import CLEARANCE, Placement
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.robot.linkage import Linkage
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 SURFACE = 400  # points that rays start from
 DIRECTIONS = 16  # approach directions about the closing axis
+OVERHANG = 0.02  # of an object over the table's edge, from which on a finger gets below it [m]
 HANGING = 5  # points on the whole surface for each on what hangs over the table's edge
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # about its closing axis, of a hand that comes down [rad]
 NEARLY_LEVEL = 0.5  # how far a closing axis may point up that is made level
@@ -118,6 +119,13 @@ def beyond_table(workspace: Workspace, points: NDArray[np.float64]) -> NDArray[n
     aside = np.abs(points[:, :2] - np.array(table.center)[:2]) - np.array(table.size)[:2] / 2
     beyond: NDArray[np.bool_] = (aside > 0.0).any(axis=1)
     return beyond
+
+
+def hangs_over(workspace: Workspace, obj: str, place: Placement) -> bool:
+    """Whether a finger may get below an object that hangs over the table's edge: few of all hands are there."""
+    lower, upper = workspace.bounds(obj, place.pose)
+    corners = np.array([lower + OVERHANG, upper - OVERHANG])
+    return place.on == (TABLE,) and bool(beyond_table(workspace, corners).any())
 
 
 def pinches_at(contacts: Contacts, linkage: Linkage, angles: NDArray[np.float64]) -> Pinches:

@@ -7,14 +7,16 @@ together with the place: one that the object can be taken up by, whether or not 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 from math import dist
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp import clock
+from tamp.streams.affordances.detour import ends
 from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import amid, resting, turned
@@ -22,13 +24,17 @@ from tamp.streams.cache import recalled
 from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps_in_steps
+from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.hand.clearance import hand_above_table, reach_of_hand
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics, reaches
-from tamp.streams.placing.sampler import put_aside
+from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
+from tamp.streams.pushing.grasp_after_push import can_grip
 from tamp.streams.pushing.slide import plan_sliding
 from tamp.streams.releasing.tilted_release import lays
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
+from tamp.task import Pose
+from tamp.world.transforms import moved
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,7 +42,8 @@ if TYPE_CHECKING:
 LOOKED_AT = 200  # grasps, or tries at one
 TAKERS = 16  # of them, by which the arm takes the object up
 FUTILE = 8  # of those, for none of which there is a place, before no more are tried
-TRIES = 3  # places for each of them in a round
+TRIES = 3  # places for each of them in a round, and headings over the table's edges
+EDGES = 2  # places over those for each heading
 ROUNDS = 4  # through the grasps that serve
 FAMILIAR = 0.985  # cosine of the angle between two faces that count as one
 
@@ -126,11 +133,11 @@ def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
 def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
     """Its goal, or of a few places where the arm can lay an object down by a grasp that which is nearest to it.
 
-    What lies flat on every face can be taken up again only where it is slid over the table's edge: places from which
-    that goes come first.
+    What lies flat on every face can be taken up again only where it hangs over the table's edge, or is slid there:
+    such places come first.
     """
     second_best = None
-    for place in (*_free_goal(context, obj), *_places(context, obj, flat_faces(context.scene, obj))):
+    for place in chain(_free_goal(context, obj), _over_edges(context, obj), _flat_places(context, obj)):
         if clock.now() > context.deadline:
             break
         if lays(Detached.of(context, context.deadline), obj, place, grasp):
@@ -143,10 +150,37 @@ def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
 
 
 def _taken_up_again(context: Context, obj: str, place: Placement) -> bool:
-    """Whether an object that was laid down need not be slid to be gripped, or can be."""
+    """Whether an object that was laid down can be gripped as it lies, or be slid to where it can."""
     if not lies_flat(context.scene, obj):
         return True
-    return next(plan_sliding(Detached.of(context, context.deadline), obj, place), None) is not None
+    detached = Detached.of(context, context.deadline)
+    if hangs_over(context.scene, obj, place):
+        return can_grip(detached, obj, place)
+    return next(plan_sliding(detached, obj, place), None) is not None
+
+
+def _flat_places(context: Context, obj: str) -> Iterator[Placement]:
+    yield from _places(context, obj, flat_faces(context.scene, obj))
+
+
+def _over_edges(context: Context, obj: str) -> Iterator[Placement]:
+    """Places out of the way where what would lie flat on every face hangs over the table's edge."""
+    workspace: Workspace = context.scene
+    if not lies_flat(workspace, obj):
+        return
+    others = {name: place for name, place in standing(context.bound).items() if name != obj}
+    kept = [*others.items(), *((name, goal) for name, goal in workspace.goals.items() if name != obj)]
+    flat = flat_faces(workspace, obj)
+    for _ in range(TRIES):
+        R = turned(flat[int(context.rng.integers(len(flat)))], context.rng.uniform(-np.pi, np.pi))
+        amidst = amid(workspace, obj, R)
+        above = replace(amidst, pose=Pose.from_matrix(moved(amidst.pose.matrix, np.array([0.0, 0.0, RELEASE_HEIGHT]))))
+        free = (
+            end.placement
+            for end in ends(workspace, obj, above)
+            if not any(overlap(workspace, obj, end.placement, name, other) for name, other in kept)
+        )
+        yield from islice(free, EDGES)
 
 
 def _free_goal(context: Context, obj: str) -> Iterator[Placement]:

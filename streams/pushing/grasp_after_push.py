@@ -38,6 +38,18 @@ def grippable(context: Context, obj: str, placement: Placement, *others: Placeme
     return False
 
 
+def can_grip(context: Context, obj: str, placement: Placement) -> bool:
+    """The same, worked out at once."""
+    found = list[bool]()
+
+    def steps() -> Iterator[None]:
+        found.append((yield from grippable(context, obj, placement)))
+
+    for _ in steps():
+        pass
+    return found[0]
+
+
 def free_first(context: Context, obj: str, found: Iterable[Pushes]) -> Iterator[Pushes]:
     """Yield pushes of an object that follow each other, those first that are free of what the plan has standing there.
 

@@ -11,6 +11,7 @@ import numpy as np
 from tamp.execution.monitor import angle_between
 from tamp.execution.settling.settle import let_fall
 from tamp.streams.affordances.neighbours import carriers
+from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -55,7 +56,7 @@ def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> F
         shot = _shot_in(workspace, obj, placement, below, fall)
         if shot is None or not _explained(workspace, obj, fall, shot):
             return None
-        return shot if placement.on == (TABLE,) or _sure(workspace, obj, below, shot) else None
+        return shot if whole_on_table(workspace, obj, placement) or _sure(workspace, obj, below, shot) else None
 
     return workspace.cache.value(("aimed", obj, placement, fall[0], *below.items()), found)
 
@@ -72,12 +73,17 @@ def _shot_in(
         if shifted is not fall and _is_at(end, placement.pose):
             return shifted
         nearer = _against(shifted, end)
-        if nearer is None or placement.on == (TABLE,):
+        if nearer is None or whole_on_table(workspace, obj, placement):
             return nearer
         if shifted is not fall and float(np.linalg.norm(_aside(fall[0].matrix, nearer[0].matrix, center))) > FARTHEST:
             return None  # in all, however many shots it takes
         shifted = nearer
     return None
+
+
+def whole_on_table(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object lies on the table and not over its edge: every such place is like the others."""
+    return placement.on == (TABLE,) and not hangs_over(workspace, obj, placement)
 
 
 def _sure(workspace: Workspace, obj: str, below: Mapping[str, Pose], shot: Fall) -> bool:

@@ -14,7 +14,7 @@ from tamp.streams.context import Context
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
 from tamp.streams.releasing.edge_contact import dragged, held_up, hooked
-from tamp.streams.releasing.landing import aimed
+from tamp.streams.releasing.landing import aimed, whole_on_table
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -68,7 +68,7 @@ def _falls(
     At most so many are taken, from the least to the farthest.
     """
     workspace: Workspace = context.scene
-    on_table = placement.on == (TABLE,)
+    on_table = whole_on_table(workspace, obj, placement)
     at = midtable(workspace, placement) if on_table else placement
     ways, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
     found = None

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tamp.streams.affordances.neighbours import beneath, standing_around
 from tamp.streams.grasping.hand_clearance import HINDERED, neighbour_cost, support_cost, tilt_cost
-from tamp.streams.hand.candidates import Pinches
+from tamp.streams.hand.candidates import Pinches, sample_pinches
 from tamp.streams.hand.clearance import (
     above_table,
     clear_of_falling,
@@ -15,7 +15,9 @@ from tamp.streams.hand.clearance import (
     first_clear,
     hand_hits,
     opening_for,
+    openings_of,
 )
+from tamp.streams.hand.hand_boxes import hand_boxes, points_hit
 from tamp.streams.values import CLEARANCE, Grasp, Placement
 from tamp.task import At, Box, Object, Pose
 from tamp.world.scene import Scene
@@ -59,6 +61,21 @@ def test_a_palm_inside_the_object_is_not_clear_of_it(table):
     sunk = DOWN.copy()
     sunk[2, 3] = -0.06
     assert clear_of_object(table, "red", pinches_at(DOWN, sunk)).tolist() == [True, False]
+
+
+def test_a_hand_in_a_thin_wall_of_the_object_is_not_clear_of_it():
+    wall = Object("wall", Box((0.3, 0.003, 0.2)), Pose((0.0, 0.0, 0.1)))
+    workspace = workspace_of(wall)
+    pinches = sample_pinches(workspace, "wall", np.random.default_rng(0))
+    tools, openings = pinches.T_object_tool, openings_of(workspace, pinches)
+    points = points_hit(hand_boxes(panda()), openings, tools, workspace.surface["wall"])
+    clear = clear_of_object(workspace, "wall", pinches)
+    alone = Scene({"wall": np.eye(4)})
+    free = [
+        workspace.world.hand_contact(T, w, alone, margin=0.0) != "wall" for T, w in zip(tools, openings, strict=True)
+    ]
+    assert not (clear & ~np.array(free)).any()
+    assert clear.sum() < (~points).sum()  # points on the surface alone would let some of them pass
 
 
 def test_a_neighbour_in_the_way_is_hit_and_costs():

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
+from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import resting, stands
 from tamp.streams.cache import SampleCache
 from tamp.streams.collisions import handling_hits
+from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.placing import put_aside as laid_aside
 from tamp.streams.placing.put_aside import FUTILE, sample_laid_aside, sample_put_aside
+from tamp.streams.pushing.grasp_after_push import can_grip
 from tamp.streams.releasing.tilted_release import plan_laying
 from tamp.streams.values import Placement
 from tamp.task import Box, Cylinder, Object, Pose
@@ -111,3 +114,11 @@ def test_it_is_given_up_once_many_grasps_have_found_no_place(monkeypatch, worksp
     assert list(sample_laid_aside(context, "disc", workspace.start["disc"])) == []
     assert len(set(tried)) == FUTILE
     assert set(context.reasons) == {"no place was found where the arm can lay disc down"}
+
+
+def test_what_lies_flat_on_every_face_is_laid_where_a_hand_can_take_it_up_again(workspace, samples):
+    context = ToldContext(workspace)
+    places = [place for _, place in samples]
+    assert all(hangs_over(workspace, "disc", place) for place in places)
+    assert all(can_grip(context, "disc", place) for place in places)
+    assert all(graspable(workspace, "disc", place) for place in places)
