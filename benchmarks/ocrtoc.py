@@ -15,6 +15,7 @@ from typing import Any
 
 from benchmarks.harness import Row, main
 from tamp.batch.run import Batch
+from tamp.execution.simulators import DEFAULT
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.results import Result
 from tamp.task import Task
@@ -31,6 +32,7 @@ def rows(
     tasks: Sequence[str],
     output: Path | None,
     perceive: str | None,
+    own_robot: bool,
     **how: Any,
 ) -> Iterator[Row]:
     """One row for each task and seed, and the means over each level and all; reasons are printed as they come."""
@@ -39,7 +41,7 @@ def rows(
         sys.exit(f"the tasks are not there: {data}")
     with tempfile.TemporaryDirectory() as scratch:
         folder = output or Path(scratch)
-        import_ocrtoc(data, folder / "tasks")
+        import_ocrtoc(data, folder / "tasks", own_robot=own_robot)
         wanted = set(tasks or (QUICK[year] if quick else ()))
         files = [f for f in sorted((folder / "tasks").glob("*.yaml")) if not wanted or f.stem in wanted]
         loaded = [task for task in map(load_task, files) if not levels or task.level in levels]
@@ -142,6 +144,8 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--tasks", nargs="*", default=(), metavar="NAME", help="only these, such as 1-1-1")
     eyes = "estimate poses from the two cameras, by a perceiver's name; alone: fit"
     parser.add_argument("--perceive", nargs="?", const="fit", metavar="NAME", help=eyes)
+    own = "of 2020: that year's UR5e with a 2F-85 where it stood, not the Panda"
+    parser.add_argument("--own-robot", action="store_true", help=own)
     add_batch_options(parser)
     return parser
 
@@ -151,6 +155,7 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", dest="seeds", type=int, nargs="*", default=(0,), metavar="N")
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="planning a task")
     parser.add_argument("--clock", choices=("wall", "processor"), default="wall", help="on which that is kept")
+    parser.add_argument("--simulator", default=DEFAULT, metavar="NAME", help="in which plans are carried out")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="tasks at the same time")
     parser.add_argument("--output", type=Path, metavar="DIR", help="keep results and runs there, and resume from them")
     parser.add_argument("--pictures", action="store_true", help="render start, goal and end of each run into DIR")

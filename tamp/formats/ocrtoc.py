@@ -13,7 +13,7 @@ from pathlib import Path
 from tamp.errors import TaskError
 from tamp.formats.models import model_name
 from tamp.formats.pairs import read_pairs
-from tamp.formats.worlds import read_worlds
+from tamp.formats.worlds import BASE_2020, ROBOT_2020, read_worlds
 from tamp.task.files.save import save_task
 from tamp.task.model import Mesh, Shape, Task
 
@@ -31,15 +31,20 @@ class Imported:
     warnings: tuple[str, ...] = ()
 
 
-def import_ocrtoc(folder: Path, out: Path) -> Imported:
+def import_ocrtoc(folder: Path, out: Path, *, own_robot: bool = False) -> Imported:
     """Write a task.yaml for each task in `folder`, and the meshes they need into `out`/models.
 
     Coloured meshes, visual/MODEL.ply, are taken along as visual.ply beside the others.
 
+    Args:
+        folder: holds tasks of one year.
+        out: a folder for the tasks; made where it is not there.
+        own_robot: give tasks of 2020 that year's robot, where it stood; else all have the default one.
+
     Raises:
         TaskError: where the folder holds no tasks of OCRTOC, or one of them cannot be read.
     """
-    tasks, warnings = _read(folder, out / "models")
+    tasks, warnings = _read(folder, out / "models", own_robot)
     out.mkdir(parents=True, exist_ok=True)
     looks = folder / "visual"
     paths = []
@@ -49,11 +54,14 @@ def import_ocrtoc(folder: Path, out: Path) -> Imported:
     return Imported(tuple(paths), warnings)
 
 
-def _read(folder: Path, stand_ins: Path) -> tuple[tuple[Task, ...], tuple[str, ...]]:
+def _read(folder: Path, stand_ins: Path, own_robot: bool) -> tuple[tuple[Task, ...], tuple[str, ...]]:
     if (folder / "scenes").is_dir() and (folder / "targets").is_dir():
         return read_pairs(folder), ()
     if any(folder.glob("tasks/*/input.world")):
-        return read_worlds(folder, stand_ins)
+        tasks, warnings = read_worlds(folder, stand_ins)
+        if own_robot:
+            tasks = tuple(replace(task, robot=ROBOT_2020, base=BASE_2020) for task in tasks)
+        return tasks, warnings
     raise TaskError(
         f"{folder}: holds no tasks of OCRTOC; expected scenes/ and targets/ (2021) or tasks/*/input.world (2020)"
     )

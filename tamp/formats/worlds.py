@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
     from tamp.task.pose import Vector3
 
 TABLE_2020 = Table(center=(0.0, 0.0), size=(0.8, 1.0))
+
+ROBOT_2020 = "ur5e_2f85"
+"""The robot of 2020, as it is called here."""
+
+BASE_2020 = Pose.from_rpy((-0.24, -0.005, 0.0), (0.0, 0.0, -math.pi / 2))
+"""Where it stood (world frame)."""
 
 _LEVEL = re.compile(r"(\d+)-\d+")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -126,3 +127,12 @@ def test_noise_gives_a_task_or_a_task_error(worlds: Path, at: int, cut: int, noi
         assert load_task(paths[0]).name == "2-7"
     finally:
         path.write_text(text, encoding="utf-8")
+
+
+def test_tasks_have_the_robot_of_their_year_where_it_stood_if_asked_for(worlds: Path, tmp_path: Path) -> None:
+    (path,) = import_ocrtoc(worlds, tmp_path / "own", own_robot=True).paths
+    task = load_task(path)
+    assert task.robot == "ur5e_2f85" and task.base is not None
+    assert task.base.xyz == (-0.24, -0.005, 0.0) and task.base.rpy == pytest.approx((0.0, 0.0, -math.pi / 2))
+    (path,) = import_ocrtoc(worlds, tmp_path / "usual").paths
+    assert load_task(path).robot == "panda" and load_task(path).base is None

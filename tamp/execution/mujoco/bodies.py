@@ -1,6 +1,6 @@
 """Rigid bodies in MuJoCo: a shape becomes one geom a convex part, on a body with the mass properties of its parts.
 
-Contacts are stiff and hardly slip: elliptic friction cones with friction that counts a hundred times the normal
+Contacts are stiff and hardly slip: elliptic friction cones with friction that counts 200 times the normal
 force's regularization (set in the simulator), and the impedance below. With MuJoCo's defaults a held block creeps by
 2.5 mm/s.
 """

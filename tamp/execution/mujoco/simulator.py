@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SUBSTEPS = 2
 """MuJoCo's steps in one of the simulator's."""
 
-IMPRATIO = 100.0
+IMPRATIO = 200.0
 """How many times stiffer friction is than the normal force, as MuJoCo counts it: a held block creeps by micrometres."""
 
 

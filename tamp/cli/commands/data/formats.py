@@ -23,6 +23,8 @@ def add(commands: Commands) -> None:
     source.add_argument("format", choices=("ocrtoc",))
     source.add_argument("folder", type=Path, metavar="FOLDER")
     source.add_argument("-o", "--output", type=output_folder, metavar="OUT", required=True)
+    told = "give tasks of 2020 that year's robot, ur5e_2f85, where it stood; else they have the default one"
+    source.add_argument("--own-robot", action="store_true", help=told)
     target = command(commands, "export", export, "turn tasks into other task files, or a plan into set points")
     target.add_argument("what", choices=("ocrtoc", "trajectory"))
     target.add_argument(
@@ -41,7 +43,7 @@ def import_tasks(options: argparse.Namespace) -> int:
     """Import a folder of OCRTOC's and say what was written."""
     from tamp.formats.ocrtoc import import_ocrtoc
 
-    imported = import_ocrtoc(options.folder, options.output)
+    imported = import_ocrtoc(options.folder, options.output, own_robot=options.own_robot)
     return _say(len(imported.paths), imported.warnings, options)
 
 
