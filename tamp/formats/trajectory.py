@@ -38,6 +38,12 @@ GRIPPER_S = 1.0
 STRAY = 0.002
 """How far set points, joined by cubics, may be from the plan's own curve, which was checked for collisions [rad]."""
 
+MOST_RATE = 10_000.0
+"""No controller takes more set points a second [1/s]."""
+
+OPENED = 0.0005
+"""Fingers that are no farther from an opening than this are there [m]."""
+
 MOST_DRAWN_OUT = 1.05
 """By how much a motion may be slower than planned."""
 
@@ -50,7 +56,7 @@ class Segment:
 
     Attributes:
         action: what it is part of, such as "pick(mug)".
-        phase: of a motion, as `Move` has it; else "grip", "release" or "fall".
+        phase: of a motion, as `Move` has it; else "open" before a motion, "grip", "release" or "fall".
         start: when it begins [s].
         times: of the set points since then, shape (n,) [s]; the last is its duration.
         positions, velocities: of the arm's joints at those times, shape (n, joints) [rad], [rad/s].
@@ -79,19 +85,29 @@ def segments(plan: Plan, robot: RobotSpec, rate: float) -> tuple[Segment, ...]:
     """
     if not (math.isfinite(rate) and rate > 0):
         raise TampError(f"--rate {rate:g}: a positive number of set points a second is needed, such as 100")
+    if rate > MOST_RATE:
+        raise TampError(f"--rate {rate:g}: at most {MOST_RATE:g} set points a second are valid")
     made: list[Segment] = []
     clock, q, opening = 0.0, np.array(plan.home), robot.gripper.stroke
     for action in plan.actions:
         for step in action.steps:
             if isinstance(step, Move):
-                times, positions, velocities = _set_points(step.trajectory, robot, rate, f"{action}, {step.phase}")
-                phase, q, opening = step.phase, positions[-1], step.opening
+                if step.held is None and abs(step.opening - opening) > OPENED:
+                    made.append(_standing(str(action), "open", clock, q, step.opening))
+                    clock += GRIPPER_S
+                points = _set_points(step.trajectory, robot, rate, f"{action}, {step.phase}")
+                q, opening = points[1][-1], step.opening
+                made.append(Segment(str(action), step.phase, clock, *points, opening))
             else:
                 phase, opening = _gripper(step, opening)
-                times, positions, velocities = np.array([0.0, GRIPPER_S]), np.array([q, q]), np.zeros((2, len(q)))
-            made.append(Segment(str(action), phase, clock, times, positions, velocities, opening))
-            clock += float(times[-1])
+                made.append(_standing(str(action), phase, clock, q, opening))
+            clock += float(made[-1].times[-1])
     return tuple(made)
+
+
+def _standing(action: str, phase: str, clock: float, q: Array, opening: float) -> Segment:
+    """The time in which the arm stands at `q` [rad] while the gripper goes to an opening [m]."""
+    return Segment(action, phase, clock, np.array([0.0, GRIPPER_S]), np.array([q, q]), np.zeros((2, len(q))), opening)
 
 
 def _gripper(step: Grip | Release | Fall, opening: float) -> tuple[str, float]:
@@ -151,8 +167,9 @@ def export_trajectory(plan: Plan, robot: RobotSpec, path: Path, form: Format = "
         plan: what is to be done.
         robot: its robot.
         path: a file; for "rosbag2" a folder that does not exist yet.
-        form: "csv": a row a set point. "ros2": YAML, a document for each segment, whose `message` is a
-            trajectory_msgs/msg/JointTrajectory as `ros2 topic pub` takes it. "rosbag2": the same as a bag.
+        form: "csv": a row a set point, times growing: where one segment ends, the next one has the row. "ros2": YAML,
+            a document for each segment, whose `message` is a trajectory_msgs/msg/JointTrajectory as `ros2 topic pub`
+            takes it. "rosbag2": the same as a bag.
         rate: of the set points [1/s].
 
     Returns:
@@ -165,8 +182,8 @@ def export_trajectory(plan: Plan, robot: RobotSpec, path: Path, form: Format = "
         raise TampError(f"unknown format {form!r}; valid are {', '.join(FORMATS)}")
     made = segments(plan, robot, rate)
     if form == "csv":
-        _write_csv(made, robot, path)
-    elif form == "ros2":
+        return _write_csv(made, robot, path)
+    if form == "ros2":
         documents = [_document(segment, robot) for segment in made]
         path.write_text(yaml.safe_dump_all(documents, sort_keys=False, default_flow_style=None), encoding="utf-8")
     else:
@@ -174,20 +191,26 @@ def export_trajectory(plan: Plan, robot: RobotSpec, path: Path, form: Format = "
     return sum(len(segment.times) for segment in made)
 
 
-def _write_csv(made: tuple[Segment, ...], robot: RobotSpec, path: Path) -> None:
+def _write_csv(made: tuple[Segment, ...], robot: RobotSpec, path: Path) -> int:
+    """Write the table; how many rows it has below its head."""
+    count = 0
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         columns = [f"{quantity}.{joint}" for quantity in ("q", "v") for joint in robot.joints]
         rows.writerow(["time", "segment", "action", "phase", "opening", *columns])
         for number, segment in enumerate(made):
-            for time, q, v in zip(segment.times, segment.positions, segment.velocities, strict=True):
+            # A segment ends where the next one begins: at that time the table has the next one's row alone.
+            end = len(segment.times) - (segment is not made[-1])
+            count += end
+            for time, q, v in zip(segment.times[:end], segment.positions, segment.velocities, strict=False):
                 moment = [repr(float(value)) for value in (segment.start + time, segment.opening, *q, *v)]
                 rows.writerow([moment[0], number, segment.action, segment.phase, *moment[1:]])
+    return count
 
 
 def _messages(segment: Segment, robot: RobotSpec) -> Iterator[tuple[str, dict[str, Any]]]:
     """Topics and their JointTrajectory messages as plain data: of the arm where it moves, of the fingers where not."""
-    if segment.phase in ("grip", "release", "fall"):
+    if segment.phase in ("open", "grip", "release", "fall"):
         if segment.phase != "fall":
             still = [0.0] * len(robot.gripper.joints)
             width = linkage(robot).joints(segment.opening).tolist()

@@ -72,6 +72,14 @@ def test_motions_and_the_gripper_follow_each_other_on_one_clock():
     assert np.diff(made[0].times)[:-1] == pytest.approx(0.01)
 
 
+def test_fingers_go_to_a_motion_s_opening_before_it_begins():
+    transit, *rest = PLAN.actions[0].steps
+    plan = replace(PLAN, actions=(Action("pick", ("cup",), (replace(transit, opening=0.05), *rest)),))
+    made = segments(plan, ROBOT, 100.0)
+    assert [(s.phase, s.opening) for s in made[:2]] == [("open", 0.05), ("transit", 0.05)]
+    assert made[1].start == GRIPPER_S
+
+
 def test_a_table_has_a_row_a_set_point(tmp_path):
     path = tmp_path / "plan.csv"
     count = export_trajectory(PLAN, ROBOT, path, "csv", 50.0)
@@ -79,7 +87,7 @@ def test_a_table_has_a_row_a_set_point(tmp_path):
         rows = list(csv.DictReader(file))
     assert len(rows) == count
     times = [float(row["time"]) for row in rows]
-    assert times == sorted(times) and times[0] == 0.0
+    assert times[0] == 0.0 and min(np.diff(times)) > 0.0
     assert [float(rows[0][f"q.{joint}"]) for joint in ROBOT.joints] == pytest.approx(ROBOT.home)
     assert rows[-1]["phase"] == "fall" and rows[0]["action"] == "pick(cup)"
 
@@ -116,7 +124,9 @@ def test_a_bag_is_read_back_without_ros(tmp_path):
         export_trajectory(PLAN, ROBOT, path, "rosbag2", 50.0)
 
 
-@pytest.mark.parametrize(("rate", "complaint"), [(0.0, "--rate 0: a positive number"), (0.5, "at 0.5 Hz set points")])
+@pytest.mark.parametrize(
+    ("rate", "complaint"), [(0.0, "--rate 0: a positive number"), (0.5, "at 0.5 Hz set points"), (1e9, "at most 10000")]
+)
 def test_a_rate_that_will_not_do_is_refused(tmp_path, rate, complaint):
     with pytest.raises(TampError, match=complaint):
         export_trajectory(PLAN, ROBOT, tmp_path / "plan.csv", "csv", rate)

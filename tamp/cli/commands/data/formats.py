@@ -57,11 +57,19 @@ def _export_trajectory(options: argparse.Namespace) -> int:
     from tamp.formats.trajectory import export_trajectory
     from tamp.task import load_robot
     from tamp.task.files.plan_file import load_plan
+    from tamp.task.robots import is_path
 
     if len(options.files) != 1:
         raise TampError(f"tamp export trajectory takes one plan, not {len(options.files)}")
     plan = load_plan(options.files[0])
-    count = export_trajectory(plan, load_robot(plan.robot), options.output, options.format, options.rate)
+    if options.robot is None and is_path(plan.robot):
+        told = f"its robot, {plan.robot}, is told from where its task is; give it by --robot"
+        raise TampError(f"{options.files[0]}: {told}")
+    robot = load_robot(options.robot or plan.robot)
+    if len(robot.joints) != len(plan.home):
+        told = f"the plan moves {len(plan.home)} joints, robot {robot.name} has {len(robot.joints)}"
+        raise TampError(f"{options.files[0]}: {told}; give the plan's robot by --robot")
+    count = export_trajectory(plan, robot, options.output, options.format, options.rate)
     print(f"{count} set points in {options.output}", file=options.out)
     return SOLVED
 

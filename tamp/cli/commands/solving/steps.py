@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -21,12 +22,13 @@ from tamp.cli.output import to_stdout, write_json
 from tamp.cli.paths import DATA, PLAN, output_file
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.cli.watchdog import ended_by_force
-from tamp.errors import PlanningFailure, PlanRefusedError
+from tamp.errors import PlanningFailure, PlanRefusedError, TampError
 from tamp.execution.simulators import DEFAULT
 
 if TYPE_CHECKING:
     from tamp.cli.options import Commands
     from tamp.execution.log import Execution
+    from tamp.task import Action, Plan, Task
 
 
 def add(commands: Commands) -> None:
@@ -43,6 +45,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", type=output_file(DATA), metavar="POSES.json", help="where the final poses go")
     parser.add_argument("--seed", type=natural, default=0, metavar="N")
     add_simulator(parser, f"in which it is carried out; default {DEFAULT}", DEFAULT)
+    controller = "let a robot's controller carry it out, not a simulator: dry-run, or package.module:Class"
+    parser.add_argument("--controller", metavar="NAME", help=controller)
     unchecked = "carry out what the checker rejects too: for experiments in simulation only"
     parser.add_argument("--unchecked", action="store_true", help=unchecked)
     add_trust(parser)
@@ -115,6 +119,8 @@ def execute(options: argparse.Namespace) -> int:
 
     task = load(options.task, options)
     made, how = load_plan(options.plan), {"seed": options.seed, "simulator": options.simulator}
+    if options.controller is not None:
+        return _by_controller(task, made, options)
     if options.unchecked:
         print("tamp: WARNING: this plan is carried out UNCHECKED", file=sys.stderr)
         run = execute_unchecked(task, made, **how)
@@ -137,6 +143,43 @@ def execute(options: argparse.Namespace) -> int:
         save_poses(run.final_poses, options.output)
         _say_where(options)
     return SOLVED if run.status == "done" else UNSOLVED
+
+
+def _by_controller(task: Task, made: Plan, options: argparse.Namespace) -> int:
+    """Let a controller carry a plan out that the checker accepts, and print what it has done."""
+    from tamp.execution.hardware.carry_out import carry_out
+    from tamp.execution.hardware.controller import make_controller
+    from tamp.pipeline.check import check as check_plan
+    from tamp.task import task_robot
+
+    if options.unchecked or options.output is not None:
+        raise TampError("--unchecked and -o are for simulators; a --controller carries out what the checker accepts")
+    controller = make_controller(options.controller, task_robot(task))
+    verdict = check_plan(task, made, trust_task_code=options.trust_task_code)
+    if not verdict.accepted:
+        print(f"tamp: the plan is not carried out: {verdict}", file=sys.stderr)
+        write_json(options, {"status": "refused", "message": str(verdict)})
+        return UNSOLVED
+    outcome = carry_out(task, made, controller, functools.partial(_tell, controller, options))
+    status = "stopped" if outcome.stopped else "done"
+    if not to_stdout(options):
+        why = f"; {outcome.stopped}" if outcome.stopped else ""
+        print(f"{status}: {outcome.done} of {len(made.actions)} actions{why}", file=options.out)
+    told = {"status": status, "actions": outcome.done, "message": outcome.stopped}
+    write_json(options, told if (seconds := _clock(controller)) is None else {**told, "seconds": seconds})
+    return UNSOLVED if outcome.stopped else SOLVED
+
+
+def _clock(controller: object) -> float | None:
+    """What a controller's own clock says, as a dry run has one [s]; None where it has none."""
+    return getattr(controller, "time", None)
+
+
+def _tell(controller: object, options: argparse.Namespace, action: Action) -> None:
+    """Print an action that a controller has done."""
+    if not to_stdout(options):
+        seconds = _clock(controller)
+        print(action if seconds is None else f"{seconds:7.1f} s  {action}", file=options.out)
 
 
 def _told(run: Execution) -> dict[str, Any]:
