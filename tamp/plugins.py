@@ -5,7 +5,9 @@ Two ways to add a domain or a sampler without touching this package, as for robo
 - a package declares an entry point in one of the groups `tamp.domains`, `tamp.samplers`;
 - the environment variables TAMP_DOMAINS and TAMP_SAMPLERS list folders, separated as in PATH, with packages or modules.
 
-Both are the user's own choice, so what they bring counts as installed. Nothing here imports what it finds.
+A package's simulators are found by the group `tamp.simulators`; they have no variable.
+
+All are the user's own choice, so what they bring counts as installed. Nothing here imports what it finds.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from typing import Literal
 
 from tamp.errors import TampError
 
-Kind = Literal["domains", "samplers"]
+Kind = Literal["domains", "samplers", "simulators"]
 
 
 def folders(kind: Kind) -> tuple[Path, ...]:

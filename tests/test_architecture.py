@@ -33,7 +33,7 @@ ALLOWED = {
     "robots": set(),
     "scenarios": {"task", "errors"},
     "checking": {"task", "language", "errors"},
-    "execution": {"clock", "versions", "world", "task", "errors"},
+    "execution": {"clock", "plugins", "versions", "world", "task", "errors"},
     "streams": {"clock", "compiled", "execution", "world", "task", "errors"},
     "sampling": {"domains", "streams", "world", "task"},
     "domains": {"clock", "plugins", "streams", "world", "planning", "language", "task", "errors"},

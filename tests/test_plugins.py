@@ -11,14 +11,19 @@ from tamp import plugins
 from tamp.domains.catalog import domain_names, load_domain
 from tamp.domains.samplers import load_sampler
 from tamp.errors import DomainError, SamplerError, TampError
+from tamp.execution.simulators import load_simulator
 
 DOMAIN = "from tamp.domains.tabletop import DOMAIN as T\nDOMAIN = T.extended(name='{name}')\n"
+SIMULATOR = "from tamp.execution.pybullet.simulator import PyBulletSimulator\nclass Windfall(PyBulletSimulator): pass\n"
 ENTRIES = """\
 [tamp.domains]
 orchard = fruits.trees:ORCHARD
 
 [tamp.samplers]
 by-stem = fruits.hands:by_stem
+
+[tamp.simulators]
+windfall = fruits.physics:Windfall
 """
 
 
@@ -41,6 +46,7 @@ def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     write(site / "fruits" / "__init__.py", "")
     write(site / "fruits" / "trees.py", DOMAIN.format(name="orchard").replace("DOMAIN =", "ORCHARD ="))
     write(site / "fruits" / "hands.py", "def by_stem(context, obj):\n    yield None\n")
+    write(site / "fruits" / "physics.py", SIMULATOR)
     write(site / "fruits-1.0.dist-info" / "METADATA", "Metadata-Version: 2.1\nName: fruits\nVersion: 1.0\n")
     write(site / "fruits-1.0.dist-info" / "entry_points.txt", ENTRIES)
     return tmp_path
@@ -59,6 +65,12 @@ def test_samplers_are_named_by_entry_points_and_found_in_folders(brought: Path) 
     assert load_sampler("plug_hands:by_hand", "sample-grasp").__name__ == "by_hand"
     with pytest.raises(SamplerError, match="nor an installed sampler: by-stem"):
         load_sampler("by-steam", "sample-grasp")
+
+
+def test_simulators_are_named_by_entry_points(brought: Path) -> None:
+    assert load_simulator("windfall").__name__ == "Windfall"
+    with pytest.raises(TampError, match=r"unknown simulator 'storm'; valid are pybullet, .*windfall, and"):
+        load_simulator("storm")
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

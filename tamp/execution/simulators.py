@@ -1,4 +1,6 @@
-"""The simulators by name: those that come with the program, and a third party's as "package.module:Class".
+"""The simulators by name: those that come with the program, and third parties'.
+
+These are named by an entry point of their package in the group `tamp.simulators`, or as "package.module:Class".
 
 Nothing here loads a physics engine before it is asked for.
 """
@@ -15,6 +17,7 @@ from typing import cast
 from tamp.errors import TampError
 from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
+from tamp.plugins import addresses
 from tamp.task import Object, Pose, RobotSpec, Table
 from tamp.versions import how_to_install
 
@@ -62,6 +65,9 @@ def installed() -> tuple[str, ...]:
     return tuple(name for name, entry in SIMULATORS.items() if entry.installed)
 
 
+METHODS = ("__enter__", "__exit__", "step", "pose", "poses", "place", "speeds", "limit_speeds", "touches")
+"""Of a simulator's class."""
+
 DEFAULT = next(iter(installed()), "pybullet")
 """The first that is installed: PyBullet, or MuJoCo where that has no wheels."""
 
@@ -70,17 +76,14 @@ def require(name: str) -> None:
     """Refuse a simulator that cannot be had.
 
     Args:
-        name: of one that comes with the program, or "package.module:Class".
+        name: of one that comes with the program or that an installed package offers, or "package.module:Class".
 
     Raises:
         TampError: where it is unknown, or its library is not installed; says what is valid, or how to install it.
     """
-    if ":" in name:
-        _class(name)
-        return
     if name not in SIMULATORS:
-        known = ", ".join(SIMULATORS)
-        raise TampError(f'unknown simulator {name!r}; valid are {known}, and "package.module:Class" for another one')
+        _checked(_address(name))
+        return
     entry = SIMULATORS[name]
     if not entry.installed:
         raise TampError(
@@ -112,7 +115,25 @@ def load_simulator(name: str) -> type:
         TampError: where there is no such simulator.
     """
     require(name)
-    return _class(SIMULATORS[name].address if name in SIMULATORS else name)
+    return _class(SIMULATORS[name].address if name in SIMULATORS else _address(name))
+
+
+def _address(name: str) -> str:
+    """The address of a third party's simulator; TampError where there is none."""
+    if ":" in name:
+        return name
+    offered = addresses("simulators")
+    if name not in offered:
+        known = ", ".join((*SIMULATORS, *offered))
+        raise TampError(f'unknown simulator {name!r}; valid are {known}, and "package.module:Class" for another one')
+    return offered[name]
+
+
+def _checked(address: str) -> None:
+    """Refuse a class that is no simulator: it lacks what the protocol has."""
+    found = _class(address)
+    if lacking := [name for name in METHODS if not callable(getattr(found, name, None))]:
+        raise TampError(f"simulator {address!r} lacks {', '.join(lacking)}; tamp.execution.simulator says what they do")
 
 
 def can_draw() -> bool:

@@ -47,6 +47,7 @@ def test_a_simulator_from_outside_is_given_by_its_address():
         ("nowhere.at_all:Physics", r"simulator 'nowhere.at_all:Physics' cannot be loaded: No module named 'nowhere'"),
         ("tamp.execution.simulator:Nothing", r"cannot be loaded: .* has no attribute 'Nothing'"),
         ("tamp.execution.simulator:STEP", r"is no class"),
+        ("json:JSONDecoder", r"simulator 'json:JSONDecoder' lacks __enter__, __exit__, step, pose"),
     ],
 )
 def test_a_simulator_that_is_not_there_is_refused(name, complaint):
