@@ -11,6 +11,7 @@ from tamp.perception.estimation.color import difference
 from tamp.perception.estimation.fit import agreement, explained, glance, refine
 from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.hypotheses import anywhere, resting
+from tamp.perception.estimation.matching import distinct
 from tamp.perception.estimation.model import COARSE, ObjectModel
 from tamp.perception.estimation.volume import Volume
 
@@ -79,7 +80,7 @@ def candidates(
             guesses = guesses[rng.choice(len(guesses), GUESSES, replace=False)]
         if len(guesses):
             best = guesses[np.argsort(-glance(volume, model, guesses, COARSE), kind="stable")[: 8 * FITTED]]
-            first = best[_different(best, model, 0.012, 0.25)]
+            first = best[_different(best, model, 0.012, 0.25, len(best))]
             chosen.append(first[np.argsort(-glance(volume, model, first, 3 * COARSE), kind="stable")[:FITTED]])
     if not chosen:
         return []
@@ -91,11 +92,11 @@ def fitted(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
     poses = refine(volume, model, poses, rounds=6, points=160)
     order = np.argsort(-agreement(volume, model, poses, 160).score, kind="stable")
     poses = poses[order]
-    poses = poses[_different(poses, model, 0.006, 0.12)][: KEPT + 8]
+    poses = poses[_different(poses, model, 0.006, 0.12, KEPT + 8)]
     poses = refine(volume, model, poses, rounds=8)
     found = agreement(volume, model, poses)
     order = np.argsort(-found.score, kind="stable")
-    order = order[_different(poses[order], model, 0.005, 0.10)][:KEPT]
+    order = order[_different(poses[order], model, 0.005, 0.10, KEPT)]
     cells = model.area / VOXEL**2
     return [
         Candidate(
@@ -120,16 +121,7 @@ def _seeds(cloud: Cloud, model: ObjectModel, among: NDArray[np.int64], rng: np.r
     return np.asarray(rng.choice(many, size=SEEDS, replace=False, p=chance / chance.sum()))
 
 
-def _different(poses: Array, model: ObjectModel, apart: float, turned: float) -> NDArray[np.int64]:
-    """Indices of poses, in order, that are not near an earlier one: in place [m] or by angle [rad]."""
+def _different(poses: Array, model: ObjectModel, apart: float, turned: float, most: int) -> NDArray[np.int64]:
+    """Indices of poses, in order, that are not near an earlier one: in place [m] or by angle [rad]; at most so many."""
     centers = poses[:, :3, :3] @ model.center + poses[:, :3, 3]
-    kept: list[int] = []
-    least = 1 + 2 * np.cos(turned)
-    for i in range(len(poses)):
-        if kept:
-            near = ((centers[kept] - centers[i]) ** 2).sum(axis=1) < apart**2
-            trace = np.einsum("nij,ij->n", poses[kept, :3, :3], poses[i, :3, :3])
-            if (near & (trace > least)).any():
-                continue
-        kept.append(i)
-    return np.array(kept, dtype=np.int64)
+    return distinct(poses, centers, apart, 1 + 2 * float(np.cos(turned)), most)

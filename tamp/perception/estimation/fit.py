@@ -9,6 +9,7 @@ import numpy as np
 
 from tamp.perception.estimation.color import alike
 from tamp.perception.estimation.fusion import Cloud
+from tamp.perception.estimation.matching import correspondences, nearness, normal_equations
 from tamp.perception.estimation.model import FINE, ObjectModel
 from tamp.perception.estimation.volume import Volume
 
@@ -26,8 +27,11 @@ FACING = 0.5
 VIOLATION = 1.5
 """What a point in free space costs, in hits."""
 
-BATCH = 4000
-"""Poses scored at a time: what fits into a processor's cache."""
+NEARLY = 0.010
+"""At a glance, a measured point this near is enough [m]."""
+
+UNDER = -0.0005
+"""What lies lower than this is under the table [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,54 +50,25 @@ class Agreement:
 
 def glance(volume: Volume, model: ObjectModel, poses: Array, points: int) -> Array:
     """A quick score of many poses, shape (n, 4, 4): nearness alone."""
-    scores = np.empty(len(poses))
-    local = model.points[:points]
-    for start in range(0, len(poses), BATCH):
-        part = poses[start : start + BATCH].astype(np.float32)
-        placed = np.einsum("nij,kj->nki", part[:, :3, :3], local.astype(np.float32)) + part[:, None, :3, 3]
-        nearest, free = volume.look_up(placed)
-        near = (nearest >= 0) & ~free
-        offset = placed - volume.cloud.points.astype(np.float32)[np.maximum(nearest, 0)]
-        close = np.einsum("nki,nki->nk", offset, offset) < 0.010**2
-        scores[start : start + BATCH] = (near & close).mean(axis=1) - VIOLATION * free.mean(axis=1)
+    hits, violations = nearness(poses, model.points[:points], volume.cloud.points, *volume.cells, NEARLY)
+    scores: Array = hits - VIOLATION * violations
     return scores
 
 
 def agreement(volume: Volume, model: ObjectModel, poses: Array, points: int = FINE) -> Agreement:
     """How much of a model's surface was measured where poses (n, 4, 4) put it, and how much was seen through."""
-    hits, violations = np.empty(len(poses)), np.empty(len(poses))
-    for start in range(0, len(poses), BATCH // 8):
-        part = slice(start, start + BATCH // 8)
-        match = _matched(volume, model, poses[part], points)
-        color = alike(model.colors[:points], volume.cloud.colors[match.nearest])
-        hits[part] = (match.near * color).mean(axis=1)
-        violations[part] = match.free.mean(axis=1)
-    return Agreement(hits, violations)
+    matched, violations = _matched(volume, model, poses, points, NEAR)
+    pose, point = np.nonzero(matched >= 0)
+    color = alike(model.colors[point], volume.cloud.colors[matched[pose, point]])
+    return Agreement(np.bincount(pose, color, len(poses)) / points, violations)
 
 
-@dataclass(frozen=True, eq=False)
-class _Match:
-    """For each pose and model point, shape (n, k): the nearest measured point, and whether they belong together."""
-
-    placed: Array
-    nearest: NDArray[np.int32]
-    near: NDArray[np.bool_]
-    free: NDArray[np.bool_]
-    gap: Array
-    normals: Array
-
-
-def _matched(volume: Volume, model: ObjectModel, poses: Array, points: int, reach: float = NEAR) -> _Match:
-    R, t = poses[:, :3, :3], poses[:, :3, 3]
-    placed = np.einsum("nij,kj->nki", R, model.points[:points]) + t[:, None]
-    facing = np.einsum("nij,kj->nki", R, model.normals[:points])
-    nearest, free = volume.look_up(placed)
-    index = np.maximum(nearest, 0)
-    normals = volume.cloud.normals[index]
-    gap = np.einsum("nki,nki->nk", volume.cloud.points[index] - placed, normals)
-    agree = np.einsum("nki,nki->nk", facing, normals) > FACING
-    near = (nearest >= 0) & (np.abs(gap) < reach) & agree
-    return _Match(placed, index, near, free & ~near, gap, normals)
+def _matched(
+    volume: Volume, model: ObjectModel, poses: Array, points: int, reach: float
+) -> tuple[NDArray[np.int64], Array]:
+    cloud = volume.cloud
+    own, facing = model.points[:points], model.normals[:points]
+    return correspondences(poses, own, facing, cloud.points, cloud.normals, *volume.cells, reach, FACING)
 
 
 def refine(volume: Volume, model: ObjectModel, poses: Array, rounds: int = 10, points: int = FINE) -> Array:
@@ -101,24 +76,13 @@ def refine(volume: Volume, model: ObjectModel, poses: Array, rounds: int = 10, p
 
     What would be under the table is pushed up; the reach shrinks from round to round.
     """
-    poses = poses.copy()
+    poses, cloud, own = poses.copy(), volume.cloud, model.points[:points]
+    stiffness = 0.02 * np.diag([(model.diameter / 4) ** 2] * 3 + [1.0] * 3)
     for number in range(rounds):
         reach = max(0.004, 0.014 * 0.8**number)
-        match = _matched(volume, model, poses, points, reach)
-        center = poses[:, :3, 3]
-        arm = match.placed - center[:, None]
-        rows = np.concatenate([np.cross(arm, match.normals), match.normals], axis=2)
-        weight = match.near * np.maximum(0.0, 1 - (match.gap / (1.5 * reach)) ** 2) ** 2
-        under = match.placed[..., 2] < -0.0005
-        floor = np.zeros_like(rows)
-        floor[..., 0], floor[..., 1], floor[..., 5] = arm[..., 1], -arm[..., 0], 1.0
-        A = np.einsum("nki,nkj,nk->nij", rows, rows, weight)
-        A += np.einsum("nki,nkj,nk->nij", floor, floor, under.astype(float))
-        b = np.einsum("nki,nk->ni", rows, weight * match.gap)
-        b += np.einsum("nki,nk->ni", floor, np.where(under, -match.placed[..., 2], 0.0))
-        size = model.diameter / 4
-        damping = 0.02 * np.diag([size**2] * 3 + [1.0] * 3) * np.maximum(weight.sum(axis=1), 4.0)[:, None, None]
-        step = np.linalg.solve(A + damping, b[..., None])[..., 0]
+        matched, _ = _matched(volume, model, poses, points, reach)
+        A, b, weight = normal_equations(poses, own, matched, cloud.points, cloud.normals, reach, UNDER)
+        step = np.linalg.solve(A + stiffness * np.maximum(weight, 4.0)[:, None, None], b[..., None])[..., 0]
         _move(poses, step)
     return poses
 

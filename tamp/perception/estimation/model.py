@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tamp.perception.estimation.buckets import Buckets
 from tamp.perception.estimation.symmetry import symmetries
 from tamp.perception.rendering.raycast import escapes
 from tamp.perception.rendering.surface import Surface
@@ -65,14 +66,13 @@ class ObjectModel:
     stable: tuple[StablePose, ...]
 
     @cached_property
-    def _tree(self) -> Any:
-        return cKDTree(np.column_stack([self.points, FACING * self.normals]))
+    def _buckets(self) -> Buckets:
+        return Buckets.of(self.points, self.normals, FACING)
 
     def nearest(self, points: Array, normals: Array, reach: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """For oriented points (n, 3), the model's nearest that faces the same way; whether it is within reach [m]."""
-        distance, index = self._tree.query(np.column_stack([points, FACING * normals]), distance_upper_bound=reach)
-        found = np.isfinite(distance)
-        return np.where(found, index, 0).astype(np.int64), found
+        index = self._buckets.nearest(np.column_stack([points, FACING * normals]), reach)
+        return np.maximum(index, 0), index >= 0
 
     @cached_property
     def spacing(self) -> float:

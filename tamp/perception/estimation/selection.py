@@ -6,6 +6,7 @@ Candidates are chosen for all objects at once by coordinate ascent with exchange
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,14 +44,16 @@ class Selection:
 
     def __init__(self, cloud: Cloud, models: Sequence[ObjectModel], candidates: Sequence[Sequence[Candidate]]) -> None:
         self._models, self._candidates = models, candidates
-        self._weights = [_dense(found, len(cloud.points)) for found in candidates]
+        self._explained = [_Explained.by(found) for found in candidates]
+        self._count = len(cloud.points)
+        self._best = [_most(found, self._count) for found in candidates]
         self._costs = [np.array([FREE * c.free_area for c in found]) for found in candidates]
         self._overlaps: dict[tuple[int, int, int, int], float] = {}
         self.chosen = [-1] * len(models)
 
     def solve(self) -> None:
         """Choose, starting from the objects whose best candidate explains most."""
-        best = [float((w.sum(axis=1) - c).max(initial=0.0)) for w, c in zip(self._weights, self._costs, strict=True)]
+        best = [float(self._worth(i).max(initial=0.0)) for i in range(len(self._models))]
         order = sorted(range(len(best)), key=lambda i: -best[i])
         for _ in range(SWEEPS):
             before = list(self.chosen)
@@ -61,24 +64,23 @@ class Selection:
 
     def covered(self, without: int | None = None) -> Array:
         """How well each point is explained by what is chosen, 0..1, perhaps without one object."""
-        rows = [self._weights[i][k] for i, k in enumerate(self.chosen) if k >= 0 and i != without]
-        if not rows:
-            return np.zeros(self._weights[0].shape[1] if self._weights else 0)
-        best: Array = np.max(rows, axis=0)
+        best = np.zeros(self._count)
+        for i, k in enumerate(self.chosen):
+            if k >= 0 and i != without:
+                found = self._candidates[i][k]
+                best[found.points] = np.maximum(best[found.points], found.weights)
         return best
 
     def gains(self, i: int) -> Array:
         """What each candidate of an object would add to the others' choice, in points, shape (n,)."""
-        if not len(self._weights[i]):
-            return np.empty(0)
-        more = np.maximum(self._weights[i] - self.covered(without=i), 0.0).sum(axis=1)
+        more = self._explained[i].beyond(self.covered(without=i))
         clash = np.array([self._clash(i, k) for k in range(len(self._candidates[i]))])
         gain: Array = more - self._costs[i] - OVERLAP * clash
         return gain
 
     def total(self) -> float:
         """What the choice is worth, in points."""
-        worth = float(self.covered().sum()) if self._weights else 0.0
+        worth = float(self.covered().sum())
         for i, k in enumerate(self.chosen):
             if k >= 0:
                 worth -= float(self._costs[i][k]) + OVERLAP * self._clash(i, k) / 2
@@ -111,7 +113,7 @@ class Selection:
 
     def _at(self, i: int, place: Array) -> int:
         """The candidate of an object near a place that explains most by itself, -1 for none."""
-        worth = self._weights[i].sum(axis=1) - self._costs[i]
+        worth = self._worth(i)
         near = [k for k in range(len(worth)) if np.linalg.norm(self._center(i, k) - place) < PLACE]
         return max(near, key=lambda k: float(worth[k]), default=-1)
 
@@ -137,9 +139,12 @@ class Selection:
 
     def _rivals(self, i: int, j: int) -> bool:
         """Whether two objects could explain the same points."""
-        if not len(self._weights[i]) or not len(self._weights[j]):
-            return False
-        return bool((self._weights[i].max(axis=0) * self._weights[j].max(axis=0)).sum() > 5.0)
+        return bool(self._best[i] @ self._best[j] > 5.0)
+
+    def _worth(self, i: int) -> Array:
+        """What each candidate of an object explains by itself, less what it costs, in points, shape (n,)."""
+        worth: Array = self._explained[i].beyond(np.zeros(self._count)) - self._costs[i]
+        return worth
 
     def _clash(self, i: int, k: int) -> float:
         """Cells of surface that a candidate shares with what is chosen for the others."""
@@ -155,11 +160,35 @@ class Selection:
         return self._overlaps[key]
 
 
-def _dense(found: Sequence[Candidate], count: int) -> Array:
-    weights = np.zeros((len(found), count))
-    for row, candidate in zip(weights, found, strict=True):
-        row[candidate.points] = candidate.weights
-    return weights
+@dataclass(frozen=True, eq=False)
+class _Explained:
+    """What all candidates of an object explain: candidate, point and weight, shape (m,) each."""
+
+    count: int
+    candidate: NDArray[np.int64]
+    point: NDArray[np.int64]
+    weight: Array
+
+    @staticmethod
+    def by(found: Sequence[Candidate]) -> _Explained:
+        if not found:
+            return _Explained(0, np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
+        candidate = np.repeat(np.arange(len(found)), [len(c.points) for c in found])
+        point, weight = np.concatenate([c.points for c in found]), np.concatenate([c.weights for c in found])
+        return _Explained(len(found), candidate, point, weight)
+
+    def beyond(self, covered: Array) -> Array:
+        """What each candidate explains more than is covered, in points, shape (count,)."""
+        more = np.maximum(self.weight - covered[self.point], 0.0)
+        return np.bincount(self.candidate, more, self.count)
+
+
+def _most(found: Sequence[Candidate], count: int) -> Array:
+    """How well any candidate explains each point, shape (count,)."""
+    best = np.zeros(count)
+    for candidate in found:
+        best[candidate.points] = np.maximum(best[candidate.points], candidate.weights)
+    return best
 
 
 def _shared(a: ObjectModel, T_a: Array, b: ObjectModel, T_b: Array) -> float:

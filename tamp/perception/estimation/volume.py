@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.perception.estimation.fusion import VOXEL, Cloud, LevelFrame, smallest
+from tamp.perception.estimation.matching import look_up_all
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,21 +42,17 @@ class Volume:
     nearest: NDArray[np.int32]
     free: NDArray[np.bool_]
 
-    def look_up(self, points: Array) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-        """For points (..., 3): the nearest measured point or -1, and whether the place is known to be empty.
+    def look_up(self, points: Array) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """For points (n, 3): the nearest measured point or -1, and whether the place is known to be empty.
 
         Under the table nothing can be; nor can it beside the volume, where no camera measured anything.
         """
-        cells = np.floor((points - self.origin) / VOXEL).astype(np.int32)
-        shape = np.array(self.nearest.shape, dtype=np.int32)
-        inside = ((cells >= 0) & (cells < shape)).all(axis=-1)
-        cells = np.clip(cells, 0, shape - 1)
-        flat = (cells[..., 0] * shape[1] + cells[..., 1]) * shape[2] + cells[..., 2]
-        nearest = np.where(inside, self.nearest.reshape(-1)[flat], np.int32(-1))
-        under = points[..., 2] < -VOXEL
-        low = (points[..., 2] < 0) & ~under
-        empty = np.where(inside, self.free.reshape(-1)[flat], ~low)
-        return nearest, empty | under
+        return look_up_all(points, *self.cells)
+
+    @property
+    def cells(self) -> tuple[Array, float, NDArray[np.int32], NDArray[np.bool_]]:
+        """What `matching` is told of the volume: origin, edge of a cell [m], `nearest` and `free`."""
+        return self.origin, VOXEL, self.nearest, self.free
 
 
 def survey(frames: Sequence[LevelFrame], cloud: Cloud) -> Volume:
