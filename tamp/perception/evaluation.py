@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from tamp.perception.estimate import Estimate
+from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.model import ObjectModel, object_model
 from tamp.perception.rendering.surface import Surface
 from tamp.task.pose import Pose
@@ -73,11 +73,6 @@ def pose_errors(
             symmetric, raw = (None, None) if error is None else error
             errors[names[column]] = PoseError(symmetric, raw, said[row].confidence)
     return {name: errors[name] for name in truth}
-
-
-def assigned(costs: Array) -> tuple[int, ...]:
-    """A column for each row of costs (n, n), so that their sum is least (Kuhn, 1955)."""
-    return tuple(int(column) for column in linear_sum_assignment(costs)[1])
 
 
 def _error(model: ObjectModel, estimate: Estimate, truth: Pose) -> tuple[float, float] | None:

@@ -11,8 +11,9 @@ import numpy as np
 
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
+from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.model import ObjectModel
-from tamp.perception.evaluation import assigned, pose_error
+from tamp.perception.evaluation import pose_error
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:

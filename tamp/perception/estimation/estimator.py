@@ -12,12 +12,12 @@ from scipy.spatial import cKDTree
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import Candidate, candidates, fitted
-from tamp.perception.estimation.fit import polished
 from tamp.perception.estimation.fusion import fuse, level
 from tamp.perception.estimation.likeness import turned_by_color
 from tamp.perception.estimation.model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import Selection
+from tamp.perception.estimation.verification import APART, Verified, verify
 from tamp.perception.estimation.volume import Volume, survey
 from tamp.perception.rendering.surface import Surface
 from tamp.task.model import Table
@@ -33,6 +33,9 @@ ROUNDS = 2
 
 AHEAD = 0.06
 """An estimate that explains so much more than the next, as a share, is trusted by two thirds."""
+
+CLOSER = 0.08
+"""The same for what fits better by so much of the likelihood's logarithm a point: errors of neighbours go together."""
 
 FEWEST = 25
 """An estimate that explains fewer points than this, and less than a fifth of the object's cells, is no sight of it."""
@@ -81,7 +84,9 @@ def estimate_poses(
         selection = Selection(scene.cloud, models, found)
         selection.chosen = chosen
         selection.solve()
-    return {name: _estimate(scene, models[i], found[i], selection, i) for i, name in enumerate(names)}
+    verified = verify(scene, models, found, selection)
+    selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
+    return {name: _estimate(scene, models[i], found[i], selection, i, verified.get(i)) for i, name in enumerate(names)}
 
 
 def see(frames: Sequence[Frame], table: Table) -> Volume | None:
@@ -169,44 +174,46 @@ def _seek_again(
     return came
 
 
-def _estimate(scene: Volume, model: ObjectModel, found: Sequence[Candidate], selection: Selection, i: int) -> Estimate:
-    k = selection.chosen[i]
-    if k < 0:
+def _estimate(
+    scene: Volume,
+    model: ObjectModel,
+    found: Sequence[Candidate],
+    selection: Selection,
+    i: int,
+    verified: Verified | None,
+) -> Estimate:
+    if verified is None:
         return Estimate(None, 0.0)
-    best = found[k]
-    gains = selection.gains(i)
+    k = verified.candidate
+    best, gains = found[k], selection.gains(i)
     if gains[k] < FEWEST and best.hits < 0.2:
         return Estimate(None, 0.0)
-    own = best.points[best.weights >= selection.covered(without=i)[best.points]]
-    pose = turned_by_color(scene.cloud, model, polished(scene.cloud, model, best.pose, own), own)
-    others = _alternatives(model, found, gains, k)
-    # What the best pose explains more than the next: alone, or with another object in exchange.
-    lead = min(gains[k] - max((gains[o] for o, _ in others), default=0.0), selection.lead_over_exchange(i))
-    confidence = _confidence(best, float(gains[k]), float(lead))
-    return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o, _ in others[:5]))
+    pose = turned_by_color(scene.cloud, model, verified.pose, verified.own)
+    others = [
+        o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
+    ]
+    confidence = _confidence(best, float(gains[k]), _ahead(selection, i, gains, others, verified))
+    return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
 
 
-def _alternatives(model: ObjectModel, found: Sequence[Candidate], gains: Array, k: int) -> list[tuple[int, float]]:
-    """Candidates that differ from the chosen one by more than a symmetry, the best first."""
-    probe = model.points[:60]
-    turned = np.einsum("sij,kj->ski", model.symmetries[:, :3, :3], probe) + model.symmetries[:, None, :3, 3]
-    best = found[k].pose
-    same = turned @ best[:3, :3].T + best[:3, 3]
-    others = []
-    for o in np.argsort(-gains, kind="stable"):
-        if o != k and gains[o] > 0:
-            T = found[o].pose
-            placed = probe @ T[:3, :3].T + T[:3, 3]
-            apart = float(np.linalg.norm(same - placed, axis=2).mean(axis=1).min())
-            if apart > 0.02:
-                others.append((int(o), apart))
-    return others
+def _ahead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:
+    """How far the next best is behind, in scales at which two thirds are trusted.
+
+    Elsewhere, it is what the chosen pose explains more. In the same place, turned round or with another object in
+    exchange, residuals decide where that does not.
+    """
+    k = verified.candidate
+    gain = max(1.0, float(gains[k]))
+    here = set(selection.at(i, selection.center(i, k)))
+    away = gain - max((float(gains[o]) for o in others if o not in here), default=0.0)
+    turned = gain - max((float(gains[o]) for o in others if o in here), default=0.0)
+    in_place = min(turned, selection.lead_over_exchange(i)) / gain / AHEAD
+    return max(0.0, min(away / gain / AHEAD, max(in_place, verified.lead / CLOSER)))
 
 
-def _confidence(best: Candidate, gain: float, lead: float) -> float:
+def _confidence(best: Candidate, gain: float, ahead: float) -> float:
     """How much to trust an estimate, 0..1: how much was seen, how little contradicts it, how far the next is behind."""
     seen = 1 - np.exp(-gain / 60)
     clean = np.exp(-8 * best.violations)
     own = max(0.0, gain) / max(1.0, float(best.weights.sum()))
-    ahead = max(0.0, lead) / max(1.0, gain)
-    return float(np.clip(seen * clean * np.sqrt(own) * (1 - np.exp(-ahead / AHEAD)), 0.0, 1.0))
+    return float(np.clip(seen * clean * np.sqrt(own) * (1 - np.exp(-ahead)), 0.0, 1.0))

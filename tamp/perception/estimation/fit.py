@@ -82,7 +82,8 @@ def refine(volume: Volume, model: ObjectModel, poses: Array, rounds: int = 10, p
         reach = max(0.004, 0.014 * 0.8**number)
         matched, _ = _matched(volume, model, poses, points, reach)
         A, b, weight = normal_equations(poses, own, matched, cloud.points, cloud.normals, reach, UNDER)
-        step = np.linalg.solve(A + stiffness * np.maximum(weight, 4.0)[:, None, None], b[..., None])[..., 0]
+        damped = A + stiffness * np.maximum(weight, 4.0)[:, None, None]
+        step = np.asarray(np.linalg.solve(damped, b[..., None])[..., 0], dtype=np.float64)
         _move(poses, step)
     return poses
 

@@ -53,13 +53,16 @@ def nearness(
     free: NDArray[np.bool_],
     reach: float,
 ) -> tuple[Array, Array]:
-    """Shares of a model's points (k, 3) at poses (n, 4, 4) that a measured point is near to, and that are in free space.
+    """Shares of a model's points at poses, near a measured point and in free space, shape (n,) each.
 
     Args:
-        poses: T_world_object.
-        model: points on its surface.
+        poses: T_world_object, shape (n, 4, 4).
+        model: points on its surface, shape (k, 3).
         points: those of the volume's cloud.
-        origin, edge, nearest, free: the volume.
+        origin: of the volume.
+        edge: of its cells [m].
+        nearest: measured point of each cell.
+        free: whether each cell is empty.
         reach: what is near [m].
     """
     count = len(model)

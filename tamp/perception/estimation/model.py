@@ -89,6 +89,14 @@ class ObjectModel:
         """Largest distance of two points, at most [m]."""
         return float(2 * np.linalg.norm(self.points - self.center, axis=1).max())
 
+    def apart(self, one: Array, other: Array) -> float:
+        """Mean distance of the same points at two poses (4, 4), over the turns that map the shape onto itself [m]."""
+        probe = self.points[:60]
+        turned = np.einsum("sij,kj->ski", self.symmetries[:, :3, :3], probe) + self.symmetries[:, None, :3, 3]
+        # Both are told in the frame of the first.
+        T = np.linalg.inv(one) @ other
+        return float(np.linalg.norm(turned - probe @ T[:3, :3].T - T[:3, 3], axis=2).mean(axis=1).min())
+
     @cached_property
     def symmetries(self) -> Array:
         """Rotations and shifts that map the shape onto itself, shape (k, 4, 4); the identity is the first."""

@@ -98,24 +98,25 @@ class Selection:
         for j, m in enumerate(kept):
             if j == i or m < 0 or self._models[j] is self._models[i]:
                 continue
-            there, here = self._at(i, self._center(j, m)), self._at(j, self._center(i, kept[i]))
-            if there < 0 or here < 0:
+            there, here = self.at(i, self.center(j, m)), self.at(j, self.center(i, kept[i]))
+            if not there or not here:
                 continue
-            self.chosen[i], self.chosen[j] = there, here
+            self.chosen[i], self.chosen[j] = there[0], here[0]
             lead = min(lead, now - self.total())
             self.chosen = list(kept)
         return max(0.0, lead)
 
-    def _center(self, i: int, k: int) -> Array:
+    def center(self, i: int, k: int) -> Array:
+        """The middle of an object's surface at one of its candidates, shape (3,) [m]."""
         T = self._candidates[i][k].pose
         center: Array = T[:3, :3] @ self._models[i].center + T[:3, 3]
         return center
 
-    def _at(self, i: int, place: Array) -> int:
-        """The candidate of an object near a place that explains most by itself, -1 for none."""
+    def at(self, i: int, place: Array) -> list[int]:
+        """The candidates of an object near a place, those that explain most by themselves first."""
         worth = self._worth(i)
-        near = [k for k in range(len(worth)) if np.linalg.norm(self._center(i, k) - place) < PLACE]
-        return max(near, key=lambda k: float(worth[k]), default=-1)
+        near = [k for k in range(len(worth)) if np.linalg.norm(self.center(i, k) - place) < PLACE]
+        return sorted(near, key=lambda k: -float(worth[k]))
 
     def _choose(self, i: int) -> None:
         gains = self.gains(i)
@@ -180,7 +181,7 @@ class _Explained:
     def beyond(self, covered: Array) -> Array:
         """What each candidate explains more than is covered, in points, shape (count,)."""
         more = np.maximum(self.weight - covered[self.point], 0.0)
-        return np.bincount(self.candidate, more, self.count)
+        return np.bincount(self.candidate, more, self.count).astype(np.float64)
 
 
 def _most(found: Sequence[Candidate], count: int) -> Array:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from tamp.perception.belief.belief import Belief
+from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.model import ObjectModel, object_model
-from tamp.perception.evaluation import assigned, pose_error
+from tamp.perception.evaluation import pose_error
 from tamp.perception.rendering.surface import Surface
 from tamp.scoring import Score
 from tamp.scoring.score import SOLVED_WITHIN_M

@@ -1,0 +1,94 @@
+"""Residuals tell apart what the joint choice cannot: shapes that differ by millimetres, and ways round."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tamp.perception.estimation.candidates import Candidate
+from tamp.perception.estimation.fit import explained
+from tamp.perception.estimation.fusion import Cloud
+from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.selection import Selection
+from tamp.perception.estimation.verification import Verified, verify
+from tamp.perception.estimation.volume import Volume
+from tamp.perception.rendering.surface import Surface, plain
+from tamp.task import Box, Pose
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+HERE, THERE = (Pose((x, 0.0, 0.03)).matrix for x in (-0.15, 0.15))
+LOW, TALL = (object_model(plain(Box((0.12, 0.08, height)))) for height in (0.06, 0.064))
+TURN = Pose.from_rpy((0, 0, 0), (0, 0, np.pi)).matrix
+
+
+def _wedge() -> ObjectModel:
+    """A box whose top rises from one end to the other."""
+    box = plain(Box((0.12, 0.08, 0.06)))
+    vertices = box.vertices.copy()
+    vertices[:, 2] += np.where(vertices[:, 2] > 0, 0.2 * vertices[:, 0], 0.0)
+    return object_model(Surface(vertices, box.faces.copy(), box.colors.copy()))
+
+
+def _seen(*bodies: tuple[ObjectModel, np.ndarray]) -> Volume:
+    """Points of bodies, with the noise of fused depth."""
+    rng = np.random.default_rng(0)
+    points = np.concatenate([model.points @ T[:3, :3].T + T[:3, 3] for model, T in bodies])
+    normals = np.concatenate([model.normals @ T[:3, :3].T for model, T in bodies])
+    colors = np.concatenate([model.colors for model, _ in bodies])
+    points += 0.0008 * rng.normal(size=(len(points), 1)) * normals
+    kept = normals[:, 2] > -0.5
+    shape = (120, 60, 30)
+    nothing, nowhere = np.full(shape, -1, np.int32), np.zeros(shape, np.bool_)
+    return Volume(Cloud(points[kept], normals[kept], colors[kept]), np.array([-0.24, -0.12, 0.0]), nothing, nowhere)
+
+
+def _verified(
+    scene: Volume, models: list[ObjectModel], poses: list[list[np.ndarray]], chosen: list[int]
+) -> dict[int, Verified]:
+    found = [
+        [Candidate(T, *explained(scene.cloud, model, T), 0.5, 0.0, 0.0) for T in some]
+        for model, some in zip(models, poses, strict=True)
+    ]
+    selection = Selection(scene.cloud, models, found)
+    selection.chosen = chosen
+    return verify(scene, models, found, selection)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_boxes_that_differ_by_millimetres_are_told_apart(swapped: bool) -> None:
+    lifted = Pose((0.0, 0.0, 0.002)).matrix
+    scene = _seen((LOW, HERE), (TALL, lifted @ THERE))
+    found = _verified(scene, [LOW, TALL], [[HERE, THERE], [HERE, THERE]], [int(swapped), int(not swapped)])
+    assert [found[i].candidate for i in (0, 1)] == [0, 1]
+    assert np.abs(found[0].pose[:3, 3] - HERE[:3, 3]).max() < 0.002
+    assert np.abs(found[1].pose[:3, 3] - (lifted @ THERE)[:3, 3]).max() < 0.002
+    assert 0 < found[0].lead < np.inf
+
+
+def test_boxes_of_one_mesh_keep_their_places_and_have_no_rival() -> None:
+    scene = _seen((LOW, HERE), (LOW, THERE))
+    found = _verified(scene, [LOW, LOW], [[HERE, THERE], [HERE, THERE]], [1, 0])
+    assert [found[i].candidate for i in (0, 1)] == [1, 0]
+    assert found[0].lead == np.inf
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_way_round_is_decided_by_residuals(first: int) -> None:
+    wedge = _wedge()
+    candidates = [HERE, HERE @ TURN]
+    found = _verified(_seen((wedge, HERE)), [wedge], [candidates], [first])
+    assert found[0].candidate == 0
+    assert 0 < found[0].lead < np.inf
+
+
+def test_candidates_of_one_pose_are_one() -> None:
+    near = HERE @ Pose((0.003, 0.0, 0.0)).matrix
+    found = _verified(_seen((LOW, HERE)), [LOW], [[near, HERE]], [0])
+    assert found[0].candidate == 0
+    assert found[0].lead == np.inf
+    assert np.abs(found[0].pose[:3, 3] - HERE[:3, 3]).max() < 0.001
+
+
+def test_what_is_not_chosen_is_not_verified() -> None:
+    assert _verified(_seen((LOW, HERE)), [LOW, TALL], [[HERE], []], [0, -1]).keys() == {0}
