@@ -14,7 +14,7 @@ from typing import Any
 
 from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill
 from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
-from tamp.errors import DomainError, SamplerError, TampError
+from tamp.errors import DomainError, SamplerError, TampError, meant
 from tamp.language import Domain as PDDLDomain
 from tamp.language import Stream, StreamFile, parse_domain, parse_streams
 from tamp.planning import GroundAction, Problem, StreamInfo
@@ -116,7 +116,8 @@ class Domain:
         for stream in self.stream_file.streams:
             if stream.name == name.lower():
                 return stream
-        raise SamplerError(f"no stream {name!r}; {self.name} has {', '.join(s.name for s in self.stream_file.streams)}")
+        names = [stream.name for stream in self.stream_file.streams]
+        raise SamplerError(f"no stream {name!r}; {meant(name, names)}{self.name} has {', '.join(names)}")
 
     def problem(self, workspace: Workspace, samplers: Samplers, question: Question) -> Problem:
         """The planning problem of a workspace as it is now.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from tamp import plugins
-from tamp.errors import SamplerError
+from tamp.errors import SamplerError, meant
 
 Sampler = Callable[..., Any]
 
@@ -27,8 +26,7 @@ def resolve_samplers(*layers: Mapping[str, str | Sampler]) -> dict[str, Sampler]
     for layer in layers[1:]:
         for stream, sampler in layer.items():
             if stream not in defaults:
-                close = difflib.get_close_matches(stream, defaults, n=1)
-                hint = f"did you mean {close[0]!r}? " if close else ""
+                hint = meant(stream, defaults)
                 raise SamplerError(f"no stream {stream!r}; {hint}the domain has {', '.join(sorted(defaults))}")
             chosen[stream] = sampler
     return {stream: load_sampler(s, stream) if isinstance(s, str) else s for stream, s in chosen.items()}
@@ -57,8 +55,9 @@ def load_sampler(address: str, stream: str) -> Sampler:
         raise SamplerError(f"sampler for {stream}: there is no module {module_name!r}") from error
     function = getattr(module, function_name, None)
     if not callable(function):
-        close = difflib.get_close_matches(function_name, dir(module), n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise SamplerError(f"sampler for {stream}: {module_name} has no function {function_name!r}{hint}")
+        hint = meant(function_name, dir(module))
+        raise SamplerError(
+            f"sampler for {stream}: {module_name} has no function {function_name!r}; {hint}".rstrip("; ")
+        )
     sampler: Sampler = function
     return sampler

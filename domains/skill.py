@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from tamp.domains.timing import Timing
+from tamp.frozen import FrozenDict
 from tamp.planning import GroundAction, StreamInfo
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import Workspace
@@ -116,4 +116,4 @@ class Skill:
 
     def __post_init__(self) -> None:
         for name in ("samplers", "info", "words"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, FrozenDict(getattr(self, name)))

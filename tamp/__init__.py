@@ -12,9 +12,12 @@ Names load on first use, so that `import tamp` stays instant and touches no nati
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
+
     from tamp.checking import Verdict
     from tamp.errors import (
         DomainError,
@@ -36,21 +39,27 @@ if TYPE_CHECKING:
     from tamp.scoring import Score, score
     from tamp.streams.values import Grasp
     from tamp.task import (
+        Action,
         At,
         Box,
         Capsule,
         Cylinder,
+        Fall,
+        Grip,
         In,
         Limits,
         Mesh,
+        Move,
         Object,
         On,
         Plan,
         Pose,
         Region,
+        Release,
         Sphere,
         Table,
         Task,
+        Trajectory,
     )
     from tamp.task.files.load import load_task
     from tamp.task.files.plan_file import load_plan, save_plan
@@ -72,8 +81,8 @@ _HOMES = {
     "tamp.scoring": ("Score", "score"),
     "tamp.streams.values": ("Grasp",),
     "tamp.task": (
-        "At", "Box", "Capsule", "Cylinder", "In", "Limits", "Mesh", "Object", "On", "Plan", "Pose", "Region", "Sphere",
-        "Table", "Task",
+        "Action", "At", "Box", "Capsule", "Cylinder", "Fall", "Grip", "In", "Limits", "Mesh", "Move", "Object", "On",
+        "Plan", "Pose", "Region", "Release", "Sphere", "Table", "Task", "Trajectory",
     ),
     "tamp.task.files.load": ("load_task",),
     "tamp.task.files.plan_file": ("load_plan", "save_plan"),
@@ -82,18 +91,21 @@ _HOMES = {
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "At", "Box", "Capsule", "Cylinder", "DomainError", "Execution", "Grasp", "In", "Limits", "Mesh", "Object", "On",
-    "Plan", "PlanError", "PlanRefusedError", "PlanningFailure", "Pose", "Region", "Result", "RobotError",
-    "SamplerError", "Score", "Sphere", "Table", "TampError", "Task", "TaskError", "Verdict", "check", "execute",
-    "load_plan", "load_task", "plan", "prepare", "sampler_context", "save_plan", "save_task", "score", "solve",
+    "Action", "At", "Box", "Capsule", "Cylinder", "DomainError", "Execution", "Fall", "Grasp", "Grip", "In", "Limits",
+    "Mesh", "Move", "Object", "On", "Plan", "PlanError", "PlanRefusedError", "PlanningFailure", "Pose", "Region",
+    "Release", "Result", "RobotError", "SamplerError", "Score", "Sphere", "Table", "TampError", "Task", "TaskError",
+    "Trajectory", "Verdict", "check", "execute", "load_plan", "load_task", "plan", "prepare", "sampler_context",
+    "save_plan", "save_task", "score", "solve",
 ]  # fmt: skip
 
 
 if not TYPE_CHECKING:  # a type checker shall refuse a name that is not there
 
     def __getattr__(name: str) -> Any:
-        if name not in _HOME:
-            raise AttributeError(f"module 'tamp' has no attribute {name!r}")
+        if name == "__version__":
+            return importlib.import_module("tamp.versions").versions()["tabletop-tamp"]
+        if name not in _HOME:  # Python itself adds what was probably meant
+            raise AttributeError(f"module 'tamp' has no attribute {name!r}", name=name, obj=sys.modules[__name__])
         return getattr(importlib.import_module(_HOME[name]), name)
 
 

@@ -1,7 +1,22 @@
 """The user's mistakes, and the outcome that there is no plan; bugs propagate as they are."""
 
-from collections.abc import Mapping
+import difflib
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
+from typing import Any
+
+
+def nearest(word: object, valid: Iterable[str]) -> str | None:
+    """The valid name that a word is nearly, in whatever case; None where it is far from all."""
+    names = {name.lower(): name for name in valid}
+    near = difflib.get_close_matches(str(word).lower(), names, n=1)
+    return names[near[0]] if near else None
+
+
+def meant(word: object, valid: Iterable[str]) -> str:
+    """The nearest valid name as a question, to stand before what is valid; nothing where none is near."""
+    near = nearest(word, valid)
+    return "" if near is None else f"did you mean {near!r}? "
 
 
 class TampError(Exception):
@@ -56,3 +71,7 @@ class PlanningFailure(Exception):  # noqa: N818  no error: an outcome
         self.status = status
         self.report = report
         self.left = left
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """By what it was made of: it may come from another process."""
+        return type(self), (self.status, self.report, dict(self.left))

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from tamp.errors import TampError
+from tamp.frozen import FrozenDict
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -103,9 +104,9 @@ class Result:
             raise ValueError(f"unknown status {self.status!r}; valid are {', '.join(get_args(Status))}")
         object.__setattr__(self, "remarks", tuple(self.remarks))
         for name in ("objects", "perception"):
-            object.__setattr__(self, name, tuple(MappingProxyType(dict(o)) for o in getattr(self, name)))
+            object.__setattr__(self, name, tuple(FrozenDict(o) for o in getattr(self, name)))
         for name in ("goals_met", "versions", "settings", "configuration"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, FrozenDict(getattr(self, name)))
 
     @property
     def solved(self) -> bool:
@@ -225,7 +226,8 @@ def summary(results: Iterable[Result]) -> str:
     results = tuple(results)
     solved = sum(r.solved for r in results)
     scored = [(r.ede_m, r.do_nothing_ede_m) for r in results if r.ede_m is not None and r.do_nothing_ede_m is not None]
-    text = f"{solved} of {len(results)} solved"
+    planned = bool(results) and all(r.status != "solved" for r in results if r.solved) and solved > 0
+    text = f"{solved} of {len(results)} {'planned' if planned else 'solved'}"
     if not scored:
         return text
     mean, idle = (sum(values) / len(scored) for values in zip(*scored, strict=True))

@@ -100,6 +100,8 @@ def batch(
     from tamp.batch.work import PRELOAD
 
     given = {**settings_given(options), **settings}
+    if "tuning" in settings:
+        given["tuning"] = {**dict(options.tuning), **settings["tuning"]}
     Settings(**given)
     _refuse_unknown_samplers(tasks, samplers, given.get("domain"))
     longest = max((options.timeout or t.limits.planning_s) + t.limits.execution_sim_s for t in tasks)

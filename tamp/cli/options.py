@@ -125,6 +125,14 @@ def natural(text: str) -> int:
     return int(text)
 
 
+def seeds(text: str) -> range:
+    """A seed N, or all of N-M, both included."""
+    first, _, last = text.partition("-")
+    if not first.isdecimal() or not (last or first).isdecimal() or int(last or first) < int(first):
+        raise argparse.ArgumentTypeError(f"{text} is neither a number 0, 1, 2, ... nor a range such as 0-19")
+    return range(int(first), int(last or first) + 1)
+
+
 def positive_int(text: str) -> int:
     """A number 1, 2, 3, ..."""
     if not text.isdecimal() or int(text) == 0:

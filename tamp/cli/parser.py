@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NoReturn
+
+from tamp.errors import nearest
 
 
 class Parser(argparse.ArgumentParser):
@@ -15,26 +16,23 @@ class Parser(argparse.ArgumentParser):
         """Refuse what is left over, and do it here: only the command's own parser knows its options."""
         found, extras = super().parse_known_args(args, namespace)
         if extras:
-            options = [option for option in self._option_string_actions if option.startswith("--")]
-            hints = (hint(word.partition("=")[0], options) for word in extras if word.startswith("-"))
-            self.error(f"unrecognized arguments: {' '.join(extras)}{next(filter(None, hints), '')}")
+            options = [option.strip("-") for option in self._option_string_actions if option.startswith("--")]
+            words = (word.strip("-").partition("=")[0] for word in extras if word.startswith("-"))
+            near = next(filter(None, (nearest(word, options) for word in words)), None)
+            hint = f"; did you mean --{near}?" if near else ""
+            self.error(f"unrecognized arguments: {' '.join(extras)}{hint}")
         return found, extras
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
             return
         valid = list(map(str, action.choices))
-        meant = hint(str(value), valid)
+        near = nearest(value, valid)
+        hint = f"; did you mean {near}?" if near else ""
         if isinstance(action, argparse._SubParsersAction):
-            self.error(f"there is no command {value!r}{meant}")
-        raise argparse.ArgumentError(action, f"{value!r} is not valid{meant or '; valid are ' + ', '.join(valid)}")
+            self.error(f"there is no command {value!r}{hint}")
+        raise argparse.ArgumentError(action, f"{value!r} is not valid{hint or '; valid are ' + ', '.join(valid)}")
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong in one sentence, with where help is; exit status 2."""
         self.exit(2, f"tamp: {message} (see {self.prog} --help)\n")
-
-
-def hint(word: str, valid: Iterable[str]) -> str:
-    """The nearest valid word as a question, or nothing."""
-    close = difflib.get_close_matches(word, list(valid), n=1)
-    return f"; did you mean {close[0]}?" if close else ""

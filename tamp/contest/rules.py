@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tamp.contest.sandbox.isolation import Limits
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 from tamp.execution.simulators import DEFAULT
 from tamp.task.files.yaml_document import Document, FieldPath, parse_document, read_document
 
@@ -118,7 +118,7 @@ def _record(document: Document, at: FieldPath, value: Any, kind: type[Any], **ex
         raise TampError(f"{document.where(at)}: expected a mapping of {', '.join(names)}")
     for key in value:
         if key not in names:
-            raise TampError(f"{document.where((*at, key))}: unknown; valid are {', '.join(names)}")
+            raise TampError(f"{document.where((*at, key))}: unknown; {meant(key, names)}valid are {', '.join(names)}")
     return kind(**{key: _value(document, (*at, key), item, hints[key]) for key, item in value.items()}, **extra)
 
 

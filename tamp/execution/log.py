@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Literal
 
+from tamp.frozen import FrozenDict
 from tamp.task import Pose
 
 Status = Literal["done", "deviated", "timeout"]
@@ -59,7 +59,7 @@ class ActionLog:
     tracking_error: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", MappingProxyType(dict(self.poses)))
+        object.__setattr__(self, "poses", FrozenDict(self.poses))
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Frame:
     opening: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", MappingProxyType(dict(self.poses)))
+        object.__setattr__(self, "poses", FrozenDict(self.poses))
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Execution:
     frames: tuple[Frame, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "final_poses", MappingProxyType(dict(self.final_poses)))
+        object.__setattr__(self, "final_poses", FrozenDict(self.final_poses))
 
     @property
     def grasps_attempted(self) -> int:

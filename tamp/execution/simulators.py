@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import cast
 
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
 from tamp.plugins import addresses
@@ -124,8 +124,9 @@ def _address(name: str) -> str:
         return name
     offered = addresses("simulators")
     if name not in offered:
-        known = ", ".join((*SIMULATORS, *offered))
-        raise TampError(f'unknown simulator {name!r}; valid are {known}, and "package.module:Class" for another one')
+        known = (*SIMULATORS, *offered)
+        valid = f'{meant(name, known)}valid are {", ".join(known)}, and "package.module:Class" for another one'
+        raise TampError(f"unknown simulator {name!r}; {valid}")
     return offered[name]
 
 

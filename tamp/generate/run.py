@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 from tamp.generate.graph import read_patterns
 from tamp.generate.levels import LEVELS
 from tamp.generate.task import Made, Recipe, make_task
@@ -37,7 +37,7 @@ def recipes(n: int, seed: int, level: int | None = None, family: str | None = No
     if level is not None and level not in numbers:
         raise TampError(f"there is no level {level}; valid are {', '.join(map(str, numbers))}")
     if family is not None and family not in families:
-        raise TampError(f"there is no family {family!r}; valid are {', '.join(families)}")
+        raise TampError(f"there is no family {family!r}; {meant(family, families)}valid are {', '.join(families)}")
     numbers, families = [level] if level else numbers, [family] if family else families
     trial = round(n * TRIAL_SHARE)
     return [

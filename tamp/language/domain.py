@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
+from tamp.frozen import FrozenDict
 from tamp.language.formula import OBJECT, TRUE, Atom, Constant, Formula, Parameter, Term
 
 
@@ -95,7 +95,7 @@ class Domain:
 
     def __post_init__(self) -> None:
         for name in ("types", "constants", "constant_types", "predicates", "functions", "actions"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, FrozenDict(getattr(self, name)))
 
     def __hash__(self) -> int:
         """Equal domains have equal names."""

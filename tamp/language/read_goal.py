@@ -7,9 +7,9 @@ import numbers
 import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 from tamp.errors import DomainError
+from tamp.frozen import FrozenDict
 from tamp.language.domain import Domain, FunctionTerm
 from tamp.language.formula import TRUE, Atom, Formula
 from tamp.language.read_formula import FormulaReader
@@ -32,7 +32,7 @@ class InitialState:
     values: Mapping[FunctionTerm, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+        object.__setattr__(self, "values", FrozenDict(self.values))
 
 
 def parse_goal(goal: object, domain: Domain, streams: StreamFile | None = None) -> Formula:

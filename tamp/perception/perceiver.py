@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
@@ -48,7 +48,8 @@ def load_perceiver(name: str) -> Perceiver:
     address = PERCEIVERS.get(name, name)
     module, colon, function = address.partition(":")
     if not colon:
-        raise TampError(f"unknown perceiver {name!r}; valid are {', '.join(PERCEIVERS)} and package.module:function")
+        valid = f"valid are {', '.join(PERCEIVERS)} and package.module:function"
+        raise TampError(f"unknown perceiver {name!r}; {meant(name, PERCEIVERS)}{valid}")
     try:
         found = getattr(importlib.import_module(module), function)
     except ModuleNotFoundError as error:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from types import EllipsisType
 from typing import Any
 
-from tamp.errors import DomainError
+from tamp.errors import DomainError, meant
 from tamp.language import Domain
 from tamp.planning.model.objects import Objects
 
@@ -54,10 +53,9 @@ class Constraints:
                 raise DomainError(f"constraints: expected a pattern such as ('pick', 'red', ...), found {pattern!r}")
             action = domain.actions.get(pattern[0].lower())
             if action is None:
-                near = difflib.get_close_matches(pattern[0].lower(), domain.actions, n=1)
-                hint = f"; did you mean {near[0]!r}?" if near else ""
+                hint = meant(pattern[0], domain.actions)
                 raise DomainError(
-                    f"constraints: unknown action {pattern[0]!r}; there are: {', '.join(domain.actions)}{hint}"
+                    f"constraints: unknown action {pattern[0]!r}; {hint}there are: {', '.join(domain.actions)}"
                 )
             if len(pattern) > 1 and len(pattern) - 1 != len(action.parameters):
                 raise DomainError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import math
 import numbers
@@ -10,10 +9,10 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
-from tamp.errors import DomainError, DomainWarning, SamplerError
+from tamp.errors import DomainError, DomainWarning, SamplerError, meant
+from tamp.frozen import FrozenDict
 from tamp.language import (
     PDDL,
     Domain,
@@ -45,13 +44,12 @@ def check_samplers(streams: StreamFile, samplers: Mapping[str, Callable[..., Any
     for kind, names in (("sampler", samplers), ("info", info)):
         for name in names:
             if name not in externals:
-                near = difflib.get_close_matches(name, externals, n=1)
-                hint = f"; did you mean {near[0]!r}?" if near else ""
+                known = f"{meant(name, externals)}there are: {', '.join(externals)}"
                 if isinstance(samplers.get(name), Adapted):
                     message = f"the stream map names {name!r}, which is no stream and is ignored"
-                    warnings.warn(f"{message}; there are: {', '.join(externals)}{hint}", DomainWarning, stacklevel=4)
+                    warnings.warn(f"{message}; {known}", DomainWarning, stacklevel=4)
                     continue
-                raise SamplerError(f"{kind} for unknown stream {name!r}; there are: {', '.join(externals)}{hint}")
+                raise SamplerError(f"{kind} for unknown stream {name!r}; {known}")
     for name, external in externals.items():
         if name not in samplers:
             raise SamplerError(f"stream {name!r} has no sampler; given are: {', '.join(samplers) or 'none'}")
@@ -176,7 +174,7 @@ class Problem:
             object.__setattr__(self, "samplers", debug_map(self.samplers, self.parsed_streams))
         for name in ("samplers", "info"):
             lowered = {key.lower(): value for key, value in getattr(self, name).items()}
-            object.__setattr__(self, name, MappingProxyType(lowered))
+            object.__setattr__(self, name, FrozenDict(lowered))
         check_samplers(self.parsed_streams, self.samplers, self.info)
         _ = (
             self.initial_state,

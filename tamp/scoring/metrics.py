@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 from tamp.scoring.ede import ede, mean_edge, upper_error_bound
 from tamp.scoring.ocrtoc2020 import symmetric_error
 from tamp.scoring.ocrtoc2021 import BOUND_M, surface_error
@@ -66,4 +66,5 @@ def metric(name: str) -> Metric:
     for candidate in METRICS:
         if candidate.name == name:
             return candidate
-    raise TampError(f"unknown metric {name!r}; valid are {', '.join(m.name for m in METRICS)}")
+    names = [m.name for m in METRICS]
+    raise TampError(f"unknown metric {name!r}; {meant(name, names)}valid are {', '.join(names)}")

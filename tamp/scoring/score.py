@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
+from tamp.frozen import FrozenDict
 from tamp.scoring.evaluate import evaluate
 from tamp.scoring.metrics import EDE
 from tamp.scoring.relations import holds
@@ -64,7 +64,7 @@ class Score:
     lost: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "goals_met", MappingProxyType(dict(self.goals_met)))
+        object.__setattr__(self, "goals_met", FrozenDict(self.goals_met))
 
     @property
     def solved(self) -> bool:

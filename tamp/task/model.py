@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from pathlib import Path
-from types import MappingProxyType
 
 from tamp.errors import ModelError
+from tamp.frozen import FrozenDict
 from tamp.task.pose import Pose, Vector3
 from tamp.task.robot import DEFAULT_ROBOT
 
@@ -219,7 +219,7 @@ class Task:
         samplers: stream name -> "package.module:function", replacing the domain's own samplers.
         limits: budgets of planning and execution.
         level: how difficult whoever made the task says it is; rankings have a mean for each.
-        path: the file it came from, or None for a task built in code.
+        path: the file it came from, or None for a task built in code; it decides no equality.
         base: where the robot's base stands; None leaves it where the robot's data says.
     """
 
@@ -239,7 +239,7 @@ class Task:
     samplers: Mapping[str, str] = field(default_factory=dict)
     limits: Limits = Limits()
     level: int | None = None
-    path: Path | None = None
+    path: Path | None = field(default=None, compare=False)
     base: Pose | None = None
 
     def __post_init__(self) -> None:
@@ -247,7 +247,7 @@ class Task:
         object.__setattr__(self, "regions", tuple(self.regions))
         object.__setattr__(self, "init", _facts(self.init))
         object.__setattr__(self, "goal", _facts(self.goal))
-        object.__setattr__(self, "samplers", MappingProxyType(dict(self.samplers)))
+        object.__setattr__(self, "samplers", FrozenDict(self.samplers))
 
     def object(self, name: str) -> Object:
         """The object called `name`; KeyError with the valid names where there is none."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from tamp.frozen import FrozenDict
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -31,6 +31,20 @@ class Trajectory:
     def __post_init__(self) -> None:
         for array in (self.times, self.positions, self.velocities):
             array.setflags(write=False)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Trajectory) and self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """By its arrays, which a copy makes read-only too."""
+        return Trajectory, (self.times, self.positions, self.velocities)
+
+    @property
+    def _content(self) -> tuple[tuple[tuple[int, ...], bytes], ...]:
+        return tuple((array.shape, array.tobytes()) for array in (self.times, self.positions, self.velocities))
 
     @property
     def duration(self) -> float:
@@ -153,7 +167,7 @@ class Plan:
 
     def __post_init__(self) -> None:
         for name in ("start", "goals", "report"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, FrozenDict(getattr(self, name)))
 
     @property
     def steps(self) -> tuple[Step, ...]:

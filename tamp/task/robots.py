@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tamp.errors import RobotError
+from tamp.errors import RobotError, meant
 
 if TYPE_CHECKING:
     from tamp.task.model import Task
@@ -105,7 +105,8 @@ def load_robot(robot: str, folder: Path | None = None) -> RobotSpec:
         return _read(path / FILE if path.is_dir() else path)
     known = robot_files()
     if robot not in known:
-        raise RobotError(f"unknown robot {robot!r}; there are {', '.join(sorted(known))}, or give the path of a {FILE}")
+        valid = f"there are {', '.join(sorted(known))}, or give the path of a {FILE}"
+        raise RobotError(f"unknown robot {robot!r}; {meant(robot, known)}{valid}")
     return _read(known[robot])
 
 

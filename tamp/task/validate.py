@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from tamp.errors import TaskError
+from tamp.errors import TaskError, meant
 from tamp.task.files.yaml_document import Document, FieldPath, dotted
 from tamp.task.model import At, Box, Capsule, In, Mesh, On, Region, Shape, Sphere, Table, Task
 from tamp.task.pose import Pose
@@ -34,7 +34,7 @@ def validate(task: Task, document: Document | None = None) -> None:
 
     if not is_path(task.robot) and task.robot not in robot_names():
         valid = f"installed are {', '.join(robot_names())}, or give the path of a robot.yaml"
-        raise refuse(("robot",), f"unknown robot {task.robot!r}; {valid}")
+        raise refuse(("robot",), f"unknown robot {task.robot!r}; {meant(task.robot, robot_names())}{valid}")
     _check_names(task, refuse)
     _check_sizes(task, refuse)
     _check_places(task, refuse)
@@ -115,8 +115,9 @@ def _check_goals(task: Task, refuse: _Refuse) -> None:
         key, valid = ("on", [*regions, *objects]) if isinstance(o.goal, On) else ("in", objects)
         field = ("objects", index, "goal", key)
         if o.goal.target not in valid or o.goal.target == o.name:
-            others = ", ".join(name for name in valid if name != o.name)
-            there = f"valid are {others}" if others else f"the task has nothing to be {key}"
+            others = [name for name in valid if name != o.name]
+            near = "" if o.goal.target == o.name else meant(o.goal.target, others)
+            there = f"{near}valid are {', '.join(others)}" if others else f"the task has nothing to be {key}"
             raise refuse(field, f"{o.goal.target!r} is no possible target; {there}")
         rests_on[o.name] = o.goal.target
         chain = [o.name]
@@ -132,7 +133,9 @@ def _check_facts(task: Task, refuse: _Refuse) -> None:
     for field, facts in (("init", task.init), ("goal", task.goal)):
         for index, (predicate, *names) in enumerate(facts):
             if strangers := [name for name in names if name not in valid]:
-                complaint = f"{predicate} is said of {strangers[0]!r}; valid are {', '.join(valid)}"
+                complaint = (
+                    f"{predicate} is said of {strangers[0]!r}; {meant(strangers[0], valid)}valid are {', '.join(valid)}"
+                )
                 raise refuse((field, index), complaint)
 
 

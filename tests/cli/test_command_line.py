@@ -40,7 +40,7 @@ BAD = {
     "nan": (f"objects: [{BLOCK.replace('0.08', '.nan')}]", "finite number"),
     "field": (f"objects: [{BLOCK}]\nrobots: panda\n", "did you mean robot?"),
     "robot": (f"objects: [{BLOCK}]\nrobot: hal\n", "unknown robot 'hal'"),
-    "strategy": (f"objects: [{BLOCK}]\nstrategy: serial\n", "unknown strategy 'serial'; valid are all-at-once"),
+    "strategy": (f"objects: [{BLOCK}]\nstrategy: serial\n", "unknown strategy 'serial'; did you mean 'serialized'?"),
     "off": (f"objects: [{BLOCK.replace('-0.2', '-2')}]", "objects[0].goal.pose: a is off the table"),
     "fold": (f"objects: [{BLOCK[:-1]}, symmetry: {{z: -3}}}}]", "-3 is not valid; it must be 1, 2, 3"),
     "target": (f"objects: [{BLOCK[: BLOCK.index(' goal')]} goal: {{on: shelv}}}}]", "the task has nothing to be on"),

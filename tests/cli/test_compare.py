@@ -94,11 +94,16 @@ def test_contenders_have_names_and_differ_in_samplers_and_settings() -> None:
     both = contender("mine:sample-grasp=a.b:c,algorithm=focused")
     assert (both.name, both.samplers, both.settings) == ("mine", {"sample-grasp": "a.b:c"}, {"algorithm": "focused"})
     assert contender("seer:perceive=my.eyes:look").settings == {"perceive": "my.eyes:look"}
+    assert contender("slow:carrying_speed=0.1,max_replans=0").settings == {
+        "tuning": {"carrying_speed": 0.1, "max_replans": 0}
+    }
     assert contender("plain").samplers == contender("plain").settings == {}
     assert unnamed("sample-grasp=a:b").name == "sample-grasp=a:b"
     for wrong, said in (
         ("sample-grasp=a:b", "has no name"),
         ("x:algorithm=magic", "valid are adaptive, binding, focused, incremental"),
+        ("x:algorithm=bindin", "did you mean 'binding'"),
+        ("x:stratgy=serialized", "did you mean 'strategy'"),
         ("x:sample-grasp=a", "valid are STREAM=MODULE:FUNCTION"),
         ("x:sample-grasp", "valid are STREAM=MODULE:FUNCTION"),
     ):

@@ -102,8 +102,9 @@ def test_an_interrupt_inside_a_sampler():
     name = problem.parsed_streams.streams[0].name
     samplers = {**problem.samplers, name: lambda *args: interrupt()}
     broken = Problem(problem.domain, problem.streams, samplers, problem.init, problem.goal, problem.scene)
-    solution = solve(broken, timeout=20.0)
-    assert (solution.plan, solution.status) == (None, "interrupted")
+    for strategy in ("all-at-once", "serialized"):
+        solution = solve(broken, timeout=20.0, strategy=strategy)
+        assert (solution.plan, solution.status) == (None, "interrupted")
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

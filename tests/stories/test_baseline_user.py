@@ -17,7 +17,7 @@ objects = [
     for name, (start, goal) in table.items()
 ]
 plan = tamp.plan(tamp.Task("baseline", tuple(objects)), seed=0, timeout=120.0)
-moves = [step.trajectory for action in plan.actions for step in action.steps if hasattr(step, "trajectory")]
+moves = [step.trajectory for action in plan.actions for step in action.steps if isinstance(step, tamp.Move)]
 q = np.concatenate([move.positions for move in moves])
 print(len(plan.actions), q.shape[1], bool(np.isfinite(q).all()), round(sum(m.duration for m in moves), 1))
 jumps = [np.abs(a.positions[-1] - b.positions[0]).max() for a, b in zip(moves, moves[1:])]

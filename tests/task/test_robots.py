@@ -44,7 +44,9 @@ def test_a_folder_that_is_none_is_named(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_an_unknown_robot_is_told_what_there_is() -> None:
-    with pytest.raises(RobotError, match=r"unknown robot 'pander'; there are panda, .*the path of a robot\.yaml"):
+    with pytest.raises(
+        RobotError, match=r"'pander'; did you mean 'panda'\? there are panda, .*the path of a robot\.yaml"
+    ):
         load_robot("pander")
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from tamp.errors import PlanningFailure
 from tamp.execution.monitor import angle_between
 from tamp.execution.simulator import ROBOT, Simulator, Touch, wait
 from tamp.execution.simulators import DEFAULT, make_simulator
+from tamp.frozen import FrozenDict
 from tamp.task import Object, Pose, Table, Task
 from tamp.world.geometry.object_geometry import geometry_of_object
 
@@ -112,8 +112,8 @@ class Settled:
     resting: bool
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", MappingProxyType(dict(self.poses)))
-        object.__setattr__(self, "moved", MappingProxyType(dict(self.moved)))
+        object.__setattr__(self, "poses", FrozenDict(self.poses))
+        object.__setattr__(self, "moved", FrozenDict(self.moved))
 
 
 def settle(

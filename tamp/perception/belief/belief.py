@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.frozen import FrozenDict
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.assignment import assigned
@@ -50,7 +50,7 @@ class Belief:
     frames: tuple[Frame, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+        object.__setattr__(self, "estimates", FrozenDict(self.estimates))
 
     @property
     def poses(self) -> dict[str, Pose]:

@@ -7,7 +7,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from tamp.errors import TaskError
+from tamp.errors import TaskError, meant
 from tamp.perception.cameras.camera import (
     BASE_TO_OPTICAL,
     CalibrationNoise,
@@ -127,7 +127,7 @@ class _Reader:
             raise self._error(field, f"expected a mapping of {', '.join(names)}")
         for key in value:
             if key not in names:
-                raise self._error((*field, key), f"unknown; valid are {', '.join(names)}")
+                raise self._error((*field, key), f"unknown; {meant(key, names)}valid are {', '.join(names)}")
         return value
 
     def _numbers(self, value: Any, field: FieldPath, count: int | None = None) -> tuple[float, ...]:

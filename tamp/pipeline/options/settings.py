@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, get_args
 
 from typing_extensions import TypedDict
 
 from tamp.clock import Clock
-from tamp.errors import TampError, TaskError
+from tamp.errors import TampError, TaskError, meant
 from tamp.execution.simulators import DEFAULT, require
+from tamp.frozen import FrozenDict
 from tamp.pipeline.options.tuning import DEFAULT_TUNING, Tuning
 
 if TYPE_CHECKING:
@@ -105,13 +104,13 @@ class Settings:
     trust_task_code: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "samplers", MappingProxyType(dict(self.samplers)))
+        object.__setattr__(self, "samplers", FrozenDict(self.samplers))
         if isinstance(self.tuning, Mapping):  # as the command line and records have it
             object.__setattr__(self, "tuning", Tuning.of(self.tuning))
         for f in fields(self):
             valid, value = f.metadata.get("choices", ()), getattr(self, f.name)
             if valid and value is not None and value not in valid:
-                raise TampError(f"unknown {f.name} {value!r}; valid are {', '.join(valid)}")
+                raise TampError(f"unknown {f.name} {value!r}; {meant(value, valid)}valid are {', '.join(valid)}")
         require(self.simulator or DEFAULT)
         require(self.settling)
         if self.perceive is not None:
@@ -176,8 +175,7 @@ def settings_of(options: Options) -> Settings:
     """The settings that keyword arguments ask for; None stands for what goes without saying."""
     values: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if unknown := sorted(values.keys() - Options.__annotations__.keys()):
-        near = difflib.get_close_matches(unknown[0], Options.__annotations__, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = meant(unknown[0], Options.__annotations__)
         raise TypeError(f"unknown option {unknown[0]!r}; {hint}there are {', '.join(Options.__annotations__)}")
     return Settings(**values)
 

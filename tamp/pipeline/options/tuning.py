@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 
 if TYPE_CHECKING:
     from tamp.domains.timing import Speeds
@@ -99,9 +98,7 @@ class Tuning:
         known = [f.name for f in fields(Tuning)]
         for name in values:
             if name not in known:
-                near = difflib.get_close_matches(name, known, n=1)
-                hint = f"did you mean {near[0]!r}? " if near else ""
-                raise TampError(f"tuning: unknown {name!r}; {hint}there are {', '.join(known)}")
+                raise TampError(f"tuning: unknown {name!r}; {meant(name, known)}there are {', '.join(known)}")
         return Tuning(**values)
 
     @property

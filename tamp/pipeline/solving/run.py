@@ -99,9 +99,9 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
 
 
 def _times(report: Report) -> dict[str, Any]:
-    """How a search ended and where its time went."""
-    streams = [{"name": stream.name, "calls": stream.calls, "seconds": stream.seconds} for stream in report.streams]
-    return {"status": report.status, "total_s": report.total_s, "seconds": dict(report.seconds), "streams": streams}
+    """How a search ended, where its time went, and how its streams did."""
+    told = report.as_dict()
+    return {name: told[name] for name in ("status", "message", "total_s", "seconds", "counts", "streams")}
 
 
 def _report(run: Run) -> str:

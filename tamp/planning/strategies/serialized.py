@@ -72,6 +72,10 @@ def conjuncts(goal: Any) -> tuple[Any, ...]:
     return () if goal is None or goal == () else (goal,)
 
 
+class _Interrupted(Exception):  # noqa: N818  control flow inside this module
+    """Whoever asks wants no more."""
+
+
 class _Course:
     """One problem being solved goal by goal."""
 
@@ -87,6 +91,14 @@ class _Course:
         self._last: Solution | None = None
 
     def run(self) -> Solution:
+        try:
+            self._pursue()
+        except _Interrupted:  # plans for some of the goals are none for all
+            assert self._last is not None
+            self._last = replace(self._last, plan=None, cost=math.inf)
+        return self._solution()
+
+    def _pursue(self) -> None:
         waiting = list(conjuncts(self._problem.goal))
         reached: list[Any] = []
         for share in self._ladder if len(waiting) > 1 else ():
@@ -97,15 +109,14 @@ class _Course:
                     waiting.remove(goal)
                     reached.append(goal)
             if not waiting:
-                return self._solution()
+                return
         if reached and self._left() > 0.0 and self._ask(None, self._left() / 2):
-            return self._solution()
+            return
         for _ in reached:
             self._run.rollback()
         self._plan, self._cost = [], 0.0
         if self._last is None or self._left() > 0.0:
             self._ask(None, max(0.0, self._left()))
-        return self._solution()
 
     def _left(self) -> float:
         return self._deadline - clock.now()
@@ -115,6 +126,8 @@ class _Course:
         answer = self._run.solve(None if goals is None else ("and", *goals), budget=budget)
         self._answers.append(answer)
         self._last = answer
+        if answer.status == "interrupted":
+            raise _Interrupted
         if answer.plan is None:
             return False
         self._run.commit()

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from tamp.errors import nearest
 from tamp.task.files import schema
 from tamp.task.files.yaml_document import Document, FieldPath
 
@@ -42,8 +43,8 @@ def sentence(error: ValidationError, document: Document, model: type[BaseModel] 
     where = document.where(field)
     if first["type"] == "extra_forbidden":
         valid = field_names(field[:-1], model)
-        close = difflib.get_close_matches(str(field[-1]), valid, n=1)
-        hint = f"did you mean {close[0]}? " if close else ""
+        near = nearest(field[-1], valid)
+        hint = "" if near is None else f"did you mean {near}? "
         return f"{where}: unknown field; {hint}valid here are {', '.join(valid)}"
     return f"{where}: {_complaint(first, field, model)}"
 

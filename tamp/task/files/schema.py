@@ -45,6 +45,11 @@ class PoseModel(_Model):
     def _one_orientation(self) -> Self:
         if self.rpy is not None and self.quat is not None:
             raise ValueError("has both rpy and quat; give one orientation")
+        for angle in self.rpy or ():
+            if abs(angle) > 2 * math.pi:
+                raise ValueError(
+                    f"rpy is in radians, up to one turn each; {angle:g} degrees are {math.radians(angle):.4f}"
+                )
         if self.quat is not None and math.hypot(*self.quat) < 1e-6:
             raise ValueError("quat has length zero; no turn is [0, 0, 0, 1]")
         return self

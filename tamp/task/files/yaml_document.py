@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from tamp.errors import TaskError
+from tamp.errors import TaskError, nearest
 from tamp.task.files.regular_file import read_regular
 
 FieldPath = tuple[str | int, ...]
@@ -75,6 +75,13 @@ def read_document(path: Path) -> Document:
     """
     try:
         data = read_regular(path, MAX_BYTES)
+    except IsADirectoryError:
+        raise TaskError(f"{path}: cannot be read: it is a folder; name the files in it: {path / '*.yaml'}") from None
+    except FileNotFoundError:
+        beside = [each.name for each in path.parent.glob("*.y*ml")] if path.parent.is_dir() else []
+        near = nearest(path.name, beside)
+        hint = "" if near is None else f"; did you mean {path.with_name(near)}?"
+        raise TaskError(f"{path}: cannot be read: there is no such file{hint}") from None
     except OSError as error:
         raise TaskError(f"{path}: cannot be read: {error.strerror or error}") from error
     try:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tamp import clock
+from tamp.errors import meant
 from tamp.world.collision.checker import CollisionChecker
 from tamp.world.motion.paths import RESOLUTION, Array, StateChecker, shortcut, without_duplicates
 
@@ -97,7 +98,8 @@ def plan_motion(
     lower, upper, start = (np.asarray(a, dtype=float) for a in (lower, upper, q_start))
     goals = np.atleast_2d(np.asarray(q_goal, dtype=float))
     if planner != PORTFOLIO and planner not in planner_names():
-        raise ValueError(f"unknown motion planner {planner!r}; there are {', '.join(planner_names())}")
+        near, known = meant(planner, planner_names()), ", ".join(planner_names())
+        raise ValueError(f"unknown motion planner {planner!r}; {near}there are {known}")
     if not len(lower) == len(upper) == len(start) == goals.shape[1]:
         raise ValueError(f"start {start.shape}, goal {goals.shape} and limits {lower.shape} differ in their joints")
     at_start = _obstacle(checker, lower, upper, start, "start")

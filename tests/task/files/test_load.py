@@ -57,6 +57,8 @@ REFUSED = {
     f"objects: [{BLOCK}]\ntable: {{size: [1, 1], thickness: 1.0e-9}}\n": ":2: table: sides and thickness",
     f"objects: [{BLOCK}]\ncolour: red\n": ":2: colour: unknown field; valid here are name, robot",
     f"objects: [{BLOCK}]\nlimits: {{planing_s: 3}}\n": "did you mean planning_s?",
+    f"objects: [{BLOCK}]\nrobot: Panda\n": "unknown robot 'Panda'; did you mean 'panda'?",
+    "objects: [{name: a, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0], rpy: [0, 0, 90]}}]\n": "90 degrees are 1.5708",
     f"objects: [{BLOCK}]\nrobot: hal\n": "unknown robot 'hal'; installed are",
     f"objects: [{BLOCK}, {BLOCK}]\n": "objects[1].name: 'a' is taken",
     f"objects: [{BLOCK}]\nregions: [{{name: r, box: {{center: [0, 0], size: [2, 2]}}}}]\n": "beyond the table",
@@ -110,6 +112,12 @@ def test_a_missing_file_and_a_folder_are_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "none.yaml", tmp_path):
         with pytest.raises(TaskError, match="cannot be read"):
             load_task(path)
+
+
+def test_the_name_of_a_file_nearby_is_offered(tmp_path: Path) -> None:
+    (tmp_path / "tidy.yaml").touch()
+    with pytest.raises(TaskError, match=r"there is no such file; did you mean .*tidy\.yaml\?"):
+        load_task(tmp_path / "tidi.yaml")
 
 
 def test_a_mesh_outside_loads_where_it_is_allowed(tmp_path: Path) -> None:

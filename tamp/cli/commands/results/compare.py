@@ -7,15 +7,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches
-from tamp.cli.options import add_json, add_settings, add_trust, command, is_sampler, natural
+from tamp.cli.options import add_json, add_settings, add_trust, command, is_sampler, number, seeds
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.paths import distinct, output_folder
 from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
-from tamp.errors import TampError
+from tamp.errors import TampError, meant
 from tamp.pipeline.options.settings import Settings
+from tamp.pipeline.options.tuning import Tuning
 
 if TYPE_CHECKING:
     from tamp.cli.options import Commands
@@ -34,7 +35,7 @@ def add(commands: Commands) -> None:
     add("--contender", type=contender, action="append", default=[], metavar="CONTENDER", help=how)
     how = "a contender without a name: STREAM=MODULE:FUNCTION,... or 'default'"
     add("--sampler", type=unnamed, action="append", dest="contender", metavar="SAMPLERS", help=how)
-    add("--seed", type=natural, action="append", metavar="N", help="repeat it for several seeds; default 0")
+    add("--seed", type=seeds, action="extend", metavar="N|N-M", help="may be repeated, or a range; default 0")
     add_settings(parser)
     add("--no-execute", action="store_true", help="only plan and check")
     add(
@@ -61,7 +62,7 @@ class Contender:
 
     name: str
     samplers: Mapping[str, str]
-    settings: Mapping[str, str]
+    settings: Mapping[str, Any]
 
 
 def contender(text: str) -> Contender:
@@ -79,17 +80,23 @@ def unnamed(text: str) -> Contender:
 
 def _read(name: str, text: str) -> Contender:
     options = {field.name: field.metadata["choices"] for field in fields(Settings) if "help" in field.metadata}
-    samplers, settings = {}, {}
+    numbers = [field.name for field in fields(Tuning)]
+    samplers: dict[str, str] = {}
+    settings: dict[str, Any] = {}
     for part in text.split(",") if text else ():
         key, equals, value = part.partition("=")
         field = key.replace("-", "_")
         if field in options and (not options[field] or value in options[field]):
             settings[field] = value
+        elif equals and field in numbers:
+            settings["tuning"] = {**settings.get("tuning", {}), **dict([number(f"{field}={value}")])}
         elif equals and key and is_sampler(value) and field not in options:
             samplers[key] = value
         else:
-            valid = options.get(field) or (f"STREAM=MODULE:FUNCTION or one of {', '.join(options)} with a value",)
-            raise argparse.ArgumentTypeError(f"{part!r} of contender {name} is not valid; valid are {', '.join(valid)}")
+            others = (f"STREAM=MODULE:FUNCTION or one of {', '.join(options)} or a number of --tuning with a value",)
+            near = meant(value, options[field]) if field in options else meant(field, [*options, *numbers])
+            valid = f"{near}valid are {', '.join(options.get(field) or others)}"
+            raise argparse.ArgumentTypeError(f"{part!r} of contender {name} is not valid; {valid}")
     return Contender(name, samplers, settings)
 
 

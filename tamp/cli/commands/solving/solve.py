@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches, say_invalid
 from tamp.cli.commands.solving.replay import replay
-from tamp.cli.options import add_json, add_planning_options, command, natural
+from tamp.cli.options import add_json, add_planning_options, command, seeds
 from tamp.cli.output import to_stdout, write_json, write_text
 from tamp.cli.paths import TABLE, output_file, output_folder
 from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
@@ -30,7 +30,7 @@ def add(commands: Commands) -> None:
     parser = command(commands, "solve", solve, "plan, check, execute and score tasks")
     add = parser.add_argument
     add("tasks", nargs="*", type=Path, metavar="TASK.yaml")
-    add("--seed", type=natural, action="append", metavar="N", help="repeat it for several seeds; default 0")
+    add("--seed", type=seeds, action="extend", metavar="N|N-M", help="may be repeated, or a range; default 0")
     add_planning_options(parser)
     add("--no-execute", action="store_true", help="only plan and check")
     add("--output", type=output_folder, metavar="DIR", help="for results; default: a new folder in results/")
@@ -85,6 +85,8 @@ def _show(results: Sequence[Result], options: argparse.Namespace, counts: Mappin
 
     for path, why in _invalid(results).items():
         say_invalid(path, why, options)
+    for task, remarks in {result.task: result.remarks for result in results if result.remarks}.items():
+        log.warning("%s: %s", task, "; ".join(remarks))
     for result in results:
         if result.plans_rejected:
             whose = "your samplers or " * bool(result.configuration.get("samplers")) + f"domain {result.domain}"

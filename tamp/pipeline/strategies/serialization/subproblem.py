@@ -106,6 +106,8 @@ class Asker:
             strategy=NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once",
         )
         self.reports.append(solution.report)
+        if solution.status == "interrupted":  # the planner by itself keeps what it has; here nobody asks it further
+            raise KeyboardInterrupt
         return solution
 
     def refused(self, actions: Sequence[GroundAction]) -> str | None:
