@@ -23,7 +23,7 @@ from tamp.formats.pairs import read_pair
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimation.estimator import see
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.evaluation import PoseError, pose_errors
 from tamp.perception.perceiver import Perceiver, load_perceiver
 from tamp.perception.rendering.scene import surfaces

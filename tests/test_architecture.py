@@ -95,10 +95,10 @@ HOMES = {
     "scipy": {
         "checking.geometry.solids", "checking.physics.equilibrium", "perception.cameras.capture",
         "perception.cameras.noise", "perception.estimation.estimator", "perception.estimation.fusion",
-        "perception.estimation.hypotheses", "perception.estimation.model", "perception.estimation.registration",
-        "perception.estimation.assignment", "perception.grasps",
-        "perception.estimation.symmetry", "scoring.assignment", "streams.affordances.friction_cones", "task.mesh.parts",
-        "world.kinematics.seeds",
+        "perception.estimation.hypotheses", "perception.estimation.models.object_model",
+        "perception.estimation.registration", "perception.estimation.assignment", "perception.grasps",
+        "perception.estimation.models.symmetry", "scoring.assignment", "streams.affordances.friction_cones",
+        "task.mesh.parts", "world.kinematics.seeds",
     },
     "sqlalchemy": {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",

@@ -10,7 +10,7 @@ import numpy as np
 
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.assignment import assigned
-from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.rendering.surface import Surface
 from tamp.task.pose import Pose
 

@@ -13,7 +13,7 @@ import pytest
 from tamp.errors import TampError
 from tamp.perception.cameras.setup import OCRTOC_2021
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.evaluation import pose_error, pose_errors
 from tamp.perception.overlay import overlay
 from tamp.perception.perceive import perceive_task, save_sight

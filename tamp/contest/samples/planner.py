@@ -15,7 +15,7 @@ from tamp.perception.belief.absence import absent
 from tamp.perception.belief.belief import Belief, updated
 from tamp.perception.cameras.camera import Frame, Intrinsics
 from tamp.perception.cameras.setup import load_setup
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.perceiver import load_perceiver
 from tamp.perception.rendering.scene import surfaces
 from tamp.pipeline.options.settings import settings_of

@@ -12,7 +12,7 @@ from tamp.frozen import FrozenDict
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.assignment import assigned
-from tamp.perception.estimation.model import ObjectModel
+from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.evaluation import pose_error
 from tamp.task.pose import Pose
 

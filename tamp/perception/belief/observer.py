@@ -18,7 +18,7 @@ from tamp.perception.belief.next_view import next_views, unseen
 from tamp.perception.belief.rest import at_rest
 from tamp.perception.cameras.camera import Camera, Frame
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.perceiver import Perceiver, ask
 from tamp.perception.rendering.surface import Surface
 from tamp.perception.workcell.moving import go_to

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.perception.estimation.color import difference
 from tamp.perception.estimation.fit import agreement, explained, glance, refine
 from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.hypotheses import anywhere, resting
 from tamp.perception.estimation.matching import distinct
-from tamp.perception.estimation.model import COARSE, ObjectModel
+from tamp.perception.estimation.models.color import difference
+from tamp.perception.estimation.models.object_model import COARSE, ObjectModel
 from tamp.perception.estimation.volume import Volume
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import Candidate, candidates, fitted
 from tamp.perception.estimation.fusion import fuse, level
 from tamp.perception.estimation.likeness import turned_by_color
-from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.verification import APART, Verified, verify

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.perception.estimation.color import alike
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.matching import correspondences, nearness, normal_equations
-from tamp.perception.estimation.model import FINE, ObjectModel
+from tamp.perception.estimation.models.color import alike
+from tamp.perception.estimation.models.object_model import FINE, ObjectModel
 from tamp.perception.estimation.volume import Volume
 
 if TYPE_CHECKING:

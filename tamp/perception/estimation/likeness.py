@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.perception.estimation.color import difference
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.model import ObjectModel
+from tamp.perception.estimation.models.color import difference
+from tamp.perception.estimation.models.object_model import ObjectModel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

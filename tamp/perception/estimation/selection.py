@@ -13,7 +13,7 @@ import numpy as np
 
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.model import ObjectModel
+from tamp.perception.estimation.models.object_model import ObjectModel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -15,10 +15,10 @@ import numpy as np
 
 from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.candidates import Candidate
-from tamp.perception.estimation.color import difference
 from tamp.perception.estimation.fit import agreement, polished
 from tamp.perception.estimation.fusion import VOXEL, Cloud
-from tamp.perception.estimation.model import ObjectModel
+from tamp.perception.estimation.models.color import difference
+from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.volume import Volume
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from tamp.perception.belief.belief import Belief
 from tamp.perception.estimation.assignment import assigned
-from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.evaluation import pose_error
 from tamp.perception.rendering.surface import Surface
 from tamp.scoring import Score

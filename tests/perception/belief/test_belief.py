@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tamp.perception.belief.belief import Belief, nearest_turn, tolerance, updated
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.evaluation import pose_error
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box, Pose

@@ -8,7 +8,7 @@ import pytest
 from tamp.perception.estimation.fit import agreement, glance, refine
 from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.matching import distinct
-from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box, Pose

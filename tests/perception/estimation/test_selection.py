@@ -7,7 +7,7 @@ import pytest
 
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box

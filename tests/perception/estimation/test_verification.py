@@ -8,7 +8,7 @@ import pytest
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fit import explained
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.verification import Verified, verify
 from tamp.perception.estimation.volume import Volume

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tamp.perception.estimation.buckets import Buckets
+from tamp.perception.estimation.models.buckets import Buckets
 
 FACING = 0.01
 

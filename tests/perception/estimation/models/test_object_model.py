@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tamp.perception.estimation.model import object_model
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Cylinder, Sphere
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tamp.perception.estimation.buckets import Buckets
-from tamp.perception.estimation.symmetry import symmetries
+from tamp.perception.estimation.models.buckets import Buckets
+from tamp.perception.estimation.models.symmetry import symmetries
 from tamp.perception.rendering.raycast import escapes
 from tamp.perception.rendering.surface import Surface
 from tamp.task.mesh.parts import convex_hull
