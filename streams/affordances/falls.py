@@ -59,9 +59,8 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[
 
     def firm(height: float) -> bool:
         rocks = _rocks(workspace, obj, placement, height)
-        return rocks < inside or in_equilibrium(
-            workspace, {obj: placement}, below, rocks
-        )  # walls hold what they lean on
+        held = rocks < inside or in_equilibrium(workspace, {obj: placement}, below, rocks)  # walls hold what leans
+        return held and _withstood(workspace, obj, placement, below, height)
 
     counts = (round(height / PASSED) + 1 for height in takewhile(firm, HEIGHTS))
     return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)
@@ -76,6 +75,33 @@ def _rocks(workspace: Workspace, obj: str, placement: Placement, height: float) 
     center = float(R[2] @ geometry.center_of_mass - (geometry.hull.vertices @ R[2]).min())
     rises = min(LEFT * height, ROCKING * center)
     return SURE * math.sqrt((center + rises) ** 2 - center**2) + GIVEN
+
+
+def _withstood(
+    workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement], height: float
+) -> bool:
+    """Whether what carries an object that falls from a height [m] onto it, each alone, does not tip over.
+
+    What is left of the fall may lift their common centre of mass over the edge of what carries them.
+    """
+    mass, center, pile, name = 0.0, np.zeros(3), {obj: placement}, obj
+    energy = workspace.task.object(obj).mass * height
+    while True:
+        T, more = pile[name].pose.matrix, workspace.task.object(name).mass
+        middle = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
+        mass, center = mass + more, (mass * center + more * middle) / (mass + more)
+        if name != obj:
+            up = float(center[2] - workspace.bounds(name, pile[name].pose)[0][2])
+            rises = min(LEFT * energy / mass, ROCKING * up)
+            rocks = SURE * math.sqrt((up + rises) ** 2 - up**2) + GIVEN
+            others = {other: place for other, place in below.items() if other not in pile}
+            if not in_equilibrium(workspace, pile, others, rocks):
+                return False
+        carrying = pile[name].on
+        if len(carrying) != 1 or carrying[0] not in below or carrying[0] in pile:
+            return True
+        (name,) = carrying
+        pile[name] = below[name]
 
 
 def _raised(pose: Pose, height: float) -> Pose:

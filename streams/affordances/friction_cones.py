@@ -56,7 +56,7 @@ def in_equilibrium(
     for a, b in (*combinations(names, 2), *product(names, (*sorted(fixed), TABLE))):
         points, normals = touching(workspace, a, places[a], b, standing.get(b))
         if len(points):
-            forces = _cones(normals, _friction(workspace, a) * _friction(workspace, b))
+            forces = _cones(normals, friction_of(workspace, a) * friction_of(workspace, b))
             columns.append(_wrenches(workspace, places, row, {a: 1.0, b: -1.0}, points, forces))
             cost.append(np.zeros(columns[-1].shape[1]))
     for index in range(len(names)):
@@ -184,5 +184,6 @@ def _wrenches(
     return block
 
 
-def _friction(workspace: Workspace, name: str) -> float:
+def friction_of(workspace: Workspace, name: str) -> float:
+    """The coefficient of an object or of the table; that of a contact is the product of two."""
     return TABLE_FRICTION if name == TABLE else workspace.task.object(name).friction

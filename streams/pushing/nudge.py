@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import friction_of
 from tamp.streams.affordances.neighbours import standing_around
 from tamp.streams.affordances.nudges import STEP, STEPS
 from tamp.streams.collisions import CONTACT_DEPTH
@@ -15,6 +16,7 @@ from tamp.streams.context import Context
 from tamp.streams.grasping.container import upright_pinches
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import above_table, clear_of_object
+from tamp.streams.hand.finger_closing import felt
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import GRAZED, push_hits, pushed
 from tamp.streams.values import Configuration, Placement, Slide
@@ -28,9 +30,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DIRECTIONS = 16  # that an object is nudged in
-BASE = 0.003  # corners so little above the lowest stand [m]
+BASE = 0.003  # surface so little above the lowest stands [m]
 FIRM = 0.85  # share of what keeps an object from tipping that is counted on
-HEIGHTS = (0.5, 0.7, 0.3, 0.85)  # of the fingertips over the middle of the object, in halves of its height
+HEIGHTS = (0.5, 0.7, 0.3, 0.85, 0.1)  # of the fingertips over the middle of the object, in halves of its height
 PROBE, HANDS = 1, 3000  # seed and number of the hands that tell how much room there is round an object
 
 
@@ -101,12 +103,11 @@ def pushing_hands(
 
 def _tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
     """How high above what it lies on an object that is pushed tips before it slides [m]: its lever over friction."""
-    geometry, T = workspace.world.geometries[obj], placement.pose.matrix
-    corners = geometry.hull.vertices @ T[:3, :3].T + T[:3, 3]
-    base = corners[corners[:, 2] < corners[:, 2].min() + BASE]
-    lever = (base @ ahead).max() - (T[:3, :3] @ geometry.center_of_mass + T[:3, 3]) @ ahead
-    friction = {name: item.friction for name in (obj, *placement.on) for item in (workspace.task.object(name),)}
-    return float(FIRM * lever / (friction.pop(obj) * min(friction.values(), default=1.0)))
+    R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
+    from_center = (felt(workspace, obj) - center) @ R.T
+    lever = (from_center[from_center[:, 2] < from_center[:, 2].min() + BASE] @ ahead).max()
+    under = min((friction_of(workspace, name) for name in placement.on), default=0.0)
+    return float(FIRM * lever / max(friction_of(workspace, obj) * under, 1e-9))
 
 
 TRIED = 6  # hands for one nudge

@@ -364,7 +364,9 @@ def test_a_placement_in_the_air_is_noticed() -> None:
 
 
 def test_what_does_not_exist_is_refused(one: Task) -> None:
-    with pytest.raises(SamplerError, match=r"no stream .sample-grasps.; tabletop has .*sample-grasp"):
+    with pytest.raises(
+        SamplerError, match=r"no stream .sample-grasps.; did you mean .sample-grasp.. tabletop has .*sample-grasp"
+    ):
         check_sampler(good, "sample-grasps")
     with pytest.raises(SamplerError, match="no module 'nowhere'"):
         check_sampler("nowhere:grasps", "sample-grasp")

@@ -30,7 +30,7 @@ def test_every_setting_is_read() -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("rums: 3", r"contest.yaml:1: rums: unknown; valid are name"),
+        ("rums: 3", r"contest.yaml:1: rums: unknown; did you mean .runs.. valid are name"),
         ("\nruns: 0", r"contest.yaml:2: runs: expected a whole number of at least 1"),
         ("runs: 1.5", "whole number"),
         ("runs: true", "whole number"),

@@ -91,6 +91,8 @@ def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tol
         touching = carriers(scene, state, name, allow)
         for other in above:
             touching = touching.without(other)
+        if not touching.patches:  # that nothing carries it is told where it was put, or of the start
+            return
         friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
         if touching.balance(center, friction, margin) < margin:
             yield name

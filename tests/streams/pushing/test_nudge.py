@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -13,9 +14,9 @@ from tamp.world.scene import Scene
 from tests.streams.tables import CUBE, OBJECTS, ToldContext, workspace_of
 
 CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
-BALL = Object("ball", Sphere(0.03), Pose((0.10, -0.22, 0.041)))
+BALL = Object("ball", Sphere(0.03), Pose((0.10, -0.22, 0.041)), friction=0.3)
 CLOSE = Object("close", Sphere(0.03), Pose((0.10, -0.285, 0.041)))
-"""Two balls side by side in the crate: there is no room for a finger between them."""
+"""Two balls side by side in the crate: there is no room for a finger between them, but over their middles."""
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +67,11 @@ def test_the_hand_touches_from_behind_and_meets_nothing_else(workspace, poses, a
         ahead[:3, 3] = 0.002 * away / np.linalg.norm(away)
         assert not own.hit(T, opening) and own.hit(ahead @ T, opening)
         assert not others.hit(T, opening)
+
+
+def test_what_sticks_is_not_pushed_where_it_would_tip(poses, away):
+    sticky = workspace_of(CRATE, replace(BALL, friction=1.0), CLOSE, on={"ball": ("crate",), "close": ("crate",)})
+    assert not list(pushing_hands(sticky, "ball", sticky.start["ball"], away, {"crate": poses["crate"]}))
 
 
 def test_the_arm_takes_the_object_straight_to_where_it_shall_be(workspace, away):

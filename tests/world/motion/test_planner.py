@@ -114,7 +114,8 @@ def test_optimising_planners_use_the_time_they_are_given():
 
 def test_an_unknown_planner_is_answered_with_the_valid_names():
     with pytest.raises(
-        ValueError, match=r"unknown motion planner 'rrtc'; there are portfolio, rrtconnect, rrt, .*aorrtc"
+        ValueError,
+        match=r"unknown motion planner 'rrtc'; did you mean 'rrt'. there are portfolio, rrtconnect, rrt, .*aorrtc",
     ):
         plan(Doorway(), planner="rrtc")
     assert planner_names()[:2] == ("portfolio", "rrtconnect")
