@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import tempfile
 import threading
 import time
 from collections.abc import Sequence
@@ -197,8 +198,10 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
 def _files_made(pid: int) -> int:
     """Files in the temporary folder that a process sees; 0 where this user may not look, or it counts none."""
     with suppress(OSError):
-        found = os.statvfs(f"/proc/{pid}/root/tmp")
-        return found.f_files - found.f_ffree
+        folder = f"/proc/{pid}/root/tmp"
+        if os.stat(folder).st_dev != os.stat(tempfile.gettempdir()).st_dev:  # its own: before, it sees everybody's
+            found = os.statvfs(folder)
+            return found.f_files - found.f_ffree
     return 0
 
 
