@@ -199,9 +199,7 @@ def _files_made(pid: int) -> int:
     """Files in the temporary folder that a process sees; 0 where this user may not look, or it counts none."""
     with suppress(OSError):
         folder = f"/proc/{pid}/root/tmp"
-        if (
-            Path(folder).stat().st_dev != Path(tempfile.gettempdir()).stat().st_dev
-        ):  # its own: before, it sees everybody's
+        if Path(folder).stat().st_dev != Path(tempfile.gettempdir()).stat().st_dev:  # its own one
             found = os.statvfs(folder)
             return found.f_files - found.f_ffree
     return 0
