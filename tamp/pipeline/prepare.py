@@ -178,8 +178,7 @@ def preload(nothing: Task) -> None:
     Raises:
         TampError: where something cannot be had.
     """
-    import tamp.world.motion.ompl
-    import tamp.world.timing.path_rates  # noqa: F401  # both are slow to load, and wait elsewhere until they are needed
+    import tamp.world.motion.ompl  # noqa: F401  # slow to load, and waits elsewhere until it is needed
 
     with one_thread():
         load_samplers(nothing, DEFAULT_SETTINGS)

@@ -39,11 +39,25 @@ def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
         T_a_b: frame of b in the frame of a, shape (4, 4).
         tolerance: depth from which it must be exact [m].
     """
+    return parted(a, b, T_a_b, tolerance)[0]
+
+
+def parted(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> tuple[float, Array]:
+    """The `clearance` of two solids [m], and the unit normal of a plane between their hulls.
+
+    The normal points from a to b, in the frame of a, shape (3,); zeros where the hulls are not known to be apart.
+    """
     transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
-    if len(a.pieces) > 1 or len(b.pieces) > 1:
-        apart = _gap(a.hull, b.hull, transform, T_a_b)
-        if apart > 0.0:
-            return apart
+    apart, normal = _gap(a.hull, b.hull, transform, T_a_b)
+    if apart > 0.0:
+        return apart, normal
+    if len(a.pieces) == len(b.pieces) == 1:
+        return -_depth(a.hull, b.hull, transform, T_a_b, tolerance), normal
+    return _least(a, b, transform, T_a_b, tolerance), normal
+
+
+def _least(a: Solid, b: Solid, transform: Any, T_a_b: Array, tolerance: float) -> float:
+    """The least signed distance of the pieces of two solids [m], or a lower bound where all are apart."""
     centers = b.centers @ T_a_b[:3, :3].T + T_a_b[:3, 3]
     gaps = np.linalg.norm(a.centers[:, None] - centers[None], axis=2) - a.radii[:, None] - b.radii[None]
     least = np.inf
@@ -55,8 +69,10 @@ def clearance(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> float:
     return float(least) if np.isfinite(least) else float(gaps.min())
 
 
-def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> float:
+def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> tuple[float, Array]:
     """A lower bound of the distance between two pieces, and the distance almost always; -1 where they may touch.
+
+    The unit normal of a plane that parts them comes with it, shape (3,), from a to b; zeros where they may touch.
 
     fcl sometimes stops early and overstates a distance by some percent. The line between the nearest points it names
     is the normal of a slab, and what lies between the pieces along it is a distance that is certain.
@@ -64,27 +80,30 @@ def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> float:
     b.moving.setTransform(transform)
     result = fcl.DistanceResult()
     if fcl.distance(a.still, b.moving, fcl.DistanceRequest(enable_nearest_points=True), result) <= 0.0:
-        return -1.0
+        return -1.0, np.zeros(3)
     on_a, on_b = result.nearest_points
     normal = on_b - on_a
     length = float(np.linalg.norm(normal))
     if length == 0.0:
-        return -1.0
+        return -1.0, normal
     normal = normal / length
     nearest = (b.part.vertices @ (T_a_b[:3, :3].T @ normal)).min() + normal @ T_a_b[:3, 3]
     certain = float(nearest - (a.part.vertices @ normal).max())
-    return certain if certain > 0.0 else -1.0
+    return (certain, normal) if certain > 0.0 else (-1.0, np.zeros(3))
 
 
 def _signed(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -> float:
-    apart = _gap(a, b, transform, T_a_b)
-    if apart > 0.0:
-        return apart
+    apart, _ = _gap(a, b, transform, T_a_b)
+    return apart if apart > 0.0 else -_depth(a, b, transform, T_a_b, tolerance)
+
+
+def _depth(a: Piece, b: Piece, transform: Any, T_a_b: Array, tolerance: float) -> float:
+    """How deep two pieces that may touch are in each other [m]; `b.moving` is at `transform`."""
     result = fcl.CollisionResult()
     if not fcl.collide(a.still, b.moving, fcl.CollisionRequest(num_max_contacts=1, enable_contact=True), result):
         return 0.0
     depth = float(result.contacts[0].penetration_depth)
-    return -depth if depth <= tolerance else -penetration(a.part, b.part, T_a_b)
+    return depth if depth <= tolerance else penetration(a.part, b.part, T_a_b)
 
 
 def penetration(a: Part, b: Part, T_a_b: Array) -> float:
@@ -136,6 +155,11 @@ class Piece:
         center = (part.vertices.min(axis=0) + part.vertices.max(axis=0)) / 2
         radius = float(np.linalg.norm(part.vertices - center, axis=1).max())
         return Piece(part, center, radius, collision_object(part), collision_object(part))
+
+    @cached_property
+    def corners(self) -> Array:
+        """The vertices for compiled loops, shape (n, 3): in C order and not read-only."""
+        return np.array(self.part.vertices, order="C")
 
     @cached_property
     def planes(self) -> tuple[Array, Array]:

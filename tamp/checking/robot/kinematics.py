@@ -1,4 +1,4 @@
-"""Forward kinematics read from a URDF by the standard library and numpy alone, for many configurations at once."""
+"""Forward kinematics read from a URDF by the standard library alone, for many configurations at once."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.errors import RobotError
 from tamp.task.pose import Pose
 
@@ -68,11 +69,23 @@ class KinematicTree:
         columns = {name: q[:, i] for i, name in enumerate(self.spec.joints)}
         for name, multiplier, offset in zip(gripper.joints, gripper.multipliers, gripper.offsets, strict=True):
             columns[name] = multiplier * driver + offset
-        placed = {self.root: np.broadcast_to(self.spec.T_world_base.matrix, (len(q), 4, 4))}
-        for joint in self.joints:
-            T = placed[joint.parent] @ joint.T_parent_joint
-            placed[joint.child] = T @ _motion(joint, columns[joint.name]) if joint.name in columns else T
-        return placed
+        values = np.zeros((len(self.joints), len(q)))
+        for index, joint in enumerate(self.joints):
+            if joint.name in columns:
+                values[index] = columns[joint.name]
+        return dict(zip(self._links, _chained(*self._chain, values), strict=True))
+
+    @cached_property
+    def _links(self) -> tuple[str, ...]:
+        """The root link, and what each joint carries."""
+        return self.root, *(joint.child for joint in self.joints)
+
+    @cached_property
+    def _chain(self) -> tuple[Array, NDArray[np.int64], Array]:
+        """T_world_root, for each joint its parent's number among the links, and its motion; see `_chained`."""
+        number = {link: index for index, link in enumerate(self._links)}
+        parents = np.array([number[joint.parent] for joint in self.joints], np.int64)
+        return np.array(self.spec.T_world_base.matrix), parents, np.array([_motion(joint) for joint in self.joints])
 
     def tool(self, q: Array) -> Array:
         """T_world_tool for arm configurations of shape (n, joints); shape (n, 4, 4)."""
@@ -114,16 +127,49 @@ class KinematicTree:
         return tuple(reversed(found))
 
 
-def _motion(joint: Joint, value: Array) -> Array:
-    """The transform of a joint at `value` [rad or m], shape (n, 4, 4); rotations by Rodrigues' formula."""
-    T = np.tile(np.eye(4), (len(value), 1, 1))
-    if joint.kind == "prismatic":
-        T[:, :3, 3] = value[:, None] * joint.axis
-        return T
+def _motion(joint: Joint) -> Array:
+    """Matrices A, B, C, D, shape (4, 4, 4), with T_parent_child = A + sin(v) B + (1 - cos(v)) C + v D at a value v.
+
+    Rotations by Rodrigues' formula; a joint that is not moved has v = 0.
+    """
     x, y, z = joint.axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    T[:, :3, :3] += np.sin(value)[:, None, None] * K + (1.0 - np.cos(value))[:, None, None] * (K @ K)
-    return T
+    sine, cosine, value = np.zeros((3, 4, 4))
+    if joint.kind == "prismatic":
+        value[:3, 3] = joint.axis
+    else:
+        sine[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        cosine = sine @ sine
+    return joint.T_parent_joint @ np.stack([np.eye(4), sine, cosine, value])
+
+
+@compiled
+def _chained(T_root: Array, parents: NDArray[np.int64], motions: Array, values: Array) -> Array:
+    """T_world_link of the root and of what each joint carries, shape (joints + 1, n, 4, 4).
+
+    Args:
+        T_root: T_world_root, shape (4, 4).
+        parents: which link each joint is on, shape (joints,); joint i carries link i + 1.
+        motions: as `_motion` gives them, shape (joints, 4, 4, 4).
+        values: shape (joints, n) [rad or m].
+    """
+    joints, n = values.shape
+    placed = np.zeros((joints + 1, n, 4, 4))
+    placed[0] = T_root
+    step = np.empty((4, 4))
+    for joint in range(joints):
+        A, B, C, D = motions[joint]
+        for k in range(n):
+            value = values[joint, k]
+            sine, cosine = np.sin(value), 1.0 - np.cos(value)
+            for i in range(4):
+                for j in range(4):
+                    step[i, j] = A[i, j] + sine * B[i, j] + cosine * C[i, j] + value * D[i, j]
+            above = placed[parents[joint], k]
+            for i in range(4):
+                for j in range(4):
+                    for m in range(4):
+                        placed[joint + 1, k, i, j] += above[i, m] * step[m, j]
+    return placed
 
 
 def read_kinematics(spec: RobotSpec) -> KinematicTree:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.geometry.solids import Solid, clearance
-from tamp.checking.geometry.transforms import inverse
-from tamp.checking.robot.trajectory_limits import derivatives, interpolate
+from tamp.checking.geometry.moving import advanced, centers_of, gaps_to_box, meeting, relative, ways
+from tamp.checking.geometry.solids import Solid, parted
+from tamp.checking.robot.cubic import derivatives, interpolate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,16 +21,19 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-AT_ONCE = 100_000
-"""How many samples of pairs of bodies are looked at together, which bounds the memory that it takes."""
-
 FIRST_STEP = 0.05
 """Joint motion [rad] between the samples of the first, coarse grid."""
+
+FAR = 0.02
+"""Distance [m] of a body from the box round another one from which on it serves as the distance of the two."""
 
 
 @dataclass(frozen=True, eq=False)
 class Mover:
-    """A body with its pose T_world_body at each sample, shape (n, 4, 4); one that stands still has n = 1."""
+    """A body with its pose T_world_body at each sample, shape (n, 4, 4); one that stands still has n = 1.
+
+    The poses are in C order and not read-only, as compiled loops want them.
+    """
 
     solid: Solid
     T: Array
@@ -38,8 +41,7 @@ class Mover:
     @cached_property
     def center(self) -> Array:
         """Centre of the solid's sphere in the world at each sample, shape (n, 3)."""
-        center: Array = self.T[:, :3, :3] @ self.solid.center + self.T[:, :3, 3]
-        return center
+        return centers_of(self.T, self.solid.center)
 
 
 @dataclass(frozen=True)
@@ -124,15 +126,8 @@ def _split(times: Array, counts: Array) -> Array:
 
 
 def travelled(solid: Solid, T: Array) -> Array:
-    """Bound on the distance any point of a solid moves from each pose to the next, shape (n - 1,) [m].
-
-    A rotation by an angle moves points of a sphere round the centre by at most 2 sin(angle / 2) radii; that chord is
-    the Frobenius norm of the difference of the rotations over sqrt(2).
-    """
-    center = T[:, :3, :3] @ solid.center + T[:, :3, 3]
-    chord = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)
-    bound: Array = np.linalg.norm(np.diff(center, axis=0), axis=1) + chord * solid.radius
-    return bound
+    """Bound on the distance any point of a solid moves from each pose to the next, shape (n - 1,) [m]."""
+    return ways(T, solid.center, solid.radius)
 
 
 def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = None) -> list[Touch]:
@@ -140,49 +135,42 @@ def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = N
 
     `swing`, shape (samples - 1,), is how far any point leaves the straight line between two samples [m].
     """
-    near = _near(pairs)
+    near = _near(list(pairs))
     found = [touch for a, b, allowed in near if (touch := _first_touch(a, b, allowed, swing)) is not None]
     return sorted(found, key=lambda touch: (touch.sample, touch.bodies))
 
 
-def _near(pairs: Iterable[tuple[Mover, Mover, float]]) -> Iterator[tuple[Mover, Mover, float]]:
-    """The pairs whose spheres meet at some sample, in order; many are looked at together."""
-    several = list(pairs)
-    bodies = list({id(body): body for a, b, _ in several for body in (a, b)}.values())
+def _near(pairs: Sequence[tuple[Mover, Mover, float]]) -> Iterator[tuple[Mover, Mover, float]]:
+    """The pairs whose spheres meet at some sample, in order."""
+    bodies = list({id(body): body for a, b, _ in pairs for body in (a, b)}.values())
     place = {id(body): index for index, body in enumerate(bodies)}
     samples = max((len(body.T) for body in bodies), default=1)
     centers = np.empty((len(bodies), samples, 3))
     for index, body in enumerate(bodies):
         centers[index] = body.center
     radii = np.array([body.solid.radius for body in bodies])
-    together = max(1, AT_ONCE // samples)
-    for begin in range(0, len(several), together):
-        part = several[begin : begin + together]
-        first, second = (np.array([place[id(pair[side])] for pair in part]) for side in (0, 1))
-        between = centers[second] - centers[first]
-        least = np.einsum("kij,kij->ki", between, between).min(axis=1)
-        meet = least <= (radii[first] + radii[second]) ** 2
-        yield from (part[index] for index in np.flatnonzero(meet))
+    first, second = (np.array([place[id(pair[side])] for pair in pairs], np.int64) for side in (0, 1))
+    yield from (pairs[index] for index in np.flatnonzero(meeting(centers, radii, first, second)).tolist())
 
 
 def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Touch | None:
     """Conservative advancement over samples (Mirtich 1996): a pair apart by d cannot touch before it has moved by d.
 
-    The motion is that of b in the frame of a, so bodies that travel together cost one look.
+    The motion is that of b in the frame of a, so bodies that travel together cost one look. A look at their shapes is
+    taken only where neither the box round a nor the plane that parted them at the last look keeps them apart.
     """
-    center = ((b.center - a.T[:, :3, 3])[:, None] @ a.T[:, :3, :3])[:, 0]
-    beyond = np.maximum(np.maximum(a.solid.lower - center, center - a.solid.upper), 0.0)
-    gap = np.sqrt((beyond * beyond).sum(axis=1)) - b.solid.radius
-    if gap.min() > 0.0:
+    T_a_b = relative(a.T, b.T)
+    centers = centers_of(T_a_b, b.solid.center)
+    gaps = gaps_to_box(centers, b.solid.radius, a.solid.lower, a.solid.upper)
+    if gaps.min() > 0.0:
         return None
-    T_a_b = inverse(a.T) @ b.T
     steps = travelled(b.solid, T_a_b)
     path = np.concatenate([[0.0], np.cumsum(steps if swing is None else steps + swing)])
-    k, n = 0, len(T_a_b)
-    while k < n:
-        room = float(gap[k])
-        if room < 0.02:
-            room = clearance(a.solid, b.solid, T_a_b[k], allowed)
+    corners = (a.solid.hull.corners, b.solid.hull.corners)
+    aside = centers[0] - a.solid.center
+    normal, k = aside / max(float(np.linalg.norm(aside)), 1e-9), 0
+    while (k := advanced(k, T_a_b, gaps, path, allowed, FAR, normal, corners)) < len(T_a_b):
+        room, normal = parted(a.solid, b.solid, T_a_b[k], allowed)
         if room < -allowed:
             return Touch(k, (a.solid.name, b.solid.name), -room)
         k = max(k + 1, int(np.searchsorted(path, path[k] + room + allowed, side="right")))
@@ -191,4 +179,4 @@ def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Tou
 
 def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array]) -> list[Mover]:
     """Bodies that stand still, by name in order."""
-    return [Mover(solids[name], poses[name][None]) for name in sorted(poses)]
+    return [Mover(solids[name], np.array(poses[name][None])) for name in sorted(poses)]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.world.motion.paths import Array
 
 
@@ -32,7 +34,7 @@ class RoundedPath:
         ends = np.stack([self.arc[inner] - self.reach[inner], self.arc[inner] + self.reach[inner]], axis=1)
         return np.concatenate([[0.0], ends.ravel(), [self.arc[-1]]])
 
-    @property
+    @cached_property
     def directions(self) -> Array:
         """Unit vectors of the edges, shape (n - 1, dof)."""
         edges = np.diff(self.corners, axis=0)
@@ -43,24 +45,34 @@ class RoundedPath:
 
         At a break the second derivative is the blend's, the larger one.
         """
-        directions = self.directions
-        edge = np.clip(np.searchsorted(self.arc, s, side="right") - 1, 0, len(directions) - 1)
-        nearest = np.where(s - self.arc[edge] > (self.arc[edge + 1] - self.arc[edge]) / 2, edge + 1, edge)
-        half = self.reach[nearest]
-        along = s - self.arc[nearest]
-        blended = (half > 0) & (np.abs(along) <= half * (1 + 1e-9) + 1e-12)
-        before = directions[np.maximum(nearest - 1, 0)]
-        turn = directions[np.minimum(nearest, len(directions) - 1)] - before
-        width = np.where(blended, 2 * half, 1.0)[:, None]
-        into = np.where(blended, np.clip(along + half, 0.0, 2 * half), 0.0)[:, None]
-        at_blend = blended[:, None]
-        if order == 2:
-            return np.where(at_blend, turn / width, 0.0)
-        if order == 1:
-            return np.where(at_blend, before + turn * into / width, directions[edge])
-        straight = self.corners[edge] + (s - self.arc[edge])[:, None] * directions[edge]
-        blend = self.corners[nearest] + along[:, None] * before + turn * into**2 / (2 * width)
-        return np.where(at_blend, blend, straight)
+        return _followed(self.corners, self.directions, self.arc, self.reach, s, order)
+
+
+@compiled
+def _followed(corners: Array, directions: Array, arc: Array, reach: Array, s: Array, order: int) -> Array:
+    """Position or derivative of a rounded path at parameters of shape (k,): shape (k, dof)."""
+    dof = corners.shape[1]
+    found = np.empty((len(s), dof))
+    for k in range(len(s)):
+        edge = min(max(np.searchsorted(arc, s[k], side="right") - 1, 0), len(directions) - 1)
+        nearest = edge + 1 if s[k] - arc[edge] > (arc[edge + 1] - arc[edge]) / 2 else edge
+        half, along = reach[nearest], s[k] - arc[nearest]
+        blended = half > 0 and abs(along) <= half * (1 + 1e-9) + 1e-12
+        into = min(max(along + half, 0.0), 2 * half)
+        for i in range(dof):
+            direction = directions[edge, i]
+            if blended:
+                before = directions[nearest - 1, i]
+                bend = (directions[nearest, i] - before) / (2 * half)
+                if order == 0:
+                    found[k, i] = corners[nearest, i] + along * before + bend * into * into / 2
+                else:
+                    found[k, i] = before + bend * into if order == 1 else bend
+            elif order == 0:
+                found[k, i] = corners[edge, i] + (s[k] - arc[edge]) * direction
+            else:
+                found[k, i] = direction if order == 1 else 0.0
+    return found
 
 
 def rounded(path: Array, tolerance: float) -> RoundedPath:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.task.plan import Trajectory
 from tamp.world.motion.paths import Array
 from tamp.world.timing.trajectory import positions_at
@@ -67,16 +68,26 @@ def _at(trajectory: Trajectory, times: Array) -> Array:
 
 def _integral(trajectory: Trajectory, times: Array) -> Array:
     """Integral of the way from the first position, from 0 to each of some times, shape (k, dof) [rad s]."""
-    t, v = trajectory.times, trajectory.velocities
-    q = trajectory.positions - trajectory.positions[0]
-    spans = np.diff(t)[:, None]
-    whole = spans * (q[:-1] + q[1:]) / 2 + spans**2 * (v[:-1] - v[1:]) / 12
-    upto = np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(whole, axis=0)])
-    inside = np.clip(times, 0.0, t[-1])
-    i = np.clip(np.searchsorted(t, inside, side="right") - 1, 0, len(t) - 2)
-    h = spans[i]
-    s = (inside - t[i])[:, None] / h
-    q0, q1, v0, v1 = q[i], q[i + 1], h * v[i], h * v[i + 1]
-    cubic, square = 2 * (q0 - q1) + v0 + v1, 3 * (q1 - q0) - 2 * v0 - v1
-    part = h * s * (q0 + s * (v0 / 2 + s * (square / 3 + s * cubic / 4)))
-    return np.asarray(upto[i] + part + np.maximum(times - t[-1], 0.0)[:, None] * q[-1])
+    return _integrated(trajectory.times, trajectory.positions, trajectory.velocities, times)
+
+
+@compiled
+def _integrated(t: Array, q: Array, v: Array, times: Array) -> Array:
+    last, dof = len(t) - 1, q.shape[1]
+    upto, found = np.zeros((last + 1, dof)), np.empty((len(times), dof))
+    for i in range(last):
+        h = t[i + 1] - t[i]
+        for j in range(dof):
+            way = q[i, j] + q[i + 1, j] - 2 * q[0, j]
+            upto[i + 1, j] = upto[i, j] + h * way / 2 + h * h * (v[i, j] - v[i + 1, j]) / 12
+    for k in range(len(times)):
+        inside = min(max(times[k], 0.0), t[last])
+        i = min(max(np.searchsorted(t, inside, side="right") - 1, 0), last - 1)
+        h = t[i + 1] - t[i]
+        s = (inside - t[i]) / h
+        for j in range(dof):
+            start, way, v0, v1 = q[i, j] - q[0, j], q[i + 1, j] - q[i, j], h * v[i, j], h * v[i + 1, j]
+            cubic, square = v0 + v1 - 2 * way, 3 * way - 2 * v0 - v1
+            part = h * s * (start + s * (v0 / 2 + s * (square / 3 + s * cubic / 4)))
+            found[k, j] = upto[i, j] + part + max(times[k] - t[last], 0.0) * (q[last, j] - q[0, j])
+    return found

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.task.plan import Trajectory
 from tamp.world.motion.paths import Array, deviation
 
@@ -34,12 +35,20 @@ def first_blocked(trajectory: Trajectory, checker: ConfigurationTest, step: floa
 
 def positions_at(trajectory: Trajectory, times: Array) -> Array:
     """Positions of the cubic Hermite curve at `times` [s], shape (k,): shape (k, dof) [rad]."""
-    t, q, v = trajectory.times, trajectory.positions, trajectory.velocities
-    i = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
-    h = (t[i + 1] - t[i])[:, None]
-    s = (np.asarray(times) - t[i])[:, None] / h
-    q0, q1, v0, v1 = q[i], q[i + 1], h * v[i], h * v[i + 1]
-    return np.asarray(q0 + s * (v0 + s * (3 * (q1 - q0) - 2 * v0 - v1 + s * (2 * (q0 - q1) + v0 + v1))))
+    return _hermite(trajectory.times, trajectory.positions, trajectory.velocities, np.asarray(times, dtype=float))
+
+
+@compiled
+def _hermite(t: Array, q: Array, v: Array, times: Array) -> Array:
+    found = np.empty((len(times), q.shape[1]))
+    for k in range(len(times)):
+        i = min(max(np.searchsorted(t, times[k], side="right") - 1, 0), len(t) - 2)
+        h = t[i + 1] - t[i]
+        s = (times[k] - t[i]) / h
+        for j in range(q.shape[1]):
+            way, v0, v1 = q[i + 1, j] - q[i, j], h * v[i, j], h * v[i + 1, j]
+            found[k, j] = q[i, j] + s * (v0 + s * (3 * way - 2 * v0 - v1 + s * (v0 + v1 - 2 * way)))
+    return found
 
 
 def accelerations(trajectory: Trajectory) -> Array:

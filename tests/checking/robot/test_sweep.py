@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from tamp.checking.geometry.solids import Solid, clearance
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.kinematics import read_kinematics
 from tamp.checking.robot.links import read_links
 from tamp.checking.robot.sweep import Mover, looks, touches, travelled
-from tamp.checking.robot.trajectory_limits import interpolate
 from tamp.task import Box, Pose, Trajectory, load_robot
 from tamp.task.mesh.parts import parts
 from tests.checking.handmade import timed

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.checking.robot.trajectory_limits import interpolate, malformed, violations
+from tamp.checking.robot.cubic import interpolate
+from tamp.checking.robot.trajectory_limits import malformed, violations
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Trajectory, load_robot
 
