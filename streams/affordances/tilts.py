@@ -54,6 +54,7 @@ LEVER = 0.005  # the centre of mass stays at least this far on the falling side 
 CARRYING = 0.004  # what of a round edge is so near to the plane may carry as well [m]
 BEYOND = 0.002  # the centre of mass stays at least this far on the falling side of that [m]
 TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction now and then
+UPSIDE_DOWN = -0.5  # the same where hardly any hand gets above the object both now and as it is let go
 APART = np.radians(20.0)  # directions nearer to each other than this are one
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
@@ -88,8 +89,17 @@ def layable(workspace: Workspace, obj: str, placement: Placement) -> bool:
     That is so where the object, as it lies, is wider than the hand opens, and where it has to be turned over: what
     grasped it from above would then be below it.
     """
-    up_now, up_then = workspace.start[obj].pose.matrix[2, :3], placement.pose.matrix[2, :3]
-    return too_wide(workspace, obj, placement) or float(up_now @ up_then) < TURNED_OVER
+    return too_wide(workspace, obj, placement) or _turned(workspace, obj, placement) < TURNED_OVER
+
+
+def upside_down(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether an object has to be turned over for a placement, which takes two grasps but for rare ones."""
+    return _turned(workspace, obj, placement) < UPSIDE_DOWN
+
+
+def _turned(workspace: Workspace, obj: str, placement: Placement) -> float:
+    """Cosine of the angle between what is up of an object now, and at a placement."""
+    return float(workspace.start[obj].pose.matrix[2, :3] @ placement.pose.matrix[2, :3])
 
 
 def too_wide(workspace: Workspace, obj: str, placement: Placement) -> bool:

@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.streams.affordances.neighbours import enclosed, standing_around, standing_on
-from tamp.streams.affordances.tilts import too_wide
 from tamp.streams.grasping.hand_clearance import neighbour_cost, support_cost
 from tamp.streams.grasping.ranking import in_reach
 from tamp.streams.hand.antipodal import antipodal_contacts
 from tamp.streams.hand.candidates import (
     FRICTION_ANGLE,
+    LEANING,
     SURFACE,
     TILTS,
     WIDTH_RESERVE,
@@ -37,7 +37,7 @@ POINTS = 1000  # on the surface, that rays start from
 LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
 FEW = 10  # hands with room, below which such are added
 PLENTY = 60  # after which no more are sought
-LOW = 0.035  # height of an object that is flat [m]
+LOW = 0.05  # height of an object that is flat [m]
 AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
 
@@ -61,8 +61,9 @@ def roomy_pinches(
     place = next((place for place in places if place == start or place != goal), None)
     hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
     # With a single placement a regrasp is meant, whose hands have to lean to lay the object down.
-    low = places if len(places) > 1 and all(_lies_low(workspace, obj, place) for place in places) else []
-    pinches = sample_pinches(workspace, obj, rng, points, hanging, [place.pose for place in low])
+    low = [place.pose for place in places if _lies_low(workspace, obj, place)]
+    tilts = TILTS[:3] if len(low) == len(places) > 1 else LEANING
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, low, tilts)
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
@@ -84,9 +85,9 @@ def roomy_pinches(
 
 
 def _lies_low(workspace: Workspace, obj: str, place: Placement) -> bool:
-    """Whether an object lies so flat that few hands get hold of it above the table, though it is narrow enough."""
+    """Whether an object lies so flat that few hands get hold of it above the table."""
     lower, upper = workspace.bounds(obj, place.pose)
-    return bool(upper[2] - lower[2] < LOW) and not too_wide(workspace, obj, place)
+    return bool(upper[2] - lower[2] < LOW)
 
 
 def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:

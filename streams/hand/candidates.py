@@ -23,6 +23,7 @@ DIRECTIONS = 16  # approach directions about the closing axis
 OVERHANG = 0.02  # of an object over the table's edge, from which on a finger gets below it [m]
 HANGING = 5  # points on the whole surface for each on what hangs over the table's edge
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # about its closing axis, of a hand that comes down [rad]
+LEANING = tuple(np.linspace(-1.4, 1.4, 15).tolist())  # the same of one that comes down beside it [rad]
 NEARLY_LEVEL = 0.5  # how far a closing axis may point up that is made level
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
@@ -75,6 +76,7 @@ def sample_pinches(
     points: int = SURFACE,
     hanging: Pose | None = None,
     low: Sequence[Pose] = (),
+    tilts: Sequence[float] = (0.0,),
 ) -> Pinches:
     """Every antipodal contact pair that rays from so many points find, from directions all around at every depth.
 
@@ -90,7 +92,7 @@ def sample_pinches(
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
     around = pinches_at(contacts, linkage, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
-    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), linkage, pose, TILTS[:3]) for pose in low)
+    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), linkage, pose, tilts) for pose in low)
     return Pinches.joined([around, *level])
 
 

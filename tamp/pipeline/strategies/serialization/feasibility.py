@@ -13,6 +13,7 @@ from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
 from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.flat_faces import lies_flat
+from tamp.streams.affordances.tilts import upside_down
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.values import Placement
@@ -58,14 +59,25 @@ class Prospects:
         iterations = self.asker.tuning.alone_iterations
         if to_be_pushed(workspace, name, workspace.start[name]):
             iterations *= BEGINNING_WITH_A_SLIDE
+        # What no single hand can turn over is asked about two of them first.
+        if self.turned(name) and self._regrasp_helps(workspace, name, iterations):
+            self._hopeful.add(name)
+            return None
         solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)})
-        if solution.plan is not None or self._regrasp_helps(workspace, name, iterations):
+        if solution.plan is not None or (
+            not self.turned(name) and self._regrasp_helps(workspace, name, iterations)
+        ):
             self._hopeful.add(name)
             return None
         why = f"even alone: {reason(solution)}"
         if not self.asker.late:
             self.hopeless[name] = workspace.start[name], why
         return why
+
+    def turned(self, name: str) -> bool:
+        """Whether an object has to be turned over to reach its goal."""
+        workspace = self.asker.workspace
+        return name in workspace.goals and upside_down(workspace, name, workspace.goals[name])
 
     def _regrasp_helps(self, workspace: Workspace, name: str, iterations: int) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""

@@ -302,7 +302,8 @@ class Ordering:
                 brought = effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
-        movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, set[str]())
+        turned = {name} if self._prospects.turned(name) else set[str]()
+        movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
         if refused is not None:
