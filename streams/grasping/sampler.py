@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from functools import partial
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.affordances.neighbours import enclosed, upon_carriers, within
+from tamp.streams.affordances.stable_poses import amid, resting
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.cache import Draw, recalled, stepwise
 from tamp.streams.context import Context
@@ -22,7 +24,7 @@ from tamp.streams.grasping.container import roomy_pinches
 from tamp.streams.grasping.hand_clearance import HINDERED, neighbour_cost
 from tamp.streams.grasping.ranking import over_table, placement_cost
 from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
-from tamp.streams.hand.clearance import clear_of_object, reach_of_hand
+from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.hand.stability import FIRM, looseness, second_best
 from tamp.streams.values import Grasp, Placement
@@ -39,6 +41,9 @@ ENOUGH = 40  # clear grasps after which no further round is needed
 AMONG = 12  # the same where the object lies in something: those few are known to have room
 PROMISING = 250  # of those, for which neighbours count
 LIMIT = 160  # grasps offered for one object
+
+Ranked = tuple[Pinches, "NDArray[np.float64]", "NDArray[np.bool_]"]
+"""Pinches, what speaks against each, and which take the object up at the first of its placements; all of one length."""
 
 
 def sample_grasp(context: Context, obj: str) -> Iterator[Grasp]:
@@ -70,61 +75,59 @@ def _ranked(workspace: Workspace, obj: str, places: tuple[Placement, ...]) -> tu
 
 def _drawn(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Grasp | None]:
     workspace: Workspace = context.scene
-    found, costs = yield from _candidates(context, workspace, obj, places)
+    found, costs, takes = yield from _candidates(context, workspace, obj, places)
     if len(costs):
-        yield from _firm_first(workspace, found, costs, obj, places)
+        yield from _firm_first(workspace, found, costs, takes, obj, places)
 
 
 def _candidates(
     context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...]
-) -> Generator[None, None, tuple[Pinches, NDArray[np.float64]]]:
+) -> Generator[None, None, Ranked]:
     """Pinches and what speaks against each; sampled anew until enough of them are clear at every placement.
 
     Where the object lies in something, its neighbours decide which pinches are drawn; else only how they are ranked,
     and the same are ranked anew where others stand there.
     """
-    rounds: list[Pinches] = []
-    costs: list[NDArray[np.float64]] = []
+    rounds: list[Ranked] = []
     enough, crowded = 0, enclosed(workspace, obj, workspace.start[obj])
     lying = any(enclosed(workspace, obj, place) for place in places)
     reads = workspace if lying else upon_carriers(workspace, obj, *places, workspace.start[obj])
     drawn = recalled(context, "pinches", (obj, places), reads, partial(_rounds, obj=obj, places=places))
-    for points, (pinches, cost) in zip(SURFACES, drawn, strict=False):
+    for points, (pinches, cost, takes) in zip(SURFACES, drawn, strict=False):
         met = np.sum([neighbour_cost(workspace, pinches, obj, place) for place in places], axis=0)
-        rounds.append(pinches)
-        costs.append(cost + met)
+        rounds.append((pinches, cost + met, takes))
         # Among neighbours one cannot choose from too many, so a glance is enough where they are not met.
         enough += int(((cost < HINDERED) & ((met == 0) | (points > GLANCE))).sum())
         if enough >= (AMONG if crowded else ENOUGH) or (len(rounds) == FEW and (crowded or not enough)):
             break
         yield None
-    return Pinches.joined(rounds), np.concatenate(costs)
+    found, costs, taking = zip(*rounds, strict=True)
+    return Pinches.joined(found), np.concatenate(costs), np.concatenate(taking)
 
 
-def _rounds(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[tuple[Pinches, NDArray[np.float64]]]:
-    """Yield the promising pinches of each round of sampling, and what they cost were no neighbour there."""
+def _rounds(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Ranked]:
+    """Yield the promising pinches of each round of sampling, ranked as if no neighbour were there."""
     for points in SURFACES:
         yield _round(context, context.scene, obj, places, points)
 
 
 def _round(
     context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...], points: int
-) -> tuple[Pinches, NDArray[np.float64]]:
+) -> Ranked:
     pinches = roomy_pinches(workspace, obj, places, context.rng, points)
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke and with room for a hand")
-        return pinches, np.empty(0)
+        return pinches, np.empty(0), np.empty(0, bool)
     pinches, serves, lays = over_table(workspace, obj, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
     pinches, serves, lays = pinches.at(clear), serves[:, clear], lays[:, clear]
     if not len(pinches):
         context.fail(f"the hand would hit the table or {obj} itself in every grasp of {obj}")
-        return pinches, np.empty(0)
-    cost = intrinsic_cost(workspace, obj, pinches)
-    for place, usable, laid in zip(places, serves, lays, strict=True):
-        cost += placement_cost(workspace, obj, pinches, place, usable, laid)
+        return pinches, np.empty(0), np.empty(0, bool)
+    each = [placement_cost(workspace, obj, pinches, *at) for at in zip(places, serves, lays, strict=True)]
+    cost = intrinsic_cost(workspace, obj, pinches) + np.sum(each, axis=0)
     promising = np.array(_spread(pinches, cost)[:PROMISING])
-    return pinches.at(promising), cost[promising]
+    return pinches.at(promising), cost[promising], each[0][promising] < HINDERED
 
 
 def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
@@ -142,13 +145,19 @@ def _spread(pinches: Pinches, costs: NDArray[np.float64]) -> list[int]:
 
 
 def _firm_first(
-    workspace: Workspace, pinches: Pinches, costs: NDArray[np.float64], obj: str, places: tuple[Placement, ...]
+    workspace: Workspace,
+    pinches: Pinches,
+    costs: NDArray[np.float64],
+    takes: NDArray[np.bool_],
+    obj: str,
+    places: tuple[Placement, ...],
 ) -> Iterator[Grasp | None]:
     """Yield grasps that serve every placement as they come; afterwards those that serve one only.
 
+    Of these every second one takes the object up at the first placement, such ones first that can put it aside then.
     Those in which the object would move come between them, see `second_best`.
     """
-    partly: list[Grasp] = []
+    taking, bringing = list[Grasp](), list[Grasp]()
     loose: list[tuple[float, Grasp]] = []
     for index in _spread(pinches, costs)[:LIMIT]:
         width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
@@ -156,11 +165,19 @@ def _firm_first(
         if grasp is None:
             pass
         elif costs[index] >= HINDERED:
-            partly.append(grasp)
+            (taking if takes[index] else bringing).append(grasp)
         elif (angle := looseness(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
             loose.append((angle, grasp))
         else:
             yield grasp
             continue
         yield None
+    taking.sort(key=lambda grasp: not _puts_aside(workspace, obj, grasp))
+    partly = [grasp for pair in zip_longest(taking, bringing) for grasp in pair if grasp is not None]
     yield from second_best(workspace, obj, places[0], loose, partly)
+
+
+def _puts_aside(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
+    """Whether there is a face on which a hand can put the object on the table."""
+    midst = (amid(workspace, obj, R).pose for R in resting(workspace, obj))
+    return any(hand_above_table(workspace, pose, grasp) for pose in midst)
