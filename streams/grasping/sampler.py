@@ -111,9 +111,7 @@ def _rounds(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterat
         yield _round(context, context.scene, obj, places, points)
 
 
-def _round(
-    context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...], points: int
-) -> Ranked:
+def _round(context: Context, workspace: Workspace, obj: str, places: tuple[Placement, ...], points: int) -> Ranked:
     pinches = roomy_pinches(workspace, obj, places, context.rng, points)
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke and with room for a hand")

@@ -116,8 +116,9 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
     An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
-    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves. Else those come
-    first that put it on a face from which it does not tip over.
+    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves; those of which
+    it is not sure that it lands on the face come last. Else those come first that put it on a face from which it does
+    not tip over.
     """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
@@ -135,16 +136,20 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
             first += _layers(context, obj, start, faces, first, grasps)
         put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
         first.sort(key=lambda grasp: -max(put[grasp], default=0))
-        taken_over = False
+        taken_over, unsure = False, list[Pair]()
         shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(first, second)}
         for one, other in _each_with_others(first, second, shared):
             if clock.now() > context.deadline:
                 return
             taken_over = True
             if takes(one) and brings(other):
-                faces = [R for R in shared[one, other] if not laid or _falls_flat(workspace, obj, R, one)]
-                if faces:
-                    yield one, other, faces, laid
+                faces = shared[one, other]
+                sure = [R for R in faces if not laid or _falls_flat(workspace, obj, R, one, surely=True)]
+                if sure:
+                    yield one, other, sure, laid
+                elif len(unsure) < FEW and (faces := [R for R in faces if _falls_flat(workspace, obj, R, one)]):
+                    unsure.append((one, other, faces, laid))
+        yield from unsure
         if taken_over:
             return
     if first and second:
@@ -168,11 +173,12 @@ def _layers(
     return [grasp for grasp in dict.fromkeys(found) if grasp not in known]
 
 
-def _falls_flat(workspace: Workspace, obj: str, R: NDArray[np.float64], grasp: Grasp) -> bool:
+def _falls_flat(workspace: Workspace, obj: str, R: NDArray[np.float64], grasp: Grasp, *, surely: bool = False) -> bool:
     """Whether an object that a hand lays down comes to rest turned by R (3, 3), let go as far up as places are."""
     pose = amid(workspace, obj, R).pose
     x, y, z = pose.xyz
-    return falls_flat(workspace, obj, Placement(Pose((x, y, z + RELEASE_HEIGHT), pose.quat), (TABLE,)), grasp)
+    place = Placement(Pose((x, y, z + RELEASE_HEIGHT), pose.quat), (TABLE,))
+    return falls_flat(workspace, obj, place, grasp, surely=surely)
 
 
 def _able(workspace: Workspace, obj: str, place: Placement) -> bool:

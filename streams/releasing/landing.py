@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,7 +33,8 @@ SKIDS = 0.004  # how much farther aside than friction or ice explain the centre 
 CORNER = 0.018  # ... and so much more over a corner, but no more than it is beside that [m]
 SHOTS = 5  # falls onto other objects that are simulated until one lands where it was aimed at
 NEAR = 0.005  # so near to the placement is where it was aimed at [m]
-BESIDE = 0.003  # let go so far beside what lands as it shall [m] ...
+BESIDE = 0.003  # let go so far beside what lands as it shall on other objects [m] ...
+SWAYED = 0.02  # ... or, on the table, turned so far [rad] ...
 SPREAD, TURNED = 0.02, 0.15  # ... it still lands so near to there [m], turned by no more [rad]
 PUSHED = 0.003  # what it falls on stays where it is, but for this [m]
 
@@ -56,7 +57,9 @@ def aimed(workspace: Workspace, obj: str, placement: Placement, fall: Fall) -> F
         shot = _shot_in(workspace, obj, placement, below, fall)
         if shot is None or not _explained(workspace, obj, fall, shot):
             return None
-        return shot if whole_on_table(workspace, obj, placement) or _sure(workspace, obj, below, shot) else None
+        return (
+            shot if whole_on_table(workspace, obj, placement) or _sure(workspace, obj, below, shot, _shifted) else None
+        )
 
     return workspace.cache.value(("aimed", obj, placement, fall[0], *below.items()), found)
 
@@ -86,14 +89,36 @@ def whole_on_table(workspace: Workspace, obj: str, placement: Placement) -> bool
     return placement.on == (TABLE,) and not hangs_over(workspace, obj, placement)
 
 
-def _sure(workspace: Workspace, obj: str, below: Mapping[str, Pose], shot: Fall) -> bool:
-    """Whether an object lands near the same pose if it is let go a little beside: it hardly ever is just there."""
-    x, y, z = shot[0].xyz
-    for dx, dy in ((BESIDE, 0.0), (-BESIDE, 0.0), (0.0, BESIDE), (0.0, -BESIDE)):
-        end = _landed(workspace, obj, below, Pose((x + dx, y + dy, z), shot[0].quat))
+def sure_on_table(workspace: Workspace, obj: str, fall: Fall) -> bool:
+    """Whether an object lands near the same pose on the table if it is let go turned a little about a level axis."""
+    return workspace.cache.value(("sure", obj, fall[0]), lambda: _sure(workspace, obj, {}, fall, _turned))
+
+
+def _sure(
+    workspace: Workspace,
+    obj: str,
+    below: Mapping[str, Pose],
+    shot: Fall,
+    disturbed: Callable[[Pose, float, float], Pose],
+) -> bool:
+    """Whether an object lands near the same pose if it is let go a little otherwise: it hardly ever is just so."""
+    for x, y in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)):
+        end = _landed(workspace, obj, below, disturbed(shot[0], x, y))
         if end is None or math.dist(end.xyz, shot[-1].xyz) > SPREAD or angle_between(end, shot[-1]) > TURNED:
             return False
     return True
+
+
+def _turned(pose: Pose, x: float, y: float) -> Pose:
+    """A pose turned by SWAYED about a level axis."""
+    T = pose.matrix.copy()
+    T[:3, :3] = rotation(np.array([x, y, 0.0]), SWAYED) @ T[:3, :3]
+    return Pose.from_matrix(T)
+
+
+def _shifted(pose: Pose, x: float, y: float) -> Pose:
+    """A pose shifted by BESIDE in a level direction."""
+    return Pose((pose.xyz[0] + BESIDE * x, pose.xyz[1] + BESIDE * y, pose.xyz[2]), pose.quat)
 
 
 def _landed(workspace: Workspace, obj: str, below: Mapping[str, Pose], let_go: Pose) -> Pose | None:

@@ -14,7 +14,7 @@ from tamp.streams.context import Context
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
 from tamp.streams.releasing.edge_contact import dragged, held_up, hooked
-from tamp.streams.releasing.landing import aimed, whole_on_table
+from tamp.streams.releasing.landing import aimed, sure_on_table, whole_on_table
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -53,11 +53,15 @@ def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool
     return any(reaches(context, obj, placement, grasp, fall) for fall in falls)
 
 
-def falls_flat(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp) -> bool:
-    """Whether an object falls to a placement on the table from some tilt in which the hand may let it go there."""
+def falls_flat(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, *, surely: bool = False) -> bool:
+    """Whether an object falls to a placement on the table from some tilt in which the hand may let it go there.
+
+    Surely, if it does so too when it is let go a little otherwise.
+    """
     at = midtable(workspace, placement)
     ways, _ = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
-    return any(_landing(workspace, obj, at, grasp, fall) for fall in _spread(ways, TRIED))
+    landed = (_landing(workspace, obj, at, grasp, fall) for fall in _spread(ways, TRIED))
+    return any(fall and (not surely or _is_sure(workspace, obj, at, fall)) for fall in landed)
 
 
 def _falls(
@@ -81,15 +85,27 @@ def _falls(
 def _landings(
     context: Context, obj: str, placement: Placement, grasp: Grasp, ways: Sequence[tuple[Pose, ...]]
 ) -> Iterator[tuple[Pose, ...]]:
-    """The ways to fall, as the object lands, that end at its placement, until too many in a row end elsewhere."""
-    misses = 0
+    """The ways to fall, as the object lands, that end at its placement, until too many in a row end elsewhere.
+
+    Those come last that would, were the object let go on the table a little otherwise.
+    """
+    misses, unsure = 0, list[tuple[Pose, ...]]()
     for way in ways:
         if misses == MISSES or clock.now() > context.deadline:
-            return
+            break
         landed = _landing(context.scene, obj, placement, grasp, way)
-        misses = misses + 1 if landed is None else 0
-        if landed is not None:
+        if landed is not None and _is_sure(context.scene, obj, placement, landed):
+            misses = 0
             yield landed
+        else:
+            misses += 1
+            unsure += [] if landed is None else [landed]
+    yield from unsure
+
+
+def _is_sure(workspace: Workspace, obj: str, placement: Placement, fall: tuple[Pose, ...]) -> bool:
+    straight = falls_straight(fall[0], placement.pose)
+    return straight or not whole_on_table(workspace, obj, placement) or sure_on_table(workspace, obj, fall)
 
 
 def _spread(ways: Sequence[tuple[Pose, ...]], most: int | None) -> list[tuple[Pose, ...]]:
