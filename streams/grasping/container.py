@@ -37,7 +37,7 @@ POINTS = 1000  # on the surface, that rays start from
 LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
 FEW = 10  # hands with room, below which such are added
 PLENTY = 60  # after which no more are sought
-LOW = 0.05  # height of an object that is flat [m]
+LOW, RAISED = 0.035, 0.04  # height of an object of which few hands, and few that lean over, get hold [m]
 AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
 
@@ -61,9 +61,9 @@ def roomy_pinches(
     place = next((place for place in places if place == start or place != goal), None)
     hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
     # With a single placement a regrasp is meant, whose hands have to lean to lay the object down.
-    low = [place.pose for place in places if _lies_low(workspace, obj, place)]
-    tilts = TILTS[:3] if len(low) == len(places) > 1 else LEANING
-    pinches = sample_pinches(workspace, obj, rng, points, hanging, low, tilts)
+    tilts, most = (TILTS[:3], LOW) if len(places) > 1 else (LEANING, RAISED)
+    low = [place.pose for place in places if _height(workspace, obj, place) < most]
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, low if len(low) == len(places) else [], tilts)
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
@@ -84,10 +84,10 @@ def roomy_pinches(
     return alone if len(alone) else roomy
 
 
-def _lies_low(workspace: Workspace, obj: str, place: Placement) -> bool:
-    """Whether an object lies so flat that few hands get hold of it above the table."""
+def _height(workspace: Workspace, obj: str, place: Placement) -> float:
+    """How high an object is as it lies [m]."""
     lower, upper = workspace.bounds(obj, place.pose)
-    return bool(upper[2] - lower[2] < LOW)
+    return float(upper[2] - lower[2])
 
 
 def _clear_of_walls(workspace: Workspace, obj: str, pinches: Pinches, place: Placement) -> Pinches:

@@ -75,9 +75,11 @@ class Prospects:
         return why
 
     def turned(self, name: str) -> bool:
-        """Whether an object has to be turned over to reach its goal."""
+        """Whether hands have to turn an object over for its goal; what is pushed first may turn over by that."""
         workspace = self.asker.workspace
-        return name in workspace.goals and upside_down(workspace, name, workspace.goals[name])
+        if name not in workspace.goals or to_be_pushed(workspace, name, workspace.start[name]):
+            return False
+        return upside_down(workspace, name, workspace.goals[name])
 
     def _regrasp_helps(self, workspace: Workspace, name: str, iterations: int) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
