@@ -16,7 +16,7 @@ from typing import Any
 
 Row = dict[str, Any]
 
-PACKAGES = ("numpy", "pin", "coal", "ompl", "python-fcl", "pybullet", "trimesh", "scipy", "up-fast-downward")
+PACKAGES = ("numpy", "pin", "coal", "ompl", "toppra", "python-fcl", "pybullet", "trimesh", "scipy", "up-fast-downward")
 
 
 def main(

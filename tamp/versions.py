@@ -11,7 +11,7 @@ from itertools import chain
 
 DISTRIBUTION = "tabletop-tamp"
 DISTRIBUTIONS = (
-    DISTRIBUTION, "numpy", "numba", "ompl", "pin", "coal", "pybullet", "python-fcl", "scipy", "trimesh",
+    DISTRIBUTION, "numpy", "numba", "ompl", "pin", "coal", "pybullet", "python-fcl", "scipy", "toppra", "trimesh",
     "up-fast-downward",
 )  # fmt: skip
 

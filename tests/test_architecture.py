@@ -105,6 +105,7 @@ HOMES = {
         "contest.service.submissions", "contest.service.teams", "contest.service.worker",
     },
     "threadpoolctl": {"threads"},
+    "toppra": {"world.timing.path_rates"},
     "uvicorn": {"contest.service.prompt", "contest.service.serve"},
     "viser": {"report.viewer"},
     "trimesh": {"perception.rendering.surface", "task.mesh.mesh_file", "scenarios.make_objects"},

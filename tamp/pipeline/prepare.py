@@ -178,7 +178,8 @@ def preload(nothing: Task) -> None:
     Raises:
         TampError: where something cannot be had.
     """
-    import tamp.world.motion.ompl  # noqa: F401  # slow to load, and waits elsewhere until it is needed
+    import tamp.world.motion.ompl
+    import tamp.world.timing.path_rates  # noqa: F401  # both are slow to load, and wait elsewhere until they are needed
 
     with one_thread():
         load_samplers(nothing, DEFAULT_SETTINGS)

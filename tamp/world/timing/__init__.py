@@ -1,4 +1,4 @@
-"""From a path to a trajectory: corners blended, timed by TOPP-RA under the joints' limits.
+"""From a path to a trajectory: corners blended, timed by TOPPRA under the joints' limits.
 
 May import world.motion.paths and world.robot.
 """

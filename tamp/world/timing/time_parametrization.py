@@ -1,4 +1,4 @@
-"""When the arm is where: a path becomes a trajectory under velocity and acceleration limits, by TOPP-RA."""
+"""When the arm is where: a path becomes a trajectory under velocity and acceleration limits, by TOPPRA."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from tamp.task.plan import Trajectory
 from tamp.task.robot import RobotSpec
 from tamp.world.motion.paths import Array, without_duplicates
 from tamp.world.timing.blending import RoundedPath, rounded
-from tamp.world.timing.path_rates import fastest_rates
 from tamp.world.timing.smoothing import smoothed, span_accelerations
 from tamp.world.timing.trajectory import ConfigurationTest, accelerations, first_blocked
 
@@ -25,7 +24,7 @@ TOLERANCE = 0.004
 """How far rounded corners may leave the polyline [rad]."""
 
 GRID = 30
-"""Number of intervals that TOPP-RA divides a path into, besides the ends of its blends."""
+"""Number of intervals that TOPPRA divides a path into, besides the ends of its blends."""
 
 LEAST = 4
 """The same for each straight stretch, however short."""
@@ -41,10 +40,10 @@ ENDS = 0.01
 
 
 def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: float = TOLERANCE) -> Trajectory:
-    """The fastest trajectory along a path, at rest at both ends, by TOPP-RA (Pham and Pham, 2018).
+    """The fastest trajectory along a path, at rest at both ends, by TOPPRA (Pham and Pham, 2018).
 
     The corners of the path are rounded by parabolas, so that path and timing are smooth between the points at which
-    TOPP-RA sets the acceleration, at most SAMPLE_S apart. There it jumps, so that the motion is averaged over the few
+    TOPPRA sets the acceleration, at most SAMPLE_S apart. There it jumps, so that the motion is averaged over the few
     milliseconds in which the limits of jerk let it change. The limits hold by construction; the samples are verified
     nevertheless, and stretched in time if need be.
 
@@ -58,6 +57,8 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     Raises:
         ValueError: for a path of wrong shape, not finite or outside the position limits, or a speed out of range.
     """
+    from tamp.world.timing.path_rates import fastest_rates  # imports TOPPRA, which takes its time
+
     path = _checked(path, limits, speed)
     points = without_duplicates(path)
     if len(points) == 1:

@@ -64,9 +64,7 @@ class Prospects:
             self._hopeful.add(name)
             return None
         solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)})
-        if solution.plan is not None or (
-            not self.turned(name) and self._regrasp_helps(workspace, name, iterations)
-        ):
+        if solution.plan is not None or (not self.turned(name) and self._regrasp_helps(workspace, name, iterations)):
             self._hopeful.add(name)
             return None
         why = f"even alone: {reason(solution)}"
