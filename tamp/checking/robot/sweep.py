@@ -130,6 +130,17 @@ def travelled(solid: Solid, T: Array) -> Array:
     return ways(T, solid.center, solid.radius)
 
 
+def passed(moving: Sequence[Mover], still: Sequence[Mover]) -> list[Mover]:
+    """Of bodies that stand still those whose sphere meets the box round some sphere that moves, in order."""
+    radii, still_radii = (np.array([body.solid.radius for body in bodies]) for bodies in (moving, still))
+    lower = np.array([body.center.min(axis=0) for body in moving]) - radii[:, None]
+    upper = np.array([body.center.max(axis=0) for body in moving]) + radii[:, None]
+    centers = np.array([body.center[0] for body in still]).reshape(-1, 1, 3)
+    beyond = np.maximum(np.maximum(lower - centers, centers - upper), 0.0)
+    near = ((beyond**2).sum(axis=2) <= still_radii[:, None] ** 2).any(axis=1)
+    return [body for body, meets in zip(still, near.tolist(), strict=True) if meets]
+
+
 def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = None) -> list[Touch]:
     """For each pair of bodies (a, b, allowed depth) the first sample where they are deeper than allowed, if any.
 

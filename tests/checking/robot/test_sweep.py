@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -13,9 +14,9 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.kinematics import read_kinematics
 from tamp.checking.robot.links import read_links
-from tamp.checking.robot.sweep import Mover, looks, touches, travelled
+from tamp.checking.robot.sweep import Mover, looks, passed, touches, travelled
 from tamp.task import Box, Pose, Trajectory, load_robot
-from tamp.task.mesh.parts import parts
+from tamp.task.mesh.parts import Part, parts
 from tests.checking.handmade import timed
 
 SPEC = load_robot("panda")
@@ -104,3 +105,20 @@ def test_advancement_equals_brute_force(
         deep = [k for k, apart in enumerate(every) if apart < -allowed]
         found = touches([(box, body, allowed)])
         assert [touch.sample for touch in found] == deep[:1]
+
+
+@given(start=configurations, end=configurations)
+@settings(max_examples=5, deadline=None)
+def test_what_is_left_out_as_far_away_is_never_touched(start: np.ndarray, end: np.ndarray) -> None:
+    motion = timed(np.array([start, end]), SPEC)
+    bodies = movers(interpolate(motion, seen(motion, 0.02)))
+    crate = [part for x in (-0.04, 0.04) for part in _shifted(parts(Box((0.02, 0.1, 0.1))), x)]
+    grid = [(x, y, z) for x in (-0.6, 0.0, 0.6) for y in (-0.6, 0.0, 0.6) for z in (0.1, 0.7, 2.0)]
+    still = [Mover(Solid.of(f"crate {at}", crate), Pose(at).matrix[None].copy()) for at in grid]
+    near = passed(bodies, still)
+    assert 0 < len(near) < len(still)
+    assert touches((a, b, 0.0) for a in near for b in bodies) == touches((a, b, 0.0) for a in still for b in bodies)
+
+
+def _shifted(pieces: Iterable[Part], x: float) -> list[Part]:
+    return [Part(piece.vertices + np.array([x, 0.0, 0.0]), piece.faces) for piece in pieces]
