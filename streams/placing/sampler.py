@@ -17,6 +17,7 @@ from tamp.streams.placing.packing import ROOM_FOR_FINGERS, crowded, packed
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, at_pose, held, standing
 from tamp.task import Pose
+from tamp.task.mesh.enclosure import lies_in
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -177,18 +178,18 @@ def sample_insertion(context: Context, obj: str, container: str, around: Placeme
     Where sloping walls would not carry it, it would slide to a place that nobody has planned: those come last.
     """
     workspace: Workspace = context.scene
-    _, upper = _extent(workspace, container, around.pose.matrix[:3, :3])
-    top = around.pose.xyz[2] + upper[2]
+    shape, hollow = (workspace.task.object(name).shape for name in (obj, container))
     sliding: list[Placement] = []
     for draw in range(DRAWS):
         tries = (_drop(context, workspace, obj, container, around, 0.8, 4 * draw + k) for k in range(4))
-        inside = sorted((p for p in tries if p is not None and p.pose.xyz[2] < top), key=lambda p: p.pose.xyz[2])
-        lying = next((p for p in inside if carried_by(workspace, obj, p, container, around)), None)
-        if not inside:
+        inside = (p for p in tries if p is not None and lies_in(shape, p.pose.matrix, hollow, around.pose.matrix))
+        sunk = sorted(inside, key=lambda p: p.pose.xyz[2])
+        lying = next((p for p in sunk if carried_by(workspace, obj, p, container, around)), None)
+        if not sunk:
             context.fail(f"{obj} does not sink into {container}")
         elif lying is None:
             context.fail(f"{container} would not carry {obj} there")
-            sliding.append(inside[0])
+            sliding.append(sunk[0])
         yield lying
     yield from sliding
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, overlaps, sagging
 from tamp.checking.scene import Scene, State, in_region
+from tamp.task.mesh.enclosure import lies_in
 from tamp.task.model import At, In, On
 
 if TYPE_CHECKING:
@@ -147,15 +147,8 @@ def _check_relation(replay: Replay, name: str, goal: On | In) -> None:
     elif isinstance(goal, On):
         holds = goal.target in carriers(scene, state, name, replay.allow).bodies
     else:
-        holds = _contains(scene, state, goal.target, name)
+        shape, container = (scene.task.object(each).shape for each in (name, goal.target))
+        holds = lies_in(shape, state.poses[name], container, state.poses[goal.target])
     if not holds:
         relation = "in" if isinstance(goal, In) else "on"
         replay.report("goal", f"{name} does not end {relation} {goal.target}", (name, goal.target))
-
-
-def _contains(scene: Scene, state: State, container: str, name: str) -> bool:
-    """Whether the centre of an object's box lies in the box of another."""
-    inner, outer = scene.solids[name], scene.solids[container]
-    center = np.append((inner.lower + inner.upper) / 2, 1.0)
-    local = (inverse(state.poses[container]) @ state.poses[name] @ center)[:3]
-    return bool(((local >= outer.lower) & (local <= outer.upper)).all())

@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh.parts import bounds, parts
+from tamp.task.mesh.enclosure import lies_in
+from tamp.task.mesh.parts import parts
 from tamp.task.model import In, On, Region, Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.task.mesh.parts import Part
     from tamp.task.model import Shape
     from tamp.task.pose import Pose
 
-    Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+    Array = NDArray[np.float64]
+    Box = tuple[Array, Array]
+    HalfSpaces = tuple[Array, Array, Array, Array]
 
 REST_GAP = 0.01
 """How far above or inside its support the bottom of a resting object may be [m]."""
@@ -26,9 +30,9 @@ def holds(task: Task, name: str, goal: On | In, poses: Mapping[str, Pose]) -> bo
     """Whether the object called `name` is on or in its target.
 
     On a region: the centre of its footprint lies in the region and it has not sunk below the table. On an object: that
-    centre lies in the support's footprint, and its bottom is between the support's bottom and top.
-    In an object: the centre of its bounding box lies within the container's bounds. Footprints are the axis-aligned
-    extents of the object as it lies.
+    centre lies in the support's footprint, its bottom is between the support's bottom and top, and it would meet the
+    support if it were a little lower: it is not merely beside it, in the corner of an L.
+    In an object: `tamp.task.mesh.enclosure.lies_in`. Footprints are the axis-aligned extents of the object as it lies.
 
     Args:
         task: gives shapes and regions.
@@ -36,16 +40,22 @@ def holds(task: Task, name: str, goal: On | In, poses: Mapping[str, Pose]) -> bo
         goal: what is asked.
         poses: object -> final pose in the world frame.
     """
-    lower, upper = extent(task.object(name).shape, poses[name])
-    center = (lower + upper) / 2
+    shape, T = task.object(name).shape, poses[name].matrix
     if isinstance(goal, In):
-        return _inside(task.object(goal.target).shape, poses[goal.target], center)
+        return lies_in(shape, T, task.object(goal.target).shape, poses[goal.target].matrix)
+    lower, upper = extent(shape, poses[name])
+    center = (lower + upper) / 2
     region = next((r for r in task.regions if r.name == goal.target), None)
     if region is not None:
         return _in_rectangle(region, center) and bool(lower[2] >= -REST_GAP)
-    below, above = extent(task.object(goal.target).shape, poses[goal.target])
+    support = task.object(goal.target).shape
+    below, above = extent(support, poses[goal.target])
     over = bool((below[:2] <= center[:2]).all() and (center[:2] <= above[:2]).all())
-    return over and bool(below[2] - REST_GAP / 10 <= lower[2] <= above[2] + REST_GAP)
+    if not over or not below[2] - REST_GAP / 10 <= lower[2] <= above[2] + REST_GAP:
+        return False
+    lowered = T.copy()
+    lowered[2, 3] -= REST_GAP
+    return _meet(shape, lowered, support, poses[goal.target].matrix)
 
 
 def extent(shape: Shape, pose: Pose) -> Box:
@@ -55,14 +65,33 @@ def extent(shape: Shape, pose: Pose) -> Box:
     return points.min(axis=0), points.max(axis=0)
 
 
-def _inside(container: Shape, pose: Pose, point: NDArray[np.float64]) -> bool:
-    T = pose.matrix
-    local = T[:3, :3].T @ (point - T[:3, 3])
-    lower, upper = bounds(container)
-    return bool((lower <= local).all() and (local <= upper).all())
+def _meet(a: Shape, T_a: Array, b: Shape, T_b: Array) -> bool:
+    """Whether two bodies at poses in the world, shape (4, 4), have a point in common."""
+    ones, others = ([_placed(part, T) for part in parts(shape)] for shape, T in ((a, T_a), (b, T_b)))
+    return any(_feasible(one, other) for one in ones for other in others)
 
 
-def _in_rectangle(region: Region, point: NDArray[np.float64]) -> bool:
+def _placed(part: Part, T: Array) -> HalfSpaces:
+    """A convex part as normals . x <= offsets in the world, and its lower and upper corner there."""
+    points = part.vertices @ T[:3, :3].T + T[:3, 3]
+    a, b, c = (points[part.faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-14)[:, None]
+    return normals, np.einsum("ij,ij->i", normals, a), points.min(axis=0), points.max(axis=0)
+
+
+def _feasible(one: HalfSpaces, other: HalfSpaces) -> bool:
+    """Whether a point lies in both, by a linear program where their boxes overlap."""
+    from scipy.optimize import linprog
+
+    if (one[2] > other[3]).any() or (other[2] > one[3]).any():
+        return False
+    normals, offsets = np.vstack([one[0], other[0]]), np.concatenate([one[1], other[1]])
+    found = linprog(np.zeros(3), A_ub=normals, b_ub=offsets, bounds=(None, None), method="highs")
+    return bool(found.status == 0)
+
+
+def _in_rectangle(region: Region, point: Array) -> bool:
     return all(
         abs(value - center) <= size / 2
         for value, center, size in zip(point[:2], region.center, region.size, strict=True)
