@@ -9,7 +9,7 @@ import numpy as np
 
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
-from tamp.checking.physics.support import balanced, carriers, overlaps, sagging
+from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps
 from tamp.checking.scene import Scene, State, in_region
 from tamp.task.mesh.enclosure import lies_in
 from tamp.task.model import At, In, On
@@ -52,9 +52,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             replay.report("start", sentence, (name,), astray)
         for sentence, bodies, depth in overlaps(scene, state, name, allow):
             replay.report("start", f"at the start {sentence}", bodies, depth)
-        if (low := sagging(scene, state, name, allow)) > allow.sagging:
-            sentence = f"{name} starts {1000 * low:.1f} mm above where it stands, with what carries it"
-            replay.report("start", sentence, (name,), low)
+        for where, far in misplaced(scene, state, name, allow):
+            replay.report("start", f"{name} starts {where}, with what carries it", (name,), far)
     for name, far in _off_balance(scene, state, allow).items():
         sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
         replay.report("start", sentence, (name,), min(far, 1.0))

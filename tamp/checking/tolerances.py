@@ -39,6 +39,7 @@ class Tolerances:
         edge: how far inside what carries it the centre of mass of a pushed object stays.
         standing: largest gap between a body and what it stands on.
         sagging: how far a stack may come down in all until each of its bodies touches what it stands on.
+        sinking: how far the bodies of a stack may be in each other in all, from the topmost to the table.
         slack: how far a stack may give until something more carries it.
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
@@ -88,6 +89,7 @@ class Tolerances:
     edge: float = 0.01
     standing: float = 0.003
     sagging: float = 0.006
+    sinking: float = 0.003
     slack: float = 0.003
     balance: float = 0.001
     reached: float = 0.005

@@ -322,18 +322,24 @@ def test_what_falls_on_the_verge_of_tipping_does_not_stay(inside, stays):
 
 
 @pytest.mark.parametrize(("far", "thick", "tips"), [(0.15, 0.012, True), (0.15, 0.04, False), (0.02, 0.012, False)])
-def test_what_is_fallen_upon_tips_over_where_it_is_narrow(far, thick, tips):
-    domino = Object("domino", Box((thick, 0.06, 0.1)), Pose((0.05, 0.2, 0.05)))
+@pytest.mark.parametrize("places", [(0.05,), (-0.01, 0.11)])
+def test_what_is_fallen_upon_tips_over_where_it_is_narrow(far, thick, tips, places):
+    """On one body, or on two that carry together what falls: one of them is met first."""
+    dominoes = [Object(f"domino{x}", Box((thick, 0.06, 0.1)), Pose((x, 0.2, 0.05))) for x in places]
     start, end = Pose((0.05, -0.2, 0.02)), Pose((0.05, 0.2, 0.12))
-    task = Task("domino", (Object("red", Box((0.05, 0.05, 0.04)), start, At(end), mass=1.0), domino))
+    length = 0.05 if len(places) == 1 else 0.16
+    task = Task("domino", (Object("red", Box((length, 0.05, 0.04)), start, At(end), mass=1.0), *dominoes))
     home = two_boxes()[1].home
-    actions = carry(Hand(home), "red", start, shifted(end, np.array([0.0, 0.0, far])), 0.05, ("table", "domino"))
+    actions = carry(
+        Hand(home), "red", start, shifted(end, np.array([0.0, 0.0, far])), 0.05, ("table", dominoes[0].name)
+    )
     lower, release, retreat = actions[-1].steps
     lay = replace(actions[-1], name="lay-on", steps=(lower, release, Fall("red", end), retreat))
-    starts = {"red": start, "domino": domino.pose}
+    starts = {"red": start, **{domino.name: domino.pose for domino in dominoes}}
     plan = Plan("domino", "panda", 0, starts, home, {"red": end}, (*actions[:-1], lay))
     said = [problem.sentence for problem in check(task, plan).problems]
-    assert any("domino tips over when red falls" in sentence for sentence in said) == tips, said
+    for domino in dominoes:
+        assert any(f"{domino.name} tips over when red falls" in sentence for sentence in said) == tips, said
 
 
 def test_what_is_carried_grazes_nothing_on_its_way():

@@ -66,11 +66,21 @@ def test_gaps_in_a_stack_add_up(gap, wrong):
     assert ("slab4 starts 14.5 mm above where it stands" in judged(stack, actions)) == wrong
 
 
-def test_gaps_of_what_is_stacked_add_up():
+def stacked(count: int, gap: float) -> str:
+    """What is said of slabs that are stacked, each so far above the one below [m]."""
     hand, things, actions = Hand(HOME), [], []
-    for i in range(3):
-        start, goal = Pose((0.1 * i, -0.3, 0.01)), Pose((0.1, 0.2, 0.0129 + i * 0.0229))
+    for i in range(count):
+        start, goal = Pose((0.1 * i, -0.3, 0.01)), Pose((0.1, 0.2, 0.01 + gap + i * (0.02 + gap)))
         things.append(Object(f"slab{i}", Box((0.06, 0.05, 0.02)), start, At(goal)))
         actions += carry(hand, f"slab{i}", start, goal, 0.05, ("table", f"slab{i - 1}" if i else "table"))
-    found = judged(things, actions)
-    assert "slab2 comes down by 8.7 mm" in found and "slab1 comes down" not in found
+    return judged(things, actions)
+
+
+def test_gaps_of_what_is_stacked_add_up():
+    found = stacked(3, 0.0029)
+    assert "slab2 stands 8.7 mm above" in found and "slab1 stands" not in found
+
+
+def test_depths_of_what_is_stacked_add_up():
+    found = stacked(3, -0.0014)
+    assert "slab2 stands 4.2 mm below" in found and "slab1 stands" not in found

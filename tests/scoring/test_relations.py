@@ -34,7 +34,6 @@ def relation(tmp_path: Path, boxes, goal, at: Pose, container: Pose | None = Non
 @pytest.mark.parametrize(
     ("at", "inside"),
     [((0, 0, 0.03), True), ((0.06, -0.06, 0.03), True), ((0, 0, 0.12), False), ((0.12, 0, 0.02), False)],
-    [((0, 0, 0.03), True), ((0.06, -0.06, 0.03), True), ((0, 0, 0.12), False), ((0.12, 0, 0.02), False)],
 )
 def test_what_lies_between_all_walls_is_in(tmp_path, at, inside):
     assert relation(tmp_path, CRATE, In("holder"), Pose(at)) is inside

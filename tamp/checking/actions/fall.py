@@ -5,6 +5,7 @@ Neither meets anything on its way, and both rest where they land.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,35 +69,57 @@ def check_fall(
     lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
     if straight and drop > allow.drop and not stays_after(scene, state, name, lift, allow):
         report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
-    for struck in _knocked_over(scene, state, name, drop, allow) if straight and drop > allow.drop else ():
+    knocked = _knocked_over(scene, state, name, drop, allow) if straight and drop > allow.drop else ()
+    for struck in dict.fromkeys(knocked):
         report("fall", f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", bodies=(struck, name))
 
 
 def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tolerances) -> Iterator[str]:
-    """What carries an object that has fallen, each alone, and tips over with all that the blow falls on.
+    """What carries an object that has fallen, and tips over with all that the blow falls on.
 
-    To tip it lifts the common centre of mass over the edge of what it stands on; what is left of the fall does that.
+    What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
+    blow where it is met.
     """
     mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-    energy, above = mass * drop, [name]
-    while len(carrying := carriers(scene, state, above[-1], allow).bodies) == 1 and carrying != (TABLE,):
-        (name,) = carrying
-        if name in above:
-            return
+    yield from _struck(scene, state, Blow(mass * drop, mass, center, (name,)), allow)
+
+
+@dataclass(frozen=True, eq=False)
+class Blow:
+    """What comes down on what carries it.
+
+    Attributes:
+        energy: of the fall, in terms of weight [kg m].
+        mass: of all that comes down [kg].
+        center: where it does, shape (3,).
+        bodies: what comes down, the lowest last.
+    """
+
+    energy: float
+    mass: float
+    center: Array
+    bodies: tuple[str, ...]
+
+
+def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterator[str]:
+    """What a blow tips over. To do so it lifts the common centre of mass over the edge of what the body stands on."""
+    points = carriers(scene, state, blow.bodies[-1], allow).points
+    for name in sorted(points.keys() - {TABLE, *blow.bodies}):
         more, middle = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-        mass, center = mass + more, (mass * center + more * middle) / (mass + more)
+        met = blow.center if len(points) == 1 else points[name].mean(axis=0)
+        mass, center = blow.mass + more, (blow.mass * met + more * middle) / (blow.mass + more)
         height = float(center[2] - middle[2]) + height_above(scene, name, state.poses[name])
-        lift = min(allow.rolling * energy / mass, allow.rocking * height)
+        lift = min(allow.rolling * blow.energy / mass, allow.rocking * height)
         margin = float(np.sqrt((height + lift) ** 2 - height**2))
         touching = carriers(scene, state, name, allow)
-        for other in above:
+        for other in blow.bodies:
             touching = touching.without(other)
         if not touching.patches:  # that nothing carries it is told where it was put, or of the start
-            return
+            continue
         friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
         if touching.balance(center, friction, margin) < margin:
             yield name
-        above.append(name)
+        yield from _struck(scene, state, Blow(blow.energy, mass, center, (*blow.bodies, name)), allow)
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:

@@ -53,8 +53,8 @@ def unrest(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator
     if not carried.bodies:
         yield f"{name} stands in the air: nothing carries it", (name,), 0.0
         return
-    if (low := sagging(scene, state, name, allow)) > allow.sagging:
-        yield f"{name} comes down by {1000 * low:.1f} mm with what carries it", (name, *carried.bodies), low
+    for where, far in misplaced(scene, state, name, allow):
+        yield f"{name} stands {where}, with what carries it", (name, *carried.bodies), far
     balance = sunk_balance(scene, state, name, allow, allow.balance)
     if balance < allow.balance:
         outside = "on the edge of" if balance >= 0.0 else f"{-1000 * balance:.0f} mm outside"
@@ -152,23 +152,34 @@ def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterat
             yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
 
 
-def sagging(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
-    """How far an object comes down, at least, until it and all that carries it touch what they stand on [m].
+def misplaced(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, float]]:
+    """Why an object stands too high or too low with all that carries it: sentence, and by how much [m].
 
-    What carries it best is the shortest way down to the table: gaps that each count as standing must not add up.
+    Gaps that each count as standing, and depths that each count as touching, must not add up over a stack.
     """
-    far, waiting = dict[str, float](), [(0.0, name)]
+    if (high := _way_down(scene, state, name, 1.0, allow)) > allow.sagging:
+        yield f"{1000 * high:.1f} mm above where it stands", high
+    if (low := _way_down(scene, state, name, -1.0, allow)) > allow.sinking:
+        yield f"{1000 * low:.1f} mm below where it stands", low
+
+
+def _way_down(scene: Scene, state: State, name: str, sign: float, allow: Tolerances) -> float:
+    """The least sum of gaps, or of depths where `sign` is -1, from an object down to the table [m].
+
+    What carries it best is the way down on which it is least.
+    """
+    far, waiting = set[str](), [(0.0, name)]
     while waiting:
-        sunk, lowest = heappop(waiting)
+        total, lowest = heappop(waiting)
         if lowest == TABLE:
-            return sunk
+            return total
         if lowest in far:
             continue
-        far[lowest] = sunk
+        far.add(lowest)
         for other in carriers(scene, state, lowest, allow).bodies:
             T = inverse(scene.T_world_table if other == TABLE else state.poses[other]) @ state.poses[lowest]
             gap = clearance(scene.solids[other], scene.solids[lowest], T, allow.standing)
-            heappush(waiting, (sunk + max(gap, 0.0), other))
+            heappush(waiting, (total + max(sign * gap, 0.0), other))
     return 0.0
 
 

@@ -87,7 +87,7 @@ from tests.checking.mutations.pushes import (
     push_through,
     push_what_sticks,
 )
-from tests.checking.mutations.stacks import heavy_load, light_counterweight
+from tests.checking.mutations.stacks import heavy_load, light_counterweight, sunk_tower
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
 __all__ = ["FALLS", "MUTATIONS", "PUSHES", "STACKS", "TOPPLES", "Mutation"]
@@ -139,6 +139,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     closed_fingers: ("collision",),
     unknown_action: ("precondition",),
     namesake: ("precondition",),
+    sunk_tower: ("start",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

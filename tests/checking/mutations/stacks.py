@@ -1,4 +1,4 @@
-"""Corruptions of the masses in a stack, so that it tips where the plan takes something off it or puts something on."""
+"""Corruptions of stacks: masses with which they tip, and bodies that are in each other."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Plan, Task
+from tamp.task import Box, Object, Plan, Pose, Task
 from tests.checking.mutations.editing import Pair, choose
 
 LIGHT, HEAVY = 0.05, 6.0
+CORNER = (-0.25, 0.55)  # of the table, where nothing else is [m]
 
 
 def light_counterweight(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -25,6 +26,15 @@ def heavy_load(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     if name is None or not any(o.name == "plank" for o in task.objects):
         return None
     return weighing(task, name, rng.uniform(HEAVY, 1.2 * HEAVY)), plan
+
+
+def sunk_tower(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A tower out of the way, whose slabs are each a little in the one below: the topmost is far too low."""
+    deep, count, (x, y) = rng.uniform(0.0013, 0.0018), int(rng.integers(6, 9)), CORNER
+    places = (Pose((x, y, 0.01 - deep + i * (0.02 - deep))) for i in range(count))
+    slabs = [Object(f"slab {i}", Box((0.05, 0.05, 0.02)), place) for i, place in enumerate(places)]
+    start = {**plan.start, **{slab.name: slab.pose for slab in slabs}}
+    return replace(task, objects=(*task.objects, *slabs)), replace(plan, start=start)
 
 
 def weighing(task: Task, name: str, mass: float) -> Task:

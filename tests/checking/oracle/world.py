@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tamp.task import Action, At, Grip, Move, Plan, Release, Task, Trajectory
+from tamp.task import Action, At, Box, Grip, Move, Plan, Release, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at
 
 STEP = 0.01  # [s]
@@ -19,6 +19,7 @@ TURNS = 0.033  # what is gripped and let go turns no farther than this in all [r
 STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
 FAR = 0.01  # what is so far away carries nothing [m]
 SQUEEZED = 0.004  # what lies no farther beside the pads is between them [m]
+SUNK = 0.006  # what stands so much lower than it should is too low [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
     "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
@@ -53,9 +54,27 @@ def start(world: World) -> str | None:
             return f"{thing.name} stands flat and alone where it is written"
         if np.linalg.norm(world.poses[thing.name][:3, 3] - thing.pose.xyz) > 0.27:
             return f"{thing.name} starts elsewhere"
+    if (name := _too_low(world)) is not None:
+        return f"{name} is too low for all that is under it"
     for a, b in combinations(sorted(world.poses), 2):
         if depth(world.bodies[a], world.poses[a], world.bodies[b], world.poses[b]) > TOUCHING:
             return f"{a} starts inside {b}"
+    return None
+
+
+def _too_low(world: World) -> str | None:
+    """A box that stands upright on others of its size, and lower than all of them are high together."""
+    boxes = {o.name: _box(world, o.name) for o in world.task.objects if isinstance(o.shape, Box)}
+    sizes = {o.name: np.array(o.shape.size) for o in world.task.objects if isinstance(o.shape, Box)}
+    for name, (low, _) in boxes.items():
+        alike = [
+            other
+            for other, (least, most) in boxes.items()
+            if np.allclose(most - least, sizes[name], atol=1e-6) and np.allclose(least[:2], low[:2], atol=1e-3)
+        ]
+        under = sum(sizes[other][2] for other in alike if boxes[other][0][2] < low[2] - SUNK)
+        if under and under > low[2] + SUNK:
+            return name
     return None
 
 
