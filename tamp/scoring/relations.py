@@ -7,20 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.task.mesh.enclosure import lies_in
+from tamp.task.mesh.enclosure import lies_in, meet
 from tamp.task.mesh.parts import parts
 from tamp.task.model import In, On, Region, Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.task.mesh.parts import Part
     from tamp.task.model import Shape
     from tamp.task.pose import Pose
 
     Array = NDArray[np.float64]
     Box = tuple[Array, Array]
-    HalfSpaces = tuple[Array, Array, Array, Array]
 
 REST_GAP = 0.01
 """How far above or inside its support the bottom of a resting object may be [m]."""
@@ -55,7 +53,7 @@ def holds(task: Task, name: str, goal: On | In, poses: Mapping[str, Pose]) -> bo
         return False
     lowered = T.copy()
     lowered[2, 3] -= REST_GAP
-    return _meet(shape, lowered, support, poses[goal.target].matrix)
+    return meet(shape, lowered, support, poses[goal.target].matrix)
 
 
 def extent(shape: Shape, pose: Pose) -> Box:
@@ -63,32 +61,6 @@ def extent(shape: Shape, pose: Pose) -> Box:
     T = pose.matrix
     points = np.concatenate([part.vertices for part in parts(shape)]) @ T[:3, :3].T + T[:3, 3]
     return points.min(axis=0), points.max(axis=0)
-
-
-def _meet(a: Shape, T_a: Array, b: Shape, T_b: Array) -> bool:
-    """Whether two bodies at poses in the world, shape (4, 4), have a point in common."""
-    ones, others = ([_placed(part, T) for part in parts(shape)] for shape, T in ((a, T_a), (b, T_b)))
-    return any(_feasible(one, other) for one in ones for other in others)
-
-
-def _placed(part: Part, T: Array) -> HalfSpaces:
-    """A convex part as normals . x <= offsets in the world, and its lower and upper corner there."""
-    points = part.vertices @ T[:3, :3].T + T[:3, 3]
-    a, b, c = (points[part.faces[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-14)[:, None]
-    return normals, np.einsum("ij,ij->i", normals, a), points.min(axis=0), points.max(axis=0)
-
-
-def _feasible(one: HalfSpaces, other: HalfSpaces) -> bool:
-    """Whether a point lies in both, by a linear program where their boxes overlap."""
-    from scipy.optimize import linprog
-
-    if (one[2] > other[3]).any() or (other[2] > one[3]).any():
-        return False
-    normals, offsets = np.vstack([one[0], other[0]]), np.concatenate([one[1], other[1]])
-    found = linprog(np.zeros(3), A_ub=normals, b_ub=offsets, bounds=(None, None), method="highs")
-    return bool(found.status == 0)
 
 
 def _in_rectangle(region: Region, point: Array) -> bool:

@@ -1,4 +1,4 @@
-"""Whether something is in a body: in its hollow, not only within its box."""
+"""Whether something is in a body, in its hollow and not only within its box; and whether two bodies meet."""
 
 from __future__ import annotations
 
@@ -49,18 +49,49 @@ def _encloses(container: Shape, T_world_container: Array, point: Array) -> bool:
     return bool(met[:HORIZON].mean() > WALLED and (floored or not roofed))
 
 
+def meet(a: Shape, T_a: Array, b: Shape, T_b: Array) -> bool:
+    """Whether two bodies at poses in the world, shape (4, 4), have a point in common.
+
+    Two convex parts have one just if a side of either passes through the other.
+
+    Raises:
+        TaskError: where a mesh file cannot be used.
+    """
+    T_a_b = np.linalg.inv(T_a) @ T_b
+    T_b_a = np.linalg.inv(T_b) @ T_a
+    return any(_pierces(p, T_b_a, q) or _pierces(q, T_a_b, p) for p in parts(a) for q in parts(b))
+
+
+def _pierces(part: Part, T: Array, other: Part) -> bool:
+    """Whether a side of a convex part, at T in the frame of another one, passes through that or lies in it."""
+    points = part.vertices @ T[:3, :3].T + T[:3, 3]
+    low, high = other.vertices.min(axis=0), other.vertices.max(axis=0)
+    if (points.min(axis=0) > high).any() or (points.max(axis=0) < low).any():
+        return False
+    ends = points[np.concatenate([part.faces, part.faces[:, [1, 2, 0]]]).reshape(2, -1)]
+    enters, leaves = _within(other, ends[0], ends[1] - ends[0])
+    return bool(((enters <= leaves) & (enters <= 1.0) & (leaves >= 0.0)).any())
+
+
 def _met(part: Part, point: Array, directions: Array) -> NDArray[np.bool_]:
     """Whether rays from a point along directions (n, 3) come upon a convex part from outside, shape (n,)."""
+    enters, leaves = _within(part, np.broadcast_to(point, directions.shape), directions)
+    met: NDArray[np.bool_] = (enters <= leaves) & (enters > 0.0)
+    return met
+
+
+def _within(part: Part, points: Array, directions: Array) -> tuple[Array, Array]:
+    """From where to where lines, points and directions of shape (n, 3), are within a convex part, in lengths (n,).
+
+    The first is the greater where they never are.
+    """
     a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
-    height = np.einsum("ij,ij->i", normals, point - a)
-    if (height <= 0.0).all():
-        return np.zeros(len(directions), dtype=bool)
+    height = points @ normals.T - np.einsum("ij,ij->i", normals, a)
     rising = directions @ normals.T
     with np.errstate(divide="ignore", invalid="ignore"):
         crossed = -height / rising
     enters = np.where(rising < 0.0, crossed, -np.inf).max(axis=1)
     leaves = np.where(rising > 0.0, crossed, np.inf).min(axis=1)
     beside = ((rising == 0.0) & (height > 0.0)).any(axis=1)
-    met: NDArray[np.bool_] = ~beside & (enters <= leaves) & (leaves > 0.0)
-    return met
+    return np.where(beside, np.inf, enters), np.where(beside, -np.inf, leaves)
