@@ -158,3 +158,12 @@ def test_a_world_without_a_robot_has_none(simulator):
     with make_simulator(simulator, (BOX,)) as world:
         assert world.robot is None
         assert dict(world.objects) == {"box": BOX}
+
+
+def test_mujoco_warns_through_the_log_and_writes_nothing_where_the_user_stands(tmp_path, monkeypatch, caplog):
+    pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)
+    with make_simulator("mujoco", [BOX], {"box": Pose((1e12, 0.0, 0.1))}) as simulator:
+        simulator.step()
+    assert "MuJoCo: " in caplog.text
+    assert not list(tmp_path.iterdir())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType, TracebackType
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,11 @@ SUBSTEPS = 2
 
 IMPRATIO = 200.0
 """How many times stiffer friction is than the normal force, as MuJoCo counts it: a held block creeps by micrometres."""
+
+log = logging.getLogger("tamp")
+
+# Left alone, MuJoCo writes its warnings to a file in the folder where the user stands.
+mujoco.set_mju_user_warning(lambda text: log.warning("MuJoCo: %s", text))
 
 
 class MuJoCoSimulator:
