@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import singledispatch
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +12,13 @@ import numpy as np
 from tamp.conformance.arm_scene import arm_checker
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace
+from tamp.task.mesh.parts import convex_hull
+from tamp.world.geometry.convex_union import separation, solid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-REACH_OF_A_HAND = 0.15  # a tool frame this far outside an object's bounding box holds nothing [m]
+BESIDE = 0.001  # an object this far from the room between the pads is not gripped by them [m]
 FAR = 1.5  # a placement this far from the table's centre is on no table [m]
 FLOATING = 0.02  # an object this high over the table top that says it stands on it hovers [m]
 SUNK = 0.005  # an object this deep in the table collides [m]
@@ -46,14 +49,23 @@ def _(value: Grasp, workspace: Workspace, inputs: tuple[Any, ...], fluents: tupl
     stroke = workspace.world.robot.spec.gripper.stroke
     if not 0.0 <= value.width <= stroke:
         yield f"width is {value.width:g}; the gripper opens 0 to {stroke:g} m"
-    lower, upper = _box(workspace, inputs[0], np.eye(4))
-    tool = np.array(value.T_object_tool.xyz)
-    outside = float(np.linalg.norm(np.maximum(0.0, np.maximum(lower - tool, tool - upper))))
-    if outside > REACH_OF_A_HAND:
+    if (beside := _beside_pads(value, workspace, inputs[0])) > BESIDE:
         yield (
-            f"the tool of T_object_tool is {outside:.3g} m outside {inputs[0]}: it must be in the object's own frame, "
-            "in metres"
+            f"the pads would close {1000 * beside:.0f} mm beside {inputs[0]}: T_object_tool must be in the object's "
+            "own frame, in metres"
         )
+
+
+def _beside_pads(grasp: Grasp, workspace: Workspace, obj: str) -> float:
+    """How far an object is from the room between the pads that shall close on it [m]; negative inside."""
+    robot = workspace.world.robot
+    closing, approach = np.array(robot.spec.gripper.axis), np.array([0.0, 0.0, 1.0])
+    axes = np.array([closing, np.cross(closing, approach), approach])
+    half = np.array([max(grasp.width, BESIDE), *robot.spec.gripper.pad[1:]]) / 2
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    corners = (signs * half) @ axes + robot.linkage.depth(grasp.width) * approach
+    room, thing = solid([convex_hull(corners)]), solid(workspace.world.geometries[obj].parts)
+    return separation(thing, room, grasp.T_object_tool.matrix)
 
 
 @implausible.register

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 import sys
 import threading
 import time
@@ -309,6 +310,15 @@ def test_a_placement_beside_its_region_is_wrong(three: Task) -> None:
         yield Placement(Pose((0.2, 0.3, here.pose.xyz[2]), here.pose.quat), here.on)
 
     assert "would stand 390 mm outside shelf" in wrong(check_sampler(beside, "sample-placement", tasks=[three]))
+
+
+def test_a_grasp_in_the_worlds_frame_is_wrong(three: Task) -> None:
+    def beside(context: Any, obj: str) -> Iterator[Grasp]:
+        here = context.scene.start[obj].pose
+        yield Grasp(here @ Pose.from_rpy((0.0, 0.0, 0.01), (math.pi, 0.0, 0.0)), 0.05)
+
+    said = wrong(check_sampler(beside, "sample-grasp", tasks=[three]))
+    assert re.search(r"the pads would close \d+ mm beside \w+: T_object_tool must be in the object's own frame", said)
 
 
 def test_a_test_is_compared_with_the_domains_own(three: Task) -> None:
