@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 ABOVE_TABLE = 0.008  # of the fingertips while they push [m]
 BELOW_TOP = 0.003  # of the object: the palm stays this far above what the fingers push [m]
 TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
+TOUCHED = 0.0015  # of an object, what is so near to a finger touches it as far as samples of its surface tell [m] ...
+LEVER = 0.006  # ... at least so far to both sides of the centre of mass [m]
 FARTHEST, COARSE, HALVINGS = 0.15, 0.01, 10  # of the search for that place behind the object [m]
 DIGITS = 9  # of a touch in metres: what differs by less is the same
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
@@ -39,7 +41,7 @@ def hands_at(
     """Yield the two tools, (4, 4), whose fingers nearly touch the side that a way pushes, and their openings [m].
 
     The hand is turned one way or the other. It is as wide as it can be, with both fingers at that side, or slim: it is
-    closed, and the flat back of one finger is there.
+    closed, and the flat back of one finger is there. At their height the side may be narrower than seen from above.
     """
     gripper = workspace.world.robot.spec.gripper  # each finger touches the side over all of its width, at least
     wide = float(np.clip(2.0 * (way.room - gripper.fingertip), 0.0, gripper.stroke))
@@ -47,8 +49,21 @@ def hands_at(
     for beside in (across, -across) if slim else (way.behind, -way.behind):
         opening = 0.0 if slim else wide
         tool = _touching(workspace, obj, placement, way, opening, beside)
-        if tool is not None:
+        if tool is not None and _embraces(workspace, obj, placement, way, tool, opening):
             yield tool, opening
+
+
+def _embraces(workspace: Workspace, obj: str, placement: Placement, way: Way, tool: Array, opening: float) -> bool:
+    """Whether fingers touch an object on both sides of the line of the push through its centre of mass."""
+    T, boxes = placement.pose.matrix, hand_boxes(workspace.world.robot)
+    points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
+    lower, upper = (corners[0, boxes.side != 0.0] for corners in boxes.opened(np.array([opening])))
+    local = ((points - tool[:3, 3]) @ tool[:3, :3])[:, None]
+    touched = ((local > lower - TOUCHED) & (local < upper + TOUCHED)).all(axis=2).any(axis=1)
+    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass + T[:3, 3]
+    ahead = way.shift / np.linalg.norm(way.shift)
+    beside = (points[touched] - center)[:, :2] @ np.array([-ahead[1], ahead[0]])
+    return bool((beside < -LEVER).any() and (beside > LEVER).any())
 
 
 def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, others: Mapping[str, Placement]) -> bool:
