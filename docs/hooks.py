@@ -14,7 +14,9 @@ import inspect
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
+from textwrap import dedent, indent
 from typing import Any
 
 DOCS = Path(__file__).parent
@@ -26,7 +28,8 @@ def refreshed(markdown: str) -> str:
     def part(found: re.Match[str]) -> str:
         name = found["name"]
         names = re.findall(r"^::: (\S+)$", markdown, re.MULTILINE)
-        lines = "\n".join(_names(names) if name == "names" else _part(name)).strip("\n")
+        of_names = {"names": _names, "signatures": _signatures}
+        lines = "\n".join(of_names[name](names) if name in of_names else _part(name)).strip("\n")
         return f"<!-- begin {name} -->\n\n{lines}\n\n<!-- end {name} -->"
 
     pattern = r"<!-- begin (?P<name>[a-z0-9_ ]+) -->.*?<!-- end (?P=name) -->"
@@ -60,7 +63,8 @@ def _notebook(path: Path) -> Iterator[str]:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Links to notebooks as links to their pages, and formulas as MathML."""
+    """Links to notebooks as links to their pages, formulas as MathML; signatures are left to the site's own plugin."""
+    markdown = re.sub(r"<!-- begin signatures -->.*?<!-- end signatures -->", "", markdown, flags=re.DOTALL)
     markdown = re.sub(r"\((\S*tutorials/\w+)\.ipynb\)", r"(\1.md)", markdown)
     return _with_mathematics(markdown)
 
@@ -146,12 +150,47 @@ def _names(names: Iterable[str]) -> Iterator[str]:
     """What a page of the API describes: each name with its first sentence; the site has all of it."""
     yield "| name | what it is |\n|---|---|"
     for name in names:
-        module, _, attribute = name.rpartition(".")
-        try:
-            found = importlib.import_module(name)
-        except ModuleNotFoundError:
-            found = getattr(importlib.import_module(module), attribute)
-        yield f"| `{name}` | {_gist(found)} |"
+        yield f"| `{name}` | {_gist(_found(name))} |"
+
+
+def _found(name: str) -> Any:
+    """A module, or what a module has, by its full name."""
+    module, _, attribute = name.rpartition(".")
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        return getattr(importlib.import_module(module), attribute)
+
+
+def _signatures(names: Iterable[str]) -> Iterator[str]:
+    """How what a page of the API describes is called and what its fields are: of modules, classes and functions."""
+    for name in names:
+        found = _found(name)
+        members = [found]
+        if inspect.ismodule(found):
+            public = [(word, thing) for word, thing in vars(found).items() if not word.startswith("_")]
+            here = [(word, thing) for word, thing in public if getattr(thing, "__module__", "") == name]
+            members = [thing for word, thing in here if word == getattr(thing, "__name__", "")]
+        for thing in members:
+            if inspect.isclass(thing) or inspect.isfunction(thing):
+                lines = _class(thing) if inspect.isclass(thing) else (_head(thing), indent(_said(thing), "    "))
+                yield "\n".join((f"\n### {thing.__name__}\n\n```text", *lines, "```"))
+
+
+def _class(thing: type) -> Iterator[str]:
+    """What a class says of itself, then how each of its methods is called and what that gives."""
+    yield _said(thing)
+    for name, member in vars(thing).items():
+        is_value = isinstance(member, property | cached_property)
+        function = getattr(member, "fget", None) or getattr(member, "func", None) or getattr(member, "__func__", member)
+        if not name.startswith("_") and inspect.isfunction(function):
+            head = _head(function).replace("(self)", "") if is_value else _head(function)
+            yield f"\n{head}\n{indent(_gist(function), '    ')}"
+
+
+def _said(thing: object) -> str:
+    """A whole docstring."""
+    return inspect.getdoc(thing) or ""
 
 
 def _public_names() -> Iterator[str]:
@@ -175,10 +214,12 @@ def _gist(thing: object) -> str:
 
 def _head(function: Any) -> str:
     """A function's name, arguments and what it returns, as its module has them."""
-    source = inspect.getsource(function)
+    source = dedent(inspect.getsource(function))
     (node,) = ast.parse(source).body
     assert isinstance(node, ast.FunctionDef)
-    return "\n".join(source.splitlines()[: node.body[0].lineno - 1]).removeprefix("def ").removesuffix(":")
+    return (
+        "\n".join(source.splitlines()[node.lineno - 1 : node.body[0].lineno - 1]).removeprefix("def ").removesuffix(":")
+    )
 
 
 def _raised(function: Any) -> Iterator[str]:
