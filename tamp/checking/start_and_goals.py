@@ -97,6 +97,9 @@ def check_goals(replay: Replay, plan: Plan, settled: Mapping[str, Pose] | None) 
     state = replay.state
     if state.held is not None:
         replay.report("goal", f"the plan ends with {state.held.object} still in the hand", (state.held.object,))
+    asked = {thing.name for thing in replay.scene.task.objects if isinstance(thing.goal, At)}
+    for name in sorted(plan.goals.keys() - asked) if settled is None else ():
+        replay.report("goal", f"the plan names a pose as the goal of {name}, for which the task asks none", (name,))
     for thing in replay.scene.task.objects:
         if isinstance(thing.goal, At):
             _check_at(replay, plan, thing.name, settled)

@@ -377,3 +377,20 @@ def test_the_centre_of_mass_is_the_task_s():
 
     assert not verdict(0.0)
     assert "support" in verdict(0.06)
+
+
+def test_goals_that_the_task_does_not_set_are_refused(valid):
+    task, plan = valid
+    assert "goal" in kinds(task, replace(plan, goals={**plan.goals, "ghost": Pose((0.0, 0.0, 0.0))}))
+    assert "goal" in kinds(task, replace(plan, goals={**plan.goals, "can": plan.start["can"]}))
+
+
+def test_a_quaternion_and_its_opposite_are_one_orientation(valid):
+    task, plan = valid
+    where = steps_of(plan, Grip)[0]
+    grip = step_at(plan, where)
+    place = grip.attachment.T_tool_object
+    opposite = Pose(place.xyz, tuple(-value for value in place.quat))
+    assert check(
+        task, put(plan, where, replace(grip, attachment=replace(grip.attachment, T_tool_object=opposite)))
+    ).accepted

@@ -28,6 +28,7 @@ EMPTY = ("transit", "approach", "retreat", "push")
 HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
+SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
 
@@ -91,12 +92,17 @@ def _check_phase(state: State, move: Move, report: Report) -> None:
             f"the {move.phase} motion claims to hold {claimed or 'nothing'}, the gripper holds {actual or 'nothing'}",
             bodies=tuple(name for name in (claimed, actual) if name),
         )
-    elif move.held is not None and move.held != state.held:
+    elif move.held is not None and state.held is not None and not _same_place(move.held, state.held):
         report("continuity", f"{claimed} changes its place in the gripper while held", bodies=(str(claimed),))
     if move.phase in (EMPTY if actual else HOLDING):
         report("continuity", f"a {move.phase} motion while the gripper holds {actual or 'nothing'}")
     if (move.phase == "push") != (move.pushed is not None):
         report("continuity", f"a {move.phase} motion that pushes {move.pushed.object if move.pushed else 'nothing'}")
+
+
+def _same_place(one: Attachment, other: Attachment) -> bool:
+    """Whether two attachments put an object at the same place in the hand: q and -q are one orientation."""
+    return bool(np.abs(one.T_tool_object.matrix - other.T_tool_object.matrix).max() <= SAME_PLACE)
 
 
 def _check_joined(state: State, move: Move, joints: tuple[str, ...], allow: Tolerances, report: Report) -> None:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from tamp.checking.actions.rule import carry_out, has_steps, needs_empty_hand, needs_in_hand, stands_on
+from tamp.checking.actions.arm_motion import FREE
+from tamp.checking.actions.rule import carry_out, has_steps, named_apart, needs_empty_hand, needs_in_hand, stands_on
 from tamp.checking.geometry.pad_region import between_pads
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
@@ -27,6 +28,7 @@ class Transport:
         if has_steps(replay, action):
             if action.arguments:
                 needs_in_hand(replay, action.arguments[0])
+            named_apart(replay, action, "", FREE, ())
             for step in action.steps:
                 carry_out(replay, step)
 
@@ -45,6 +47,7 @@ class Pick:
         """Judge grip and lift; afterwards the object is held."""
         if not has_steps(replay, action, "grip"):
             return
+        named_apart(replay, action, "grip", ("approach", "transit"), ("lift", "transfer"))
         if needs_empty_hand(replay, action) and action.arguments:
             self._check_place(replay, *action.arguments)
         for step in action.steps:
@@ -73,6 +76,7 @@ class Place:
         """Judge release and fall; afterwards the hand is empty and away."""
         if not has_steps(replay, action, "release", *(("drop",) if self.falls else ())):
             return
+        named_apart(replay, action, "release", ("lower", "transfer"), ("retreat", "transit"))
         name = action.arguments[0] if action.arguments else ""
         if name in replay.state.poses:
             needs_in_hand(replay, name)

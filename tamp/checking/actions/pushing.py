@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from tamp.checking.actions.rule import carry_out, has_steps, needs_empty_hand, stands_on
+from tamp.checking.actions.rule import carry_out, has_steps, named_apart, needs_empty_hand, stands_on
 from tamp.task.plan import Fall, Move
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ class Push:
         """Judge the push, and the fall where one follows."""
         if not has_steps(replay, action, "push", *(("drop",) if self.falls else ())):
             return
+        named_apart(replay, action, "push", ("approach", "transit"), ("retreat", "transit"))
         if needs_empty_hand(replay, action) and action.arguments and action.arguments[0] in replay.state.poses:
             stands_on(replay, action.arguments[0], action.arguments[1:])
         for before, step in pairwise(action.steps):

@@ -62,6 +62,20 @@ def has_steps(replay: Replay, action: Action, *verbs: str) -> bool:
     return not strangers
 
 
+def named_apart(replay: Replay, action: Action, verb: str, before: tuple[str, ...], after: tuple[str, ...]) -> None:
+    """Report motions named as those of the other side of what an action does, which is its first step of `verb`.
+
+    Who carries out a plan goes by these names: what draws back is done though the object is lost, all else is left out.
+    """
+    expected = before
+    for step in action.steps:
+        if any(done == verb for done, _ in _deeds(step)):
+            expected = after
+        elif isinstance(step, Move) and step.phase not in expected:
+            wanted = " or ".join(expected)
+            replay.report("continuity", f"a {step.phase} motion where this action has {wanted} ones")
+
+
 def _deeds(step: Step) -> list[tuple[str, str]]:
     if isinstance(step, Grip):
         return [("grip", step.attachment.object)]

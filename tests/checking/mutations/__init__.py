@@ -61,6 +61,7 @@ from tests.checking.mutations.motions import (
 )
 from tests.checking.mutations.order import (
     drop_action,
+    misnamed_phase,
     namesake,
     repeat_action,
     stop_early,
@@ -139,6 +140,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     closed_fingers: ("collision",),
     unknown_action: ("precondition",),
     namesake: ("precondition",),
+    misnamed_phase: ("continuity",),
     sunk_tower: ("start",),
 }
 

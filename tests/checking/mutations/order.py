@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Action, Plan, Task
-from tests.checking.mutations.editing import Pair, choose, put_action
+from tamp.task import Action, Move, Plan, Task
+from tests.checking.mutations.editing import Pair, choose, put, put_action, step_at, steps_of
+
+OTHER_SIDE = {"approach": "retreat", "retreat": "approach", "lift": "lower", "lower": "lift"}
 
 
 def swap_actions(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -73,3 +75,12 @@ def stop_early(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """The last object stays where it is."""
     picks = [i for i, action in enumerate(plan.actions) if action.name in ("pick", "unstack")]
     return None if not picks else (task, replace(plan, actions=plan.actions[: picks[-1]]))
+
+
+def misnamed_phase(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A motion is named as one of the other side of what its action does."""
+    where = choose(steps_of(plan, Move, *OTHER_SIDE), rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    return task, put(plan, where, replace(move, phase=OTHER_SIDE[move.phase]))

@@ -28,7 +28,7 @@ def bookkeeping(plan: Plan) -> str | None:
     if np.abs(q - spec.home).max() > 1e-3:
         return "the arm does not start at home"
     for action in plan.actions:
-        if (text := _kinds(action) or _late(action)) is not None:
+        if (text := _kinds(action) or _misnamed(action) or _late(action)) is not None:
             return text
         if action.name == "move" and action.arguments and (held is None or held.object != action.arguments[0]):
             return "moves what it does not hold"
@@ -64,6 +64,17 @@ def _kinds(action: Action) -> str | None:
     pushed = [s.pushed.object for s in action.steps if isinstance(s, Move) and s.pushed is not None]
     if pushed != (list(action.arguments[:1]) if action.name in ("slide", "topple", "nudge") else []):
         return f"{action.name} pushes the wrong things"
+    return None
+
+
+def _misnamed(action: Action) -> str | None:
+    """Whether a motion has the name of one before, or after, what the action does, and is not there."""
+    does = [not isinstance(step, Move) or step.pushed is not None for step in action.steps]
+    for k, step in enumerate(action.steps):
+        if isinstance(step, Move) and step.phase in ("approach", "lower") and any(does[:k]):
+            return f"{step.phase} after what is done"
+        if isinstance(step, Move) and step.phase in ("lift", "retreat") and any(does) and not any(does[:k]):
+            return f"{step.phase} before what is done"
     return None
 
 
