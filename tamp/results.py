@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -139,9 +139,16 @@ def from_json(line: str, where: str = "result") -> Result:
     try:
         data = json.loads(line)
         known = {f.name for f in fields(Result)}
+        if missing := [f.name for f in fields(Result) if _needed(f) and f.name not in data]:
+            raise ValueError(f"it lacks {' and '.join(missing)}")
         return Result(**{key: value for key, value in data.items() if key in known})
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise TampError(f"{where}: not a result: {error}") from None
+
+
+def _needed(field: Field[Any]) -> bool:
+    """Whether a field has no default."""
+    return field.default is MISSING and field.default_factory is MISSING
 
 
 def read_results(path: Path) -> tuple[Result, ...]:

@@ -51,6 +51,11 @@ def test_a_line_that_is_no_result_is_refused(line: str) -> None:
         from_json(line)
 
 
+def test_what_a_line_lacks_is_named() -> None:
+    with pytest.raises(TampError, match=r"^line 3: not a result: it lacks seed and status$"):
+        from_json('{"task": "t"}', "line 3")
+
+
 def test_a_torn_last_line_is_left_out(tmp_path: Path) -> None:
     path = tmp_path / "results.jsonl"
     path.write_text(to_json(Result("a", 0, "solved")) + "\n" + to_json(Result("b", 0, "solved"))[:20], encoding="utf-8")

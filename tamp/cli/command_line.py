@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import logging
 import os
 import sys
@@ -53,11 +54,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return UNSOLVED
     except OSError as error:  # of a file: a folder that may not be written, a disk that is full; all else is a bug
-        if error.filename is None:
+        if error.filename is None and error.errno != errno.ENOSPC:
             raise
         if options.verbose:
             traceback.print_exc()
-        print(f"tamp: {error.filename}: {error.strerror}", file=sys.stderr)
+        where = "" if error.filename is None else f"{error.filename}: "
+        print(f"tamp: {where}{error.strerror}", file=sys.stderr)
         return BAD_INPUT
     return status
 

@@ -181,8 +181,10 @@ def read_runs(folder: Path) -> tuple[Recorded, ...]:
     """All runs of a results folder, in the order of its results.jsonl.
 
     Raises:
-        TampError: where the folder has no results.
+        TampError: where there is no such folder, or it has no results.
     """
+    if not folder.is_dir():
+        raise TampError(f"{folder}: there is no such folder; `tamp solve ... --output DIR` writes one with results")
     results = read_results(folder / RESULTS)
     if not results:
         raise TampError(f"{folder}: there are no results in it; `tamp solve ... --output {folder}` writes some")

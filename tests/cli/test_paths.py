@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -68,6 +70,13 @@ def test_every_command_looks_first(tmp_path: Path, command: list[str], capsys: p
     assert (status.value.code, said.count("\n")) == (2, 1)
     assert "cannot be written" in said or "is there already" in said
     assert task.read_text(encoding="utf-8") == "not read"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_output_that_does_not_fit_is_one_sentence() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([sys.executable, "-m", "tamp", "robots"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (2, "tamp: No space left on device\n")
 
 
 def test_a_write_that_fails_all_the_same_is_one_sentence(

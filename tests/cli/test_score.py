@@ -50,6 +50,7 @@ def test_a_metric_is_told_beside_the_score(task: Path, poses: Path, capsys: pyte
         (["{task}", "{poses}", "--metric", "add"], "unknown metric 'add'; valid are ede,"),
         (["{task}"], "score needs TASK.yaml and POSES.json, or --leaderboard"),
         (["--leaderboard", "{folder}"], "holds no results.jsonl"),
+        (["--leaderboard", "{empty}"], "there are no results in "),
         (["{task}", "--leaderboard", "{folder}"], "give the set of tasks by --tasks"),
         (["--leaderboard", "{folder}", "--metric", "ocrtoc2021"], "ranks by the metric ede"),
         (["--leaderboard", "{folder}", "{folder}"], "names a folder twice"),
@@ -58,7 +59,8 @@ def test_a_metric_is_told_beside_the_score(task: Path, poses: Path, capsys: pyte
 def test_a_mistake_is_one_sentence(
     task: Path, poses: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str
 ) -> None:
-    filled = [a.format(task=task, poses=poses, folder=task.parent) for a in arguments]
+    empty = _folder(task.parent / "empty")
+    filled = [a.format(task=task, poses=poses, folder=task.parent, empty=empty) for a in arguments]
     assert main(["score", *filled]) == 2
     output = capsys.readouterr()
     assert said in output.err

@@ -108,6 +108,11 @@ def test_a_folder_without_results_is_refused(tmp_path: Path, capsys: pytest.Capt
     assert "there are no results in it" in capsys.readouterr().err
 
 
+def test_what_is_no_folder_is_called_that(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(tmp_path / "nowhere")]) == 2
+    assert "there is no such folder" in capsys.readouterr().err
+
+
 def test_each_contender_is_told_apart_and_each_task(tmp_path: Path) -> None:
     """Two folders, two tasks that both have a mug; statuses that can be filtered; links and commands to go on with."""
     for name, shift in (("ours", 0.0), ("theirs", 0.1)):

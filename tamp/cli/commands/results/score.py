@@ -91,6 +91,8 @@ def _leaderboard(options: argparse.Namespace) -> int:
     if options.metric != "ede":
         raise TampError("--leaderboard ranks by the metric ede, the one that results record")
     solutions = dict(zip(_names(options.leaderboard), map(_results, options.leaderboard), strict=True))
+    if not any(solutions.values()):
+        raise TampError(f"there are no results in {', '.join(map(str, options.leaderboard))}")
     if options.tasks:
         tasks = measure(_distinct([load(path, options) for path in options.tasks]))
     else:
