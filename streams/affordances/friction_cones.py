@@ -24,9 +24,12 @@ from tamp.world.geometry.half_spaces import half_spaces
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.task.mesh.parts import Part
+
     Array = NDArray[np.float64]
 
 NEAR = 0.004  # surface this near to another body may press on it [m]
+FAR = 3 * NEAR  # what is farther than this from the box around a part is not near to it, however sharp its edges [m]
 AROUND = 5e-4  # and no farther beside the face that it presses on [m]
 EDGES = 8  # of a linearised cone, which lies inside the true one
 DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
@@ -120,19 +123,28 @@ def _pressing(workspace: Workspace, one: str, at: Placement, other: str, there: 
     near, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     for part in workspace.world.geometries[other].parts:
         A, b = half_spaces(part)
-        lowest = np.stack([(A @ corner.T).min(axis=1) for corner in corners])
-        parting = (lowest > b - NEAR).any(axis=0)
-        if not parting.any():
+        beside = local[around(part, local)]
+        beyond = beside @ A.T - b
+        within = (beyond < NEAR).all(axis=1)
+        beside, beyond = beside[within], beyond[within]
+        if not len(beside):
             continue
-        beyond = local @ A.T - b
-        beside = np.flatnonzero((beyond < NEAR).all(axis=1))
+        lowest = np.stack([(A @ corner.T).min(axis=1) for corner in corners])
+        parting = (lowest > b - NEAR).any(axis=0) & (beyond > -NEAR).any(axis=0)
         for face in np.flatnonzero(parting):
-            above = beside[beyond[beside, face] > -NEAR]
+            above = np.flatnonzero(beyond[:, face] > -NEAR)
             onto = beyond[above] - np.outer(beyond[above, face], A @ A[face])  # moved onto the face
-            on = local[above[(onto < AROUND).all(axis=1)]]
+            on = beside[above[(onto < AROUND).all(axis=1)]]
             near.append(on @ T_other[:3, :3].T + T_other[:3, 3])
             normals.append(np.tile(T_other[:3, :3] @ A[face], (len(on), 1)))
     return np.vstack(near), np.vstack(normals)
+
+
+def around(part: Part, points: Array) -> NDArray[np.bool_]:
+    """Which points (n, 3) are in the box around a convex part, or a little beside it: most are far from it."""
+    lower, upper = part.vertices.min(axis=0) - FAR, part.vertices.max(axis=0) + FAR
+    near: NDArray[np.bool_] = ((points > lower) & (points < upper)).all(axis=1)
+    return near
 
 
 def _outermost(points: Array, normals: Array) -> NDArray[np.int64]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import in_equilibrium, least
+from tamp.streams.affordances.friction_cones import around, in_equilibrium, least
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
@@ -167,9 +167,10 @@ def _near(workspace: Workspace, one: str, at: Placement, other: str, there: Plac
     kept = np.zeros(len(points), dtype=bool)
     for part in workspace.world.geometries[other].parts:
         A, b = half_spaces(part)
-        outside = local @ A.T - b
+        beside = np.flatnonzero(around(part, local))
+        outside = local[beside] @ A.T - b
         face = outside.argmax(axis=1)
         facing = upward * (A @ T_other[2, :3])[face] > UPWARD
-        kept |= facing & (np.abs(outside[np.arange(len(points)), face]) < NEAR)
+        kept[beside[facing & (np.abs(outside[np.arange(len(beside)), face]) < NEAR)]] = True
     near: Array = points[kept, :2]
     return near
