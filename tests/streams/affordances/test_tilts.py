@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.tilts import LEAST, MOST, ROLL, layable, never_too_wide, rolls, tilts
+from tamp.streams.affordances.tilts import LEAST, MOST, ROLL, layable, never_too_wide, rolls, tilts, upside_down
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tamp.world.transforms import rotation, turned_about
@@ -112,3 +112,10 @@ def test_what_is_never_too_wide_is_not_too_wide_however_it_lies(a, b, c, turn):
     angles = np.linspace(0.0, np.pi, 1800)
     narrowest = np.ptp(points @ np.stack([np.cos(angles), np.sin(angles)]), axis=0).min()
     assert not never_too_wide(workspace, "bar") or narrowest < workspace.world.robot.spec.gripper.stroke + 5e-4
+
+
+@pytest.mark.parametrize(("roll", "over"), [(0.0, False), (np.pi / 2, False), (0.9 * np.pi, True), (np.pi, True)])
+def test_what_is_upside_down_has_to_be_turned_over(roll, over):
+    workspace = workspace_of(RED)
+    placement = Placement(Pose.from_rpy((0.05, -0.2, 0.04), (roll, 0.0, 0.7)), ("table",))
+    assert upside_down(workspace, "red", placement) == over

@@ -100,3 +100,13 @@ def test_what_touches_the_table_lies_in_nothing(workspace):
     place = workspace.start["inside"]
     assert enclosed(workspace, "inside", place)
     assert not enclosed(workspace, "inside", replace(place, on=("crate", TABLE)))
+
+
+def test_a_low_thing_that_is_taken_up_to_be_turned_over_is_gripped_by_hands_that_lean_over_too():
+    bar = Object("bar", Box((0.22, 0.03, 0.036)), Pose((0.1, 0.2, 0.018)))
+    workspace = workspace_of(bar)
+    pinches = drawn(workspace, "bar")
+    approach = (bar.pose.matrix @ pinches.T_object_tool.astype(float))[:, :3, 2]
+    level = np.abs((bar.pose.matrix @ pinches.T_object_tool)[:, 2, 1]) < 1e-9  # fingers that close exactly level
+    assert (approach[level, 2] < -0.99).any()
+    assert ((approach[level, 2] > -0.5) & (approach[level, 2] < 0.0)).any()

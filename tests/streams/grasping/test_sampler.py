@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams.grasping.sampler import grasps_in_steps, sample_grasp
-from tamp.streams.hand.clearance import opening_for
+from tamp.streams.hand.clearance import hand_above_table, opening_for
 from tamp.streams.releasing.tilted_release import lays
 from tamp.streams.surfaces import surface_points
 from tamp.streams.values import Placement
+from tamp.streams.workspace import TABLE
 from tamp.task import Box, Object, Pose
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.scene import Scene
@@ -133,3 +134,16 @@ def test_grasps_that_can_lay_it_down_on_a_high_support_count_as_serving_it():
     workspace = replace(workspace, goals={"pack": goal})
     steps = islice(grasps_in_steps(ToldContext(workspace), "pack", (workspace.start["pack"], goal)), 24)
     assert any(lays(ToldContext(workspace), "pack", goal, grasp) for grasp in steps if grasp is not None)
+
+
+def test_of_grasps_that_do_not_serve_the_goal_every_second_one_takes_it_up_and_can_put_it_aside():
+    """A slab that must be turned over: no hand from above serves both ends."""
+    slab = Object("slab", Box((0.06, 0.05, 0.03)), Pose((0.05, 0.2, 0.015)))
+    workspace = workspace_of(slab)
+    goal = Placement(Pose.from_rpy((0.05, -0.2, 0.015), (np.pi, 0.0, 0.0)), (TABLE,))
+    workspace = replace(workspace, goals={"slab": goal})
+    grasps = list(islice(sample_grasp(ToldContext(workspace), "slab"), 12))
+    takes = [hand_above_table(workspace, slab.pose, grasp) for grasp in grasps]
+    assert not any(hand_above_table(workspace, goal.pose, grasp) for grasp, it in zip(grasps, takes, strict=True) if it)
+    assert sum(takes) >= len(grasps) // 2
+    assert takes[0]

@@ -5,6 +5,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import trimesh
 
 from tamp.streams.affordances.slide_path import directions, ways
 from tamp.streams.collisions import approach_contact
@@ -14,7 +15,7 @@ from tamp.streams.pushing.hand_contact import barred, hands_at
 from tamp.streams.pushing.push_motion import push_hits, pushes
 from tamp.streams.pushing.slide import plan_sliding, test_cfree_slide
 from tamp.streams.values import Placement
-from tamp.task import Box, Object, Pose
+from tamp.task import Box, Mesh, Object, Pose
 from tamp.world.scene import Scene
 from tamp.world.transforms import moved
 from tests.streams.tables import CRATE, ToldContext, corners, workspace_of
@@ -156,3 +157,31 @@ def test_every_hand_that_pushes_touches_what_it_pushes_from_outside(angle):
                     farther = moved(T, away * np.append(way.behind, 0.0))
                     assert workspace.world.hand_contact(farther, opening, scene, margin=0.0) is None
     assert hands
+
+
+def test_fingers_that_would_touch_it_on_one_side_only_do_not_push(tmp_path):
+    """From above its side is as wide as its foot, which is lower than fingers reach; above that it is a narrow wall."""
+    foot, wall = Box((0.16, 0.16, 0.01)), Box((0.02, 0.02, 0.07))
+    parts = [trimesh.creation.box(foot.size), trimesh.creation.box(wall.size)]
+    parts[0].apply_translation((0.0, 0.0, 0.005))
+    parts[1].apply_translation((0.07, 0.07, 0.045))
+    path = tmp_path / "foot.obj"
+    path.write_text(
+        "".join(
+            f"o part{k}\n"
+            + "".join("v {:.6f} {:.6f} {:.6f}\n".format(*v) for v in part.vertices)
+            + "".join("f {} {} {}\n".format(*(f + 1 + 8 * k)) for f in part.faces)
+            for k, part in enumerate(parts)
+        )
+    )
+    workspace = workspace_of(Object("foot", Mesh(path), Pose((-0.05, -0.3, 0.0))))
+    start = workspace.start["foot"]
+    for direction in directions(workspace, "foot", start):
+        way = direction.way(start, np.zeros(2), 0.1, 1.0)
+        for slim in (False, True):
+            for tool, opening in hands_at(workspace, "foot", start, way, slim):
+                touched = workspace.world.free_hand(Scene({"foot": start.pose.matrix}), 0.002)
+                assert touched.hit(tool, opening)
+                beside = np.array([-direction.ahead[1], direction.ahead[0]])
+                middle = (start.pose.matrix[:2, 3] + (0.07, 0.07) - way.touch) @ beside
+                assert abs(middle) < 0.02  # only through the wall itself, which they embrace

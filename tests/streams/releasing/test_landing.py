@@ -10,7 +10,7 @@ import pytest
 from tamp.execution.settling.settle import let_fall
 from tamp.streams.affordances.tilts import tilts
 from tamp.streams.releasing import landing
-from tamp.streams.releasing.landing import NEAR, aimed
+from tamp.streams.releasing.landing import NEAR, aimed, sure_on_table
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE
 from tamp.task import Box, Object, Pose
@@ -80,3 +80,11 @@ def test_the_same_is_aimed_alike_by_whoever_asks(table):
     place = Placement(Pose((0.05, 0.25, 0.016)), (TABLE,))
     fall = tilts(table, "board", place)[-1].fall
     assert aimed(table, "board", place, fall) == aimed(workspace_of(BOARD, SMOOTH, POST), "board", place, fall)
+
+
+def test_a_board_lands_surely_from_small_tilts_but_not_from_its_edge(table):
+    place = Placement(Pose((0.05, 0.25, 0.016)), (TABLE,))
+    falls = [fall for tilt in tilts(table, "board", place) if (fall := aimed(table, "board", place, tilt.fall))]
+    assert sure_on_table(table, "board", falls[0])
+    leaning = Pose.from_rpy((0.1, 0.25, 0.08), (0.0, np.pi / 2, 0.0))  # on edge: it falls to either side
+    assert not sure_on_table(table, "board", (leaning, place.pose))
