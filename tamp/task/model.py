@@ -52,7 +52,7 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A mesh file (OBJ, STL, PLY) in metres after `scale`; an OBJ's groups are its convex parts.
+    """A mesh file (OBJ, STL, PLY, DAE) in metres after `scale`; an OBJ's groups are its convex parts.
 
     One that stands in for a mesh that is missing has no more than its size: what it overlaps with says nothing.
     """

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import sys
 
@@ -15,6 +16,8 @@ from tamp.execution.settling.settle import settle
 from tamp.execution.simulator import GRAVITY, STEP, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
 from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
+from tamp.task.files.robot.robot_file import read_robot
+from tests.task.swinging import ARM, write
 
 SINGLE = 1e-6  # engines may count in single precision
 BOX = Object("box", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)), mass=0.3)
@@ -152,6 +155,19 @@ def test_the_arm_follows_and_the_fingers_open_and_close(simulator):
         assert robot.opening() < 0.002
         assert robot.finger_speed() < 0.005
         assert robot.touching("box") == (False, False)
+
+
+def test_what_moves_needs_no_hull(simulator, tmp_path):
+    """An arm of two bare links, and fingers on bare bars."""
+    arm = re.sub(r'(<link name="column">)<collision>.*?</collision>', r"\1", ARM, flags=re.DOTALL)
+    arm = re.sub(r'(<link name="boom">)<collision>.*?</collision>', r"\1", arm, flags=re.DOTALL)
+    assert arm.count("<collision>") == ARM.count("<collision>") - 2
+    spec = read_robot(write(tmp_path / "bare", arm=arm))
+    with make_simulator(simulator, (), robot=spec) as world:
+        world.step(120)
+        assert world.robot.configuration() == pytest.approx(spec.home, abs=1e-3)
+        world.robot.open_to(0.02)
+        assert wait(world, 2.0, lambda: abs(world.robot.opening() - 0.02) < 1e-3)
 
 
 def test_a_world_without_a_robot_has_none(simulator):

@@ -16,7 +16,7 @@ from tamp.checking.robot.kinematics import KinematicTree, origin, read_kinematic
 from tamp.errors import RobotError, TaskError
 from tamp.task.mesh.mesh_file import read_mesh
 from tamp.task.mesh.parts import Part, convex_hull, parts
-from tamp.task.model import Box, Cylinder, Sphere
+from tamp.task.model import Box, Capsule, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -175,6 +175,8 @@ def _points(shape: Element, spec: RobotSpec) -> Array:
         primitive = Cylinder(float(str(shape.get("radius"))), float(str(shape.get("length"))))
     elif shape.tag == "sphere":
         primitive = Sphere(float(str(shape.get("radius"))))
+    elif shape.tag == "capsule":
+        primitive = Capsule(float(str(shape.get("radius"))), float(str(shape.get("length"))))
     else:
-        raise ValueError(f"unknown geometry <{shape.tag}>; valid are mesh, box, cylinder and sphere")
+        raise ValueError(f"unknown geometry <{shape.tag}>; valid are mesh, box, cylinder, sphere and capsule")
     return parts(primitive)[0].vertices

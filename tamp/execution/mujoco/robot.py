@@ -17,7 +17,7 @@ import numpy as np
 from tamp.errors import RobotError
 from tamp.execution.mujoco.bodies import ROBOT, SOLIMP, SOLREF, Friction, add_hull, set_inertia, wxyz
 from tamp.execution.robot.gripper_drive import FINGER_SPEED, gripper_drive
-from tamp.execution.robot.links import Joint, robot_links
+from tamp.execution.robot.links import LEAST_MASS, LEAST_MOMENT, Joint, robot_links
 from tamp.execution.simulator import STEP
 from tamp.task import Pose, RobotSpec
 from tamp.task.robot import GENTLE_FORCE
@@ -53,6 +53,8 @@ def add_robot(spec: Any, robot: RobotSpec) -> None:
             add_hull(spec, body, hull, Friction(group=ROBOT))
         if link.hulls:
             set_inertia(body, link.mass, link.frame, link.moments)
+        elif link.joint is not None and link.joint.kind in KINDS:
+            set_inertia(body, LEAST_MASS, Pose(), (LEAST_MOMENT,) * 3)
         if link.joint is not None and link.joint.kind in KINDS:
             _add_joint(spec, body, link.joint, robot, drive.armature)
     grip = robot.gripper

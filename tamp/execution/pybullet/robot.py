@@ -15,7 +15,7 @@ from tamp.errors import RobotError
 from tamp.execution.pybullet.bodies import MARGIN, eroded, hulls_as_obj, write_obj
 from tamp.execution.pybullet.client import pybullet
 from tamp.execution.robot.gripper_drive import FINGER_SPEED, GripperDrive, gripper_drive
-from tamp.execution.robot.links import Link, robot_links
+from tamp.execution.robot.links import LEAST_MASS, LEAST_MOMENT, Link, robot_links
 from tamp.task import Pose, RobotSpec
 from tamp.task.robot import GENTLE_FORCE, PAD_FRICTION
 from tamp.world.robot.urdf import link_shapes
@@ -298,10 +298,6 @@ def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
     path = folder / "robot.urdf"
     path.write_text(ElementTree.tostring(root, encoding="unicode"), encoding="utf-8")
     return path
-
-
-LEAST_MASS, LEAST_MOMENT = 0.001, 1e-6
-"""Of a link without any hull [kg], [kg m^2]: PyBullet takes one of mass 0 for part of the ground."""
 
 
 def _weighed(element: ElementTree.Element) -> bool:

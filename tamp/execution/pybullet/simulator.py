@@ -18,12 +18,13 @@ from tamp.execution.simulator import FLOOR_BELOW, GRAVITY, ROBOT, STEP, TABLE, T
 from tamp.task import Box, Object, Pose, RobotSpec, Table
 from tamp.task.model import TABLE_FRICTION
 
-CONTACT_BREAKING = 0.004
-"""How far a remembered contact point may drift before it is dropped [m].
+CONTACT_BREAKING = 0.01
+"""How far a remembered contact point may drift before it is dropped, as a share of the smaller body's size.
 
-Bullet's own 2 cm keeps so many points of a held object that after half a turn they lock the fingers. With 1 mm a mesh
-that comes down a little askew loses each point before it has the next: it rattles from corner to corner, 5 mm deep in
-the table, and creeps.
+Bullet multiplies it by how far the body's bounding sphere reaches from its frame: 0.4 mm for a block of 4 cm. Bullet's
+own 0.02 keeps so many points of a held object that after half a turn they lock the fingers. With 0.004 fingers lose
+their points as fast as they find them where the hand tilts: what they hold rattles, and slips by a centimetre or falls.
+With 0.001 a mesh that comes down a little askew rattles from corner to corner, 5 mm deep in the table, and creeps.
 """
 
 STALE = 0.2

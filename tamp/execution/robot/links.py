@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 DENSITY = 1000.0
 """Of a link of which the URDF gives no mass [kg/m^3]."""
 
+LEAST_MASS, LEAST_MOMENT = 0.001, 1e-6
+"""Of a link that moves and has no hull [kg], [kg m^2]: no physics engine moves what has no mass."""
+
 Kind = Literal["fixed", "revolute", "prismatic"]
 
 

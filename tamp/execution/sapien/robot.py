@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tamp.execution.robot.gripper_drive import FINGER_SPEED, gripper_drive
-from tamp.execution.robot.links import Joint, Link, merged_fingers
+from tamp.execution.robot.links import LEAST_MASS, LEAST_MOMENT, Joint, Link, merged_fingers
 from tamp.execution.sapien.bodies import ROBOT_GROUP, add_hull, fixed_material, from_sapien, set_inertia, to_sapien
 from tamp.execution.sapien.client import physx, sapien
 from tamp.execution.simulator import STEP
@@ -142,7 +142,7 @@ def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str,
         if link.hulls:
             set_inertia(body, link.mass, link.frame, link.moments)
         else:
-            set_inertia(body, 1e-3, Pose(), (1e-6, 1e-6, 1e-6))  # PhysX takes no link without mass
+            set_inertia(body, LEAST_MASS, Pose(), (LEAST_MOMENT,) * 3)  # PhysX takes no link without mass
         entity = sapien.Entity()
         entity.add_component(body)
         entity.name = body.name = link.name

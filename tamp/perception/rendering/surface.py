@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.errors import TaskError
+from tamp.task.mesh.mesh_file import read_mesh
 from tamp.task.mesh.parts import parts
 from tamp.task.model import Mesh, Object, Shape
 
@@ -70,6 +71,9 @@ def read_surface(path: Path, scale: float = 1.0) -> Surface:
 
     if not path.is_file():
         raise TaskError(f"{path}: no such mesh file")
+    if path.suffix.lower() == ".dae":
+        raw = read_mesh(path, scale)
+        return Surface(raw.vertices, raw.groups[0], np.tile(np.array(GREY, np.uint8), (len(raw.vertices), 1)))
     try:
         mesh = trimesh.load(path, force="mesh", process=False)
     except Exception as error:

@@ -81,7 +81,7 @@ class ShapeModel(_Model):
     sphere: SphereModel | None = Field(default=None, description="its radius")
     capsule: CylinderModel | None = Field(default=None, description="a cylinder with half a sphere on each end")
     mesh: Annotated[str, Field(min_length=1)] | None = Field(
-        default=None, description="file of a mesh (OBJ, STL, PLY); an OBJ's groups are its convex parts"
+        default=None, description="file of a mesh (OBJ, STL, PLY, DAE); an OBJ's groups are its convex parts"
     )
     scale: Positive | None = Field(
         default=None, description="of a mesh: what its numbers are multiplied by to be metres; 1 where absent"

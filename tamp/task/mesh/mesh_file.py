@@ -22,7 +22,7 @@ CHUNK = 2**20
 MAX_INDEX = 2**31
 MAX_EXTENT = 2.0
 MIN_EXTENT = 0.001
-FORMATS = (".obj", ".stl", ".ply")
+FORMATS = (".obj", ".stl", ".ply", ".dae")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class RawMesh:
 
 
 def read_mesh(path: Path, scale: float | tuple[float, float, float] = 1.0) -> RawMesh:
-    """Read an OBJ, STL or PLY file.
+    """Read an OBJ, STL, PLY or COLLADA file.
 
     Args:
         path: the file.
@@ -56,7 +56,7 @@ def read_mesh(path: Path, scale: float | tuple[float, float, float] = 1.0) -> Ra
         raise TaskError(f"{path}: no such mesh file")
     try:
         _refuse_large(path)
-        raw = _read_obj(path) if path.suffix.lower() == ".obj" else _read_with_trimesh(path)
+        raw = _READERS.get(path.suffix.lower(), _read_with_trimesh)(path)
     except OSError as error:
         raise TaskError(f"{path}: cannot be read: {error.strerror}") from None
     return _checked(path, raw, scale)
@@ -107,7 +107,7 @@ def _refuse_large(path: Path) -> None:
         _check_count(path, int.from_bytes(head[80:84], "little"))
     elif suffix == ".stl":
         _check_count(path, _count(path, b"endfacet"))
-    else:
+    elif suffix == ".obj":
         _check_count(path, _count(path, b"\nf "))
 
 
@@ -181,8 +181,27 @@ def _read_with_trimesh(path: Path) -> RawMesh:
         raise TaskError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {said}") from error
     faces = np.asarray(getattr(mesh, "faces", np.empty((0, 3))), dtype=np.int64)
     vertices = np.asarray(getattr(mesh, "vertices", np.empty((0, 3))), dtype=np.float64)
+    return _welded(vertices, faces)
+
+
+def _read_dae(path: Path) -> RawMesh:
+    from tamp.task.mesh.collada import read_collada
+
+    try:
+        return _welded(*read_collada(path))
+    except (ValueError, OverflowError) as error:
+        raise TaskError(f"{path}: cannot be read as DAE: {error}") from None
+
+
+def _welded(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> RawMesh:
+    """One group whose neighbours share vertices: an STL repeats each corner for each triangle."""
+    import numpy as np
+
     if len(faces) and np.isfinite(vertices).all():
-        # An STL repeats each corner for each triangle: weld them, so that neighbours share vertices.
         vertices, inverse = np.unique(np.round(vertices, 9), axis=0, return_inverse=True)
         faces = inverse.reshape(-1)[faces]
     return RawMesh(vertices, (faces,) if len(faces) else ())
+
+
+_READERS = {".obj": _read_obj, ".dae": _read_dae}
+"""What trimesh does not read."""

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from tamp.errors import RobotError
 from tamp.task.robot import Gripper, RobotSpec
+from tamp.world.robot.urdf import without_shapes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def linkage(spec: RobotSpec) -> Linkage:
         if gripper.stroke / 2 > high + 1e-6 or low > CLOSED / 2:
             raise RobotError(
                 f"robot {spec.name}: a stroke of {gripper.stroke:g} m needs joints that slide from 0 to half of it; "
-                f"{gripper.joints[0]} slides from {low:g} to {high:g} m"
+                f"{gripper.joints[0]} slides from {low:g} to {high:g} m; of others give gripper.pads"
             )
         _check_axis(spec, pad_points(spec, ends / 2))
         return Linkage(gripper, ends, ends / 2, np.zeros(2), ends)
@@ -109,7 +110,8 @@ def _check(spec: RobotSpec, apart: Array) -> None:
     if (np.diff(apart) <= 0.0).any():
         raise RobotError(f"{name}: the pads turn back between the gripper's limits; give limits without that")
     if apart[0] > CLOSED:
-        raise RobotError(f"{name}: the pads come no nearer than {apart[0]:.4f} m to each other; is gripper.pads right?")
+        told = "fingers that do not close are not supported; is gripper.pads right?"
+        raise RobotError(f"{name}: the pads come no nearer than {apart[0]:.4f} m to each other; {told}")
     if apart[-1] < stroke - 1e-4:
         raise RobotError(f"{name}: the pads part by {apart[-1]:.4f} m at most, less than the stroke of {stroke:g} m")
 
@@ -134,7 +136,7 @@ def pad_points(spec: RobotSpec, drivers: Array) -> Array:
     Where the file names no pads, the origins of the fingers' links stand for them.
     """
     gripper = spec.gripper
-    model = pin.buildModelFromXML(spec.description)
+    model = pin.buildModelFromXML(without_shapes(spec.description))
     data, q = model.createData(), pin.neutral(model)
     frames = [model.getFrameId(name) for name in (spec.tool_parent, *gripper.fingers)]
     index = [model.joints[model.getJointId(name)].idx_q for name in gripper.joints]

@@ -14,7 +14,7 @@ from tamp.task.mesh.parts import Part
 from tamp.task.robot import RobotSpec
 from tamp.world.geometry.convex_union import solid
 from tamp.world.robot.linkage import Linkage, linkage
-from tamp.world.robot.urdf import carried, link_shapes
+from tamp.world.robot.urdf import carried, link_shapes, without_shapes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -193,7 +193,7 @@ def robot_model(spec: RobotSpec) -> RobotModel:
 
 def _pinocchio_model(spec: RobotSpec) -> Any:
     """The description's model, moved to where the base stands."""
-    model = pin.buildModelFromXML(spec.description)
+    model = pin.buildModelFromXML(without_shapes(spec.description))
     T_world_base = pin.SE3(spec.T_world_base.matrix)
     for joint in range(1, model.njoints):
         if model.parents[joint] == 0:

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from tamp.errors import RobotError, TaskError
 from tamp.task.mesh.mesh_file import read_mesh
 from tamp.task.mesh.parts import Part, convex_hull, parts
-from tamp.task.model import Box, Cylinder, Sphere
+from tamp.task.model import Box, Capsule, Cylinder, Sphere
 from tamp.task.pose import Pose
 from tamp.task.robot import RobotSpec
 
@@ -55,6 +55,15 @@ def link_shapes(spec: RobotSpec) -> tuple[LinkShape, ...]:
     return tuple(found)
 
 
+def without_shapes(description: str) -> str:
+    """A description's links and joints alone: a reader of kinematics complains of shapes that it does not know."""
+    root = ElementTree.fromstring(description)
+    for link in root.iter("link"):
+        for shape in (*link.findall("visual"), *link.findall("collision")):
+            link.remove(shape)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
 def carried(description: str, links: tuple[str, ...]) -> frozenset[str]:
     """The nearest link that carries all of some links, and all that it carries: of tool and fingers, the hand."""
     joints = ElementTree.fromstring(description).findall("joint")
@@ -95,7 +104,10 @@ def _points(collision: ElementTree.Element, spec: RobotSpec, link: str) -> Matri
         return parts(Cylinder(float(kind.get("radius", "")), float(kind.get("length", ""))))[0].vertices
     if kind.tag == "sphere":
         return parts(Sphere(float(kind.get("radius", ""))))[0].vertices
-    raise RobotError(f"{spec.urdf}: link {link!r} has geometry <{kind.tag}>; valid are mesh, box, cylinder and sphere")
+    if kind.tag == "capsule":
+        return parts(Capsule(float(kind.get("radius", "")), float(kind.get("length", ""))))[0].vertices
+    valid = "mesh, box, cylinder, sphere and capsule"
+    raise RobotError(f"{spec.urdf}: link {link!r} has geometry <{kind.tag}>; valid are {valid}")
 
 
 def _origin(element: ElementTree.Element) -> Matrix:

@@ -58,7 +58,7 @@ def test_the_chain_agrees_with_pinocchio(panda):
     ("shape", "complaint"),
     [
         ('<mesh filename="/nowhere/absent.stl"/>', r"link 'arm': .*absent\.stl: no such mesh file"),
-        ("<torus/>", "geometry <torus>; valid are mesh, box, cylinder and sphere"),
+        ("<torus/>", "geometry <torus>; valid are mesh, box, cylinder, sphere and capsule"),
         ("", "a <collision> without geometry"),
     ],
 )

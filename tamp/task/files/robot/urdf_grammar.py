@@ -15,11 +15,11 @@ from tamp.errors import RobotError
 MOVABLE = ("revolute", "continuous", "prismatic")
 KINDS = (*MOVABLE, "fixed", "floating", "planar")
 
-SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",), "capsule": ("radius", "length")}
 """Of primitive shapes: the attributes that have their sizes [m]."""
 
 LARGEST = 10.0
-"""No link of a robot at a table has a box, cylinder or sphere as large as this [m]: it is in millimetres."""
+"""No link of a robot at a table has a box, cylinder, sphere or capsule as large as this [m]: it is in millimetres."""
 
 DEFINITIONS = ("property", "arg", "macro")
 """Elements of xacro that do nothing by themselves."""

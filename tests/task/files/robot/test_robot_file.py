@@ -9,10 +9,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from tamp.checking.robot.links import read_links
 from tamp.errors import RobotError
 from tamp.task import RobotSpec
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.urdf import link_shapes
+from tests.task.mesh.test_collada import write as write_dae
 from tests.task.swinging import ARM, ROBOT, write
 
 
@@ -56,6 +58,20 @@ def test_other_joints_stand_at_their_posture_or_at_the_limit_next_to_zero(tmp_pa
 def test_meshes_in_millimetres_are_found_in_the_folders_that_are_named(spec: RobotSpec) -> None:
     column = next(shape for shape in link_shapes(spec) if shape.link == "column")
     assert np.ptp(column.hull.vertices, axis=0) == pytest.approx([0.03, 0.03, 0.18])
+
+
+def test_capsules_and_collada_are_shapes_of_links(tmp_path: Path) -> None:
+    arm = ARM.replace('<sphere radius="0.01"/>', '<capsule radius="0.01" length="0.05"/>').replace("bar.obj", "bar.dae")
+    path = write(tmp_path / "swinging", arm=arm)
+    dae = write_dae(tmp_path / "swinging" / "theirs_elsewhere" / "meshes", unit="1000")
+    dae.rename(dae.with_name("bar.dae"))
+    spec = read_robot(path)
+    sizes = {shape.link: np.ptp(shape.hull.vertices, axis=0) for shape in link_shapes(spec)}
+    assert sizes["flag"] == pytest.approx([0.02, 0.02, 0.07], abs=1e-3)
+    assert sizes["column"] == pytest.approx([0.1, 0.2, 0.3])
+    for solid in read_links(spec).solids:  # the checker reads them by its own means
+        if solid.name in sizes and len(solid.pieces) == 1:
+            assert np.ptp(solid.pieces[0].part.vertices, axis=0) == pytest.approx(sizes[solid.name])
 
 
 def test_a_picture_s_mesh_that_is_missing_is_left_out(spec: RobotSpec) -> None:
