@@ -96,9 +96,7 @@ def test_other_shapes_arrive_too(simulator, shape, grasp, width):
     assert math.dist(run.final_poses["thing"].xyz, goal.xyz) < 0.003
 
 
-def test_a_cup_is_carried_by_its_rim(simulator, request):
-    if simulator == "sapien":  # known to be wrong, and in the manual: the opening finger pushes the cup
-        request.applymarker(pytest.mark.xfail(strict=True, reason="it lands 8 mm off"))
+def test_a_cup_is_carried_by_its_rim(simulator):
     cup = Mesh(OBJECTS / "cup" / "collision.obj")
     lower, upper = bounds(cup)
     points = np.concatenate([part.vertices for part in parts(cup)])
