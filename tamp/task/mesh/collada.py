@@ -187,7 +187,8 @@ def _rotation(axis: Array, angle: float) -> Array:
 
     x, y, z = axis / (np.linalg.norm(axis) or 1.0)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
+    R: Array = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
+    return R
 
 
 def _ints(element: Element) -> Faces:
