@@ -63,6 +63,8 @@ INFEASIBLE = {
     "impossible goal": unsolvable.impossible_goal,
     "unknown thing": unsolvable.unknown_thing,
     "no streams": unsolvable.no_streams,
+    "never undone": unsolvable.never_undone,
+    "never undone, though told": unsolvable.never_undone_though_told,
 }
 
 UNDECIDED = {"endless": unsolvable.endless, "undecided": unsolvable.undecided}

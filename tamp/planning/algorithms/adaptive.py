@@ -242,9 +242,9 @@ def _conclude(session: Session, proven: bool) -> None:
     session.check_surprises()
     if session.found.best is not None:
         raise Ended("solved", "No better plan exists.")
-    if session.connectors.fluent and session.lessons.failed_moves:
+    if session.connectors.fluent and (session.lessons.failed_moves or not proven):
         raise Restart(replace(session.options, connectors=False))
-    if session.schema.ambivalent and session.options.lazy_tests:
+    if session.options.lazy_tests and (session.schema.ambivalent or not proven):
         raise Restart(replace(session.options, lazy_tests=False))
     session.limits.check()  # a sampler may have ended because of the deadline
     gave_up = sorted({i.external.name for i in session.knowledge.instances() if i.exhausted and i.gave_up})

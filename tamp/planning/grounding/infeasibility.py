@@ -10,6 +10,7 @@ from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact, Pattern
 from tamp.planning.model.schema import Schema
+from tamp.planning.model.stream_instances import ground
 from tamp.planning.options import Ended
 from tamp.planning.sampling.stream_calls import Sampling
 from tamp.planning.sampling.surprises import Surprises
@@ -63,6 +64,14 @@ def out_of_reach(
         return next(iter(_Relaxation(schema, knowledge, goal, effort, tick).lost()), None)
     except _Exhausted:
         return None
+
+
+def never_undone(schema: Schema, knowledge: Knowledge) -> Fact | None:
+    """What the goal wants false though it holds and no action makes it false; None where there is no such fact."""
+    undone = {str(e.atom[0]) for action in schema.actions for e in action.effects if not e.positive}
+    conditional = {str(p[0]) for e in schema.externals.values() if e.awaited for p in e.certified}
+    standing = (p for p in schema.goal.negative if p[0] not in undone | conditional | schema.derived)
+    return next((ground(p, {}) for p in standing if p in knowledge.real or p in knowledge.state), None)
 
 
 def _fits(pattern: Pattern, hope: _Hope) -> bool:
@@ -257,6 +266,8 @@ class Outlook:
         Raises:
             Ended: "infeasible".
         """
+        if (standing := never_undone(self._schema, self._knowledge)) is not None:
+            raise Ended("infeasible", f"{self._knowledge.objects.text(standing)} holds, and no action undoes it.")
         if self._sampling.draws < self._next or self._may_surprise():
             return
         self._next = 2 * self._sampling.draws

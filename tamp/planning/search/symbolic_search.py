@@ -58,7 +58,8 @@ class SymbolicSearch:
         positive = [ground(p, {}) for p in goal.positive]
         negative = [ground(p, {}) for p in goal.negative]
         static = [f for f in positive if f[0] not in changing]
-        if not all(self._knowledge.usable(f) or self._evaluator.truth(f) for f in static):
+        barred = any(f in self._knowledge.real for f in negative if f[0] not in changing)
+        if barred or not all(self._knowledge.usable(f) or self._evaluator.truth(f) for f in static):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
         literals = (
             tuple(f for f in positive if f[0] in changing),

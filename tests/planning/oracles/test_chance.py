@@ -48,3 +48,14 @@ def test_goals_that_can_be_reached(features, seed, algorithm):
     problem = chance.problem(seed, streams=True, features=features)
     goal = wander(problem, 4, seed)
     agree(replace(problem, goal=goal), algorithm)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize(
+    ("seed", "features"),
+    [(627550836, {"inputless", "effects", "functions"}), (631442558, {"exogenous", "functions", "transit"})],
+)
+def test_what_is_simplified_in_the_search_does_not_bar_a_proof(seed, features, algorithm):
+    """Atoms that no test can be asked about, and moves to what nothing leads to, were planned with again and again."""
+    solution = solve(chance.problem(seed, streams=True, features=features), algorithm=algorithm, timeout=20.0, seed=0)
+    assert (solution.plan, solution.status) == (None, "infeasible")

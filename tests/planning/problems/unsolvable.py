@@ -66,6 +66,22 @@ def unknown_thing() -> Problem:
     return _reach(three_grasps, in_reach, ("Held", "ghost"))
 
 
+def never_undone() -> Problem:
+    """The jug shall be no thing any more, which no action can bring about: infeasible without a single sample."""
+    return _reach(endless_grasps, in_reach, ("and", ("Held", "cup"), ("not", ("Thing", "jug"))))
+
+
+def never_undone_though_told() -> Problem:
+    """The same of a fact that a test with fluents is told."""
+    domain = """(define (domain doors) (:requirements :adl) (:predicates (Door ?d) (Locked ?d) (Passed ?d) (Free ?d))
+                  (:action pass :parameters (?d) :precondition (Free ?d) :effect (Passed ?d)))"""
+    streams = """(define (stream doors)
+                  (:stream test-free :inputs (?d) :domain (Door ?d) :fluents (Locked Passed) :certified (Free ?d)))"""
+    samplers = {"test-free": lambda context, door: True}
+    init = [("Door", "front"), ("Locked", "front")]
+    return Problem(domain, streams, samplers, init, ("and", ("Passed", "front"), ("not", ("Locked", "front"))))
+
+
 def endless() -> Problem:
     """Ever new grasps, none of them reachable: nothing is proven, time runs out."""
     return _reach(endless_grasps, out_of_reach, ("Held", "cup"))
