@@ -99,6 +99,7 @@ class State:
         opening: distance between the pads [m]; None until the first motion says it.
         held: what the gripper holds, or None.
         time: of all motions so far [s].
+        jumped: how far each joint jumped in all, within tolerance, where two motions meet [rad].
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
         turned: object -> the same of how far it was turned [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
@@ -112,6 +113,7 @@ class State:
     held: Attachment | None = None
     time: float = 0.0
     facts: set[tuple[str, ...]] = field(default_factory=set)
+    jumped: Array = field(default_factory=lambda: np.zeros(1))
     strayed: dict[str, float] = field(default_factory=dict)
     turned: dict[str, float] = field(default_factory=dict)
     nudged: dict[str, float] = field(default_factory=dict)

@@ -13,7 +13,7 @@ class Tolerances:
         step: largest motion of any point of robot or held object between two collision samples.
         collision: penetration that counts as numerical noise.
         contact: penetration allowed between bodies that may touch: geometry is convex pieces, and objects settle.
-        sunk: the same of what stands on the table, which is one box.
+        sunk: the same of what stands beside or on one another and is convex, as the table is.
         grasp: distance between where an object lies and where a grip says it lies.
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
@@ -57,7 +57,7 @@ class Tolerances:
         acceleration: the same of accelerations; positions in a plan file are rounded.
         jerk: the same of jerks.
         period: between two commands to the arm [s]; accelerations jump no further in one than the limit of jerk allows.
-        joint: error of joint positions, at limits and where two motions meet.
+        joint: error of joint positions, at limits and, in all, where two motions meet.
         rest: joint velocity that counts as standing still.
     """
 

@@ -8,7 +8,23 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import Action, At, Attachment, Box, Grip, Move, Object, Plan, Pose, Release, Task, load_robot
+from tamp.task import (
+    Action,
+    At,
+    Attachment,
+    Box,
+    Cylinder,
+    Grip,
+    Move,
+    Object,
+    Plan,
+    Pose,
+    Release,
+    Sphere,
+    Task,
+    Trajectory,
+    load_robot,
+)
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.mutations.editing import shifted
 
@@ -84,3 +100,36 @@ def test_gaps_of_what_is_stacked_add_up():
 def test_depths_of_what_is_stacked_add_up():
     found = stacked(3, -0.0014)
     assert "slab2 stands 4.2 mm below" in found and "slab1 stands" not in found
+
+
+LYING = (0.7071067811865476, 0.0, 0.0, 0.7071067811865476)
+
+
+@pytest.mark.parametrize(
+    ("shape", "pose", "wrong"),
+    [
+        (Sphere(0.03), Pose((0.05, 0.2, 0.03)), True),
+        (Cylinder(0.03, 0.12), Pose((0.05, 0.2, 0.03), LYING), True),
+        (Cylinder(0.03, 0.06), Pose((0.05, 0.2, 0.03)), False),
+        (Box((0.014, 0.06, 0.06)), Pose((0.05, 0.2, 0.03)), False),
+    ],
+)
+def test_nothing_stays_on_what_rolls(shape, pose, wrong):
+    goal = Pose((0.05, 0.2, 0.06 + START.xyz[2]))
+    actions = carry(Hand(HOME), "red", START, goal, 0.05, ("table", "under"))
+    found = judged([Object("red", BOX, START, At(goal)), Object("under", shape, pose)], actions)
+    assert ("red does not stay on under, which rolls on table" in found) == wrong, found
+
+
+def test_convex_neighbours_are_not_in_each_other():
+    row = [Object(f"box{k}", BOX, Pose((0.05 + 0.0465 * k, 0.3, 0.04))) for k in range(2)]
+    actions = carry(Hand(HOME), "red", START, GOAL, 0.05, ("table", "table"))
+    assert "box0 stands 3.5 mm inside box1" in judged([Object("red", BOX, START, At(GOAL)), *row], actions)
+
+
+def test_jumps_where_motions_meet_add_up():
+    steps, q = [], np.array(HOME)
+    for _ in range(20):
+        q = q + np.array([9e-5, *[0.0] * 6])
+        steps.append(Move("transit", Trajectory(np.array([0.0, 0.01]), np.array([q, q]), np.zeros((2, 7))), OPEN))
+    assert "0.0002 rad with the jumps before" in judged([Object("red", BOX, START)], [Action("move", (), tuple(steps))])

@@ -107,9 +107,12 @@ def _same_place(one: Attachment, other: Attachment) -> bool:
 
 def _check_joined(state: State, move: Move, joints: tuple[str, ...], allow: Tolerances, report: Report) -> None:
     jump = np.abs(move.trajectory.positions[0] - state.q)
-    if jump.max() > allow.joint:
-        name = joints[int(jump.argmax())]
-        report("continuity", f"the {move.phase} motion starts {jump.max():.4f} rad from where {name} is")
+    state.jumped = state.jumped + jump
+    if state.jumped.max() > allow.joint:
+        name = joints[int(state.jumped.argmax())]
+        far = "" if jump.max() > allow.joint else f", {state.jumped.max():.4f} rad with the jumps before"
+        report("continuity", f"the {move.phase} motion starts {jump.max():.4f} rad from where {name} is{far}")
+        state.jumped = np.zeros_like(state.q)
 
 
 def _check_fingers(scene: Scene, state: State, move: Move, allow: Tolerances, report: Report) -> None:

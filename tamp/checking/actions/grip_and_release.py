@@ -11,6 +11,7 @@ from tamp.checking.actions.arm_motion import finger_touches, sentence_of
 from tamp.checking.geometry.pad_region import between_pads, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.perching import perched
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, overlaps, slumps, unrest
 from tamp.checking.scene import GRAVITY, Scene, State
@@ -215,5 +216,7 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
     """An object that has come to a place stays there, and so does all that it now stands on or touches."""
     for sentence, bodies, depth in unrest(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
+    for sentence, bodies in perched(scene, state, name, allow):
+        report("support", sentence, bodies=bodies)
     for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
         report("support", sentence, bodies=bodies, depth=depth)

@@ -148,7 +148,8 @@ def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterat
             continue
         T = inverse(others[other]) @ state.poses[name]
         apart = clearance(scene.solids[other], scene.solids[name], T, allow.contact)
-        if apart < -(allow.sunk if TABLE in (name, other) else allow.contact):
+        exact = all(len(scene.solids[body].pieces) == 1 for body in (name, other))
+        if apart < -(allow.sunk if exact or other == TABLE else allow.contact):
             yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
 
 
