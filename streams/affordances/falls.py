@@ -6,14 +6,16 @@ That is for what shall lie in something, where walls leave no room for the hand 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Mapping
-from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import in_equilibrium
 from tamp.streams.affordances.neighbours import carriers, lies_in
+from tamp.streams.affordances.stable_poses import inside_by, outline
+from tamp.streams.affordances.stack_balance import contacts
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.collisions import CONTACT_DEPTH
@@ -60,10 +62,15 @@ def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[
     def firm(height: float) -> bool:
         rocks = _rocks(workspace, obj, placement, height)
         held = rocks < inside or in_equilibrium(workspace, {obj: placement}, below, rocks)  # walls hold what leans
-        return held and _withstood(workspace, obj, placement, below, height)
+        return held and _withstood(workspace, obj, placement, below, height, inside)
 
-    counts = (round(height / PASSED) + 1 for height in takewhile(firm, HEIGHTS))
-    return tuple(tuple(reversed(path[:count])) for count in counts if count <= free)
+    counts = {height: round(height / PASSED) + 1 for height in HEIGHTS}
+    heights = [height for height in HEIGHTS if counts[height] <= free]
+    # Who stands a fall from higher up stands a lower one too.
+    stood = (
+        bisect_left(heights, True, key=lambda height: not firm(height)) if heights and not firm(heights[-1]) else None
+    )
+    return tuple(tuple(reversed(path[: counts[height]])) for height in heights[:stood])
 
 
 def _rocks(workspace: Workspace, obj: str, placement: Placement, height: float) -> float:
@@ -78,11 +85,18 @@ def _rocks(workspace: Workspace, obj: str, placement: Placement, height: float) 
 
 
 def _withstood(
-    workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement], height: float
+    workspace: Workspace,
+    obj: str,
+    placement: Placement,
+    below: Mapping[str, Placement],
+    height: float,
+    inside: float,
 ) -> bool:
     """Whether what carries an object that falls from a height [m] onto it, each alone, does not tip over.
 
-    What is left of the fall may lift their common centre of mass over the edge of what carries them.
+    What is left of the fall may lift their common centre of mass over the edge of what carries them. It does not where
+    that is far enough inside what carries each straight up, which the object itself is by `inside` [m]; else walls and
+    friction may hold them.
     """
     mass, center, pile, name = 0.0, np.zeros(3), {obj: placement}, obj
     energy = workspace.task.object(obj).mass * height
@@ -91,11 +105,14 @@ def _withstood(
         middle = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
         mass, center = mass + more, (mass * center + more * middle) / (mass + more)
         if name != obj:
+            lower = pile[name].on[0]
+            corners = outline(contacts(workspace, name, pile[name], lower, below.get(lower)))
+            inside = min(inside, inside_by(corners, center[:2])) if len(corners) > 2 else -math.inf
             up = float(center[2] - workspace.bounds(name, pile[name].pose)[0][2])
             rises = min(LEFT * energy / mass, ROCKING * up)
             rocks = SURE * math.sqrt((up + rises) ** 2 - up**2) + GIVEN
             others = {other: place for other, place in below.items() if other not in pile}
-            if not in_equilibrium(workspace, pile, others, rocks):
+            if inside < rocks and not in_equilibrium(workspace, pile, others, rocks):
                 return False
         carrying = pile[name].on
         if len(carrying) != 1 or carrying[0] not in below or carrying[0] in pile:

@@ -33,6 +33,7 @@ FAR = 3 * NEAR  # what is farther than this from the box around a part is not ne
 AROUND = 5e-4  # and no farther beside the face that it presses on [m]
 EDGES = 8  # of a linearised cone, which lies inside the true one
 DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
+ENOUGH = 64  # contacts that mostly hold what all of them hold
 LENGTH = 0.05  # by which moments are divided, so that they are of the order of the forces [m]
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
@@ -54,26 +55,33 @@ def in_equilibrium(
     names = sorted(places)
     row = {name: 6 * index for index, name in enumerate(names)}
     mass = np.array([workspace.task.object(name).mass for name in names])
-    columns, cost = [], []
+    pushes = []
     standing = {**fixed, **places}
     for a, b in (*combinations(names, 2), *product(names, (*sorted(fixed), TABLE))):
         points, normals = touching(workspace, a, places[a], b, standing.get(b))
         if len(points):
             forces = _cones(normals, friction_of(workspace, a) * friction_of(workspace, b))
-            columns.append(_wrenches(workspace, places, row, {a: 1.0, b: -1.0}, points, forces))
-            cost.append(np.zeros(columns[-1].shape[1]))
+            pushes.append(_wrenches(workspace, places, row, {a: 1.0, b: -1.0}, points, forces))
+    contacts = np.hstack([np.zeros((6 * len(names), 0)), *pushes]).reshape(6 * len(names), -1, EDGES)
+    shifts, cost = np.zeros((6 * len(names), 4 * len(names))), np.repeat(LENGTH * mass.mean() / mass, 4)
     for index in range(len(names)):
-        shifts = np.zeros((6 * len(names), 4))
-        shifts[6 * index + 3 : 6 * index + 5] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
-        columns.append(shifts)
-        cost.append(np.full(4, LENGTH * mass.mean() / mass[index]))
+        block = shifts[6 * index + 3 : 6 * index + 5, 4 * index : 4 * index + 4]
+        block[:] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
     wanted = np.zeros((len(names), 6))
     wanted[:, 2] = mass / mass.mean()
-    for x, y in product(*[(-margin, margin)] * 2) if margin else [(0.0, 0.0)]:
-        wanted[:, 3:5] = wanted[:, 2:3] * np.array([y, -x]) / LENGTH
-        if least(np.concatenate(cost), np.hstack(columns), wanted.reshape(-1)) > GIVEN:
-            return False
-    return True
+
+    def held(some: Array) -> bool:
+        columns = np.hstack([some.reshape(len(some), -1), shifts])
+        costs = np.concatenate([np.zeros(columns.shape[1] - len(cost)), cost])
+        for x, y in product(*[(-margin, margin)] * 2) if margin else [(0.0, 0.0)]:
+            wanted[:, 3:5] = wanted[:, 2:3] * np.array([y, -x]) / LENGTH
+            if least(costs, columns, wanted.reshape(-1)) > GIVEN:
+                return False
+        return True
+
+    # What some of the contacts hold all of them hold; a bowl in another has over a thousand.
+    stride = contacts.shape[1] // ENOUGH
+    return (stride > 1 and held(contacts[:, ::stride])) or held(contacts)
 
 
 def least(cost: Array, columns: Array, wanted: Array) -> float:

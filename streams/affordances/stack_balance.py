@@ -85,7 +85,7 @@ def at_rest(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
     Bodies that rest on something of which no contact is found are taken to be at rest.
     """
     pairs = [(name, lower) for name, place in places.items() for lower in place.on if lower in places or lower == TABLE]
-    points = [_contacts(workspace, name, places[name], lower, places.get(lower)) for name, lower in pairs]
+    points = [contacts(workspace, name, places[name], lower, places.get(lower)) for name, lower in pairs]
     if not places or any(not len(found) for found in points):
         return True
     touching = dict(zip(pairs, points, strict=True))
@@ -145,7 +145,7 @@ def _center(workspace: Workspace, name: str, placement: Placement) -> Array:
     return center
 
 
-def _contacts(workspace: Workspace, name: str, placement: Placement, lower: str, below: Placement | None) -> Array:
+def contacts(workspace: Workspace, name: str, placement: Placement, lower: str, below: Placement | None) -> Array:
     """Where a body rests on another one, or on the table where `below` is None, from above, shape (n, 2)."""
 
     def found() -> Array:
