@@ -98,7 +98,8 @@ def remainder(setup: Setup, plan: Plan, execution: Execution) -> Plan:
     noted = (deviation for entry in execution.log[-1:] for deviation in entry.deviations)
     off = sorted(deviation.object for deviation in (*noted, *WATCHFUL.compare(here.start, seen, ())))
     start = {**here.start, **{name: seen[name] for name in off}}
-    home = here.home if _same(here.home, execution.configuration) else execution.configuration
+    now = tuple(setup.world.robot.overshot(np.array(execution.configuration)).tolist())
+    home = here.home if _same(here.home, now) else now
     return replace(plan, start=start, home=home, actions=plan.actions[count:])
 
 

@@ -26,6 +26,9 @@ SAMPLES = 5000
 NEAR = 0.03
 """Two links that never come closer than this [m] in all samples are taken never to collide."""
 
+OVERSHOT = 0.01
+"""How far beyond its limit a joint's motor may come to rest [rad]."""
+
 
 def self_collision_pairs(robot: RobotModel) -> tuple[tuple[int, int], ...]:
     """Pairs of bodies (i < j) that can collide: not neighbours, not overlapping by construction, not always apart."""
@@ -160,6 +163,11 @@ class RobotModel:
     def within_limits(self, q: Vector, slack: float = 1e-9) -> bool:
         """Whether every joint is inside its position limits."""
         return bool((q >= self.lower - slack).all() and (q <= self.upper + slack).all())
+
+    def overshot(self, q: Vector) -> Vector:
+        """Where an arm is taken to stand: at a joint's limit where its motor came to rest a hair beyond it [rad]."""
+        near = np.clip(q, self.lower, self.upper)
+        return np.where(np.abs(q - near) < OVERSHOT, near, q)
 
 
 @cache

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 import tamp
+from tamp import clock
 from tamp.checking import check
 from tamp.execution.action_execution import Performer
 from tamp.execution.log import Deviation
@@ -252,3 +253,10 @@ def test_what_was_put_aside_in_vain_is_not_put_aside_unless_what_it_serves_may_b
     assert worth_doing(REMAINDER_TASK, stages[:2], {}, 0.0) == 4
     assert worth_doing(REMAINDER_TASK, [stages[1], stages[2]], {}, 1.0) == 4
     assert worth_doing(REMAINDER_TASK, stages[:1], {}, 0.0) == 0
+
+
+def test_an_arm_that_came_to_rest_a_hair_beyond_a_limit_is_planned_with(setup):
+    robot = setup.world.robot
+    q = (float(robot.upper[0]) + 1e-4, *robot.home[1:].tolist())
+    found = Planning(setup, setup.start, q, seed=0, deadline=clock.now() + 60.0, settings=Settings()).run()
+    assert found is not None and found.actions

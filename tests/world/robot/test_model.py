@@ -69,3 +69,12 @@ def test_unusable_geometry_is_refused_in_one_sentence(shape, complaint):
         link_shapes(spec)
     assert str(spec.urdf) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_joint_that_came_to_rest_a_hair_beyond_its_limit_is_taken_to_stand_there(panda):
+    q = panda.home.copy()
+    q[0] = panda.upper[0] + 0.001
+    assert panda.overshot(q)[0] == panda.upper[0]
+    assert np.array_equal(panda.overshot(q)[1:], q[1:])
+    q[0] = panda.upper[0] + 0.1  # who says so is told
+    assert np.array_equal(panda.overshot(q), q)

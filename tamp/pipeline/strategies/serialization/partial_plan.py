@@ -59,7 +59,8 @@ class Attempt:
         workspace = setup.observe(poses, deadline)
         own = {**setup.task.samplers, **(samplers or {})}
         functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)
-        configuration = Configuration(tuple(q), setup.world.robot.spec.gripper.stroke)
+        robot = setup.world.robot
+        configuration = Configuration(tuple(robot.overshot(np.array(q)).tolist()), robot.spec.gripper.stroke)
         return Attempt(setup, workspace, functions, configuration, setup.task.init if facts is None else facts)
 
     def problem(
