@@ -22,6 +22,8 @@ MAX_BYTES = 1 << 18
 MAX_DEPTH = 20
 MAX_ALIASES = 100
 MAX_VALUES = 50_000
+TOO_DEEP = "maximum nesting depth"
+"""What libyaml says, from 0.2.6 on, where brackets are nested deeper than it reads."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _INTEGER = re.compile(r"[-+]?[0-9]{1,300}")
@@ -97,8 +99,10 @@ def parse_document(text: str, name: str) -> Document:
         _bound_events(text, name)
         root = yaml.compose(text, Loader=_LOADER)
     except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise TaskError(f"{name}:{line}: not YAML: {error.problem or error.context}") from error
+        line, said = error.problem_mark.line + 1 if error.problem_mark else 1, error.problem or error.context or ""
+        if TOO_DEEP in said:
+            raise TaskError(f"{name}:{line}: nested deeper than {MAX_DEPTH} levels") from error
+        raise TaskError(f"{name}:{line}: not YAML: {said}") from error
     except yaml.YAMLError as error:
         raise TaskError(f"{name}: not YAML: {str(error).splitlines()[0]}") from error
     if root is None:
