@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 NEAR = 0.004  # surface this near to another body may press on it [m]
-FAR = 3 * NEAR  # what is farther than this from the box around a part is not near to it, however sharp its edges [m]
 AROUND = 5e-4  # and no farther beside the face that it presses on [m]
+FAR = 3 * NEAR  # what is farther than this from the box around a part is not near to it, however sharp its edges [m]
 EDGES = 8  # of a linearised cone, which lies inside the true one
 DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
 ENOUGH = 64  # contacts that mostly hold what all of them hold
