@@ -73,9 +73,14 @@ class Prospects:
         return why
 
     def turned(self, name: str) -> bool:
-        """Whether hands have to turn an object over for its goal; what is pushed first may turn over by that."""
+        """Whether two grasps have to turn an object over for its goal.
+
+        What is pushed first may turn over by that, and what lies flat is not taken up again by a second grasp.
+        """
         workspace = self.asker.workspace
-        if name not in workspace.goals or to_be_pushed(workspace, name, workspace.start[name]):
+        if name not in workspace.goals or lies_flat(workspace, name):
+            return False
+        if to_be_pushed(workspace, name, workspace.start[name]):
             return False
         return upside_down(workspace, name, workspace.goals[name])
 
