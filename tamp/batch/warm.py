@@ -13,7 +13,7 @@ import tamp.pipeline.solving.solve
 import tamp.task.files.load  # noqa: F401
 from tamp.batch.robots import told
 from tamp.errors import TampError
-from tamp.pipeline.prepare import preload
+from tamp.pipeline.loading import preload
 from tamp.versions import versions
 
 for nothing in told():

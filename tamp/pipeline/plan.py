@@ -12,9 +12,10 @@ from typing_extensions import Unpack
 
 from tamp.clock import TimeUp, ended_at, limits_in, now
 from tamp.errors import PlanningFailure, TampError
+from tamp.pipeline.loading import load_samplers
 from tamp.pipeline.options.settings import Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
-from tamp.pipeline.prepare import Setup, load_samplers, prepare
+from tamp.pipeline.prepare import Setup, prepare
 from tamp.pipeline.strategies.named import STRATEGIES
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import Report

@@ -5,36 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
-from itertools import islice
-
-import numpy as np
 
 from tamp.checking import Verdict, check
-from tamp.checking.robot.links import read_links
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
-from tamp.domains.learned import load_models
-from tamp.domains.samplers import resolve_samplers
 from tamp.errors import DomainError
 from tamp.execution.settling.cache import settle_once
 from tamp.execution.settling.settle import settle
-from tamp.execution.simulators import DEFAULT, load_simulator
+from tamp.execution.simulators import DEFAULT
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.situation import already_there, placements, raised
 from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
-from tamp.planning import Context
 from tamp.streams.cache import SampleCache
-from tamp.streams.grasping.sampler import sample_grasp
-from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.values import Placement
-from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import At, Box, Object, Plan, Pose, SymbolicFact, Task, task_robot
+from tamp.streams.workspace import Workspace
+from tamp.task import At, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
-from tamp.threads import one_thread
 from tamp.world.geometry.object_geometry import geometry_of_object
-from tamp.world.robot.model import RobotModel, robot_model
+from tamp.world.robot.model import robot_model
 from tamp.world.world import World
 
 DISJOINT = 0.005  # objects without a goal that overlap a goal deeper than this are not part of the goal scene [m]
@@ -151,51 +140,6 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
     notes = tuple(remarks(task, start, goals))
     seen = settled.supports if settled.resting else None
     return Setup(task, domain, world, start, goals, settings, remarks=notes, supports=seen)
-
-
-def load_samplers(task: Task, settings: Settings) -> None:
-    """Import whatever serves the streams and let it read its models; called before any limit runs.
-
-    Raises:
-        DomainError, RobotError, SamplerError, TaskError: where domain, robot, functions or models cannot be had.
-    """
-    domain = domain_of(task, settings.domain)
-    _ = domain.rules  # whatever is wrong with them is said now, not by the checker of a plan
-    load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
-    with one_thread():
-        warm_up(robot_model(task_robot(task)))
-
-
-def preload(nothing: Task) -> None:
-    """Load what every run of a robot needs and no object decides: compiled loops, the robot's tables, physics engine.
-
-    No thread is started by it, no simulation opened, and no generator of a run's used: a process forked afterwards
-    computes what a fresh one would, sooner.
-
-    Args:
-        nothing: a task without objects, for the robot.
-
-    Raises:
-        TampError: where something cannot be had.
-    """
-    import tamp.world.motion.ompl
-    import tamp.world.timing.path_rates  # noqa: F401  # both are slow to load, and wait elsewhere until they are needed
-
-    with one_thread():
-        load_samplers(nothing, DEFAULT_SETTINGS)
-        read_links(task_robot(nothing))
-    load_simulator(DEFAULT)
-
-
-@cache
-def warm_up(robot: RobotModel) -> None:
-    """Have the loops that samplers call compiled, or read from disk: the robot takes a cube off an empty table."""
-    cube = Object("cube", Box((0.04, 0.04, 0.04)), Pose((0.0, 0.0, 0.02)))
-    task, place = Task("warm-up", (cube,)), Placement(cube.pose, (TABLE,))
-    workspace = Workspace(task, World(robot, {"cube": geometry_of_object(cube)}, task.table), {"cube": place}, {})
-    context = Context(workspace, lambda: np.random.default_rng(0), math.inf)
-    for grasp in islice(sample_grasp(context, "cube"), 1):
-        next(inverse_kinematics(context, "cube", place, grasp), None)
 
 
 def domain_of(task: Task, name: str | None) -> Domain:

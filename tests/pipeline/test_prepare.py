@@ -8,14 +8,10 @@ import pytest
 
 from tamp.errors import TaskError
 from tamp.formats.obj import box_obj
-from tamp.pipeline.prepare import prepare, settled_goals, warm_up
-from tamp.streams.hand import antipodal, hand_boxes, stability
+from tamp.pipeline.prepare import prepare, settled_goals
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
-from tamp.task import At, Box, Object, Pose, Task, load_robot
+from tamp.task import At, Box, Object, Pose, Task
 from tamp.task.files.load import load_task
-from tamp.world.geometry import separating_faces
-from tamp.world.kinematics import levenberg_marquardt
-from tamp.world.robot.model import robot_model
 
 
 def cube(name, x, y, z, goal=None):
@@ -165,12 +161,3 @@ def test_a_spoon_may_lie_deep_in_what_carries_it(tmp_path):
     plate = "  - {name: plate, shape: {box: [0.12, 0.12, 0.017]}, pose: {xyz: [0.0, -0.2, 0.009]}}\n"
     path.write_text("objects:\n" + plate + spoon)
     assert set(prepare(load_task(path)).start) == {"spoon", "plate"}
-
-
-def test_what_is_compiled_is_compiled_before_any_limit_runs():
-    warm_up(robot_model(load_robot("panda")))
-    loops = (
-        levenberg_marquardt._iterate, separating_faces.sieve, antipodal._exits, stability._apart,
-        hand_boxes._points_hit, hand_boxes._clear_of_slab,
-    )  # fmt: skip
-    assert all(len(loop.signatures) for loop in loops)

@@ -10,10 +10,11 @@ from tamp import clock
 from tamp.clock import FOREVER_S, limits_in
 from tamp.errors import PlanningFailure
 from tamp.execution.executor import Executor, open_execution
+from tamp.pipeline.loading import load_samplers
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.plan import refuse_arguments
-from tamp.pipeline.prepare import Setup, load_samplers, prepare
+from tamp.pipeline.prepare import Setup, prepare
 from tamp.pipeline.solving.job import Job
 from tamp.pipeline.solving.outcome import closed
 from tamp.pipeline.solving.run import Run
