@@ -5,7 +5,9 @@ Neither meets anything on its way, and both rest where they land.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,16 +76,6 @@ def check_fall(
         report("fall", f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", bodies=(struck, name))
 
 
-def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tolerances) -> Iterator[str]:
-    """What carries an object that has fallen, and tips over with all that the blow falls on.
-
-    What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
-    blow where it is met.
-    """
-    mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-    yield from _struck(scene, state, Blow(mass * drop, mass, center, (name,)), allow)
-
-
 @dataclass(frozen=True, eq=False)
 class Blow:
     """What comes down on what carries it.
@@ -93,21 +85,48 @@ class Blow:
         mass: of all that comes down [kg].
         center: where it does, shape (3,).
         bodies: what comes down, the lowest last.
+        met: the last two of them of which the upper one had several carriers, or none.
     """
 
     energy: float
     mass: float
     center: Array
     bodies: tuple[str, ...]
+    met: tuple[str, ...] = ()
 
 
-def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterator[str]:
-    """What a blow tips over. To do so it lifts the common centre of mass over the edge of what the body stands on."""
+def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tolerances) -> Iterator[str]:
+    """What carries an object that has fallen, and tips over with all that the blow falls on.
+
+    What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
+    blow where it is met. Of the ways by which a blow comes to the same place the lightest throws up highest what is
+    there, and goes on: they are followed in the order of their masses (Dijkstra), for there are 2^n ways down a wall.
+    """
+    mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
+    coming, order, seen = [(mass, 0, Blow(mass * drop, mass, center, (name,)))], itertools.count(1), set()
+    while coming:
+        *_, blow = heappop(coming)
+        below = blow.bodies[-1], blow.met
+        if below in seen:
+            continue
+        seen.add(below)
+        for struck, stands in _struck(scene, state, blow, allow):
+            if not stands:
+                yield struck.bodies[-1]
+            heappush(coming, (struck.mass, next(order), struck))
+
+
+def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterator[tuple[Blow, bool]]:
+    """The blow as it goes on with each body that it meets, and whether that one stands.
+
+    To tip it over the blow lifts the common centre of mass over the edge of what the body stands on.
+    """
     points = carriers(scene, state, blow.bodies[-1], allow).points
     for name in sorted(points.keys() - {TABLE, *blow.bodies}):
         more, middle = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-        met = blow.center if len(points) == 1 else points[name].mean(axis=0)
-        mass, center = blow.mass + more, (blow.mass * met + more * middle) / (blow.mass + more)
+        alone = len(points) == 1
+        at = blow.center if alone else points[name].mean(axis=0)
+        mass, center = blow.mass + more, (blow.mass * at + more * middle) / (blow.mass + more)
         height = float(center[2] - middle[2]) + height_above(scene, name, state.poses[name])
         lift = min(allow.rolling * blow.energy / mass, allow.rocking * height)
         margin = float(np.sqrt((height + lift) ** 2 - height**2))
@@ -117,9 +136,9 @@ def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterat
         if not touching.patches:  # that nothing carries it is told where it was put, or of the start
             continue
         friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
-        if touching.balance(center, friction, margin) < margin:
-            yield name
-        yield from _struck(scene, state, Blow(blow.energy, mass, center, (*blow.bodies, name)), allow)
+        met = blow.met if alone else (blow.bodies[-1], name)
+        struck = Blow(blow.energy, mass, center, (*blow.bodies, name), met)
+        yield struck, bool(touching.balance(center, friction, margin) >= margin)
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import tamp
 from tamp.checking import check
+from tamp.checking.actions import fall
 from tamp.checking.actions.fall import _turn, _turned, check_fall
 from tamp.checking.geometry.solids import Solid
 from tamp.checking.geometry.transforms import rotation
@@ -201,3 +202,25 @@ def test_what_has_a_round_edge_rolls_over_it(slid, possible):
     check_fall(scene, state, Fall("round", flat), DEFAULT, lambda kind, *told, **more: found.append((kind, *told)))
     assert not [each for each in found if each[0] == "fall"] or not possible
     assert any("is said to slide" in sentence for _, sentence in found) != possible
+
+
+def test_a_blow_on_a_wall_of_bricks_is_followed_once_over_each_contact(monkeypatch):
+    rows, brick = 7, (0.02, 0.06, 0.02)
+    bricks = {
+        f"{row}.{i}": Pose((0.0, 0.062 * (i - row / 2), 0.02 * (rows - row) - 0.01))
+        for row in range(rows)
+        for i in range(row + 1)
+    }
+    scene = Scene.of(Task("wall", tuple(Object(name, Box(brick), pose) for name, pose in bricks.items())))
+    state = State({name: pose.matrix for name, pose in bricks.items()}, np.array(load_robot("panda").home))
+    state.poses["0.0"] = Pose((0.0, 0.0, 0.02 * rows + 0.02)).matrix
+    followed, found = [], []
+
+    def noted(scene, state, blow, allow, goes_on=fall._struck):
+        followed.append(blow.bodies[-2:])
+        return goes_on(scene, state, blow, allow)
+
+    monkeypatch.setattr(fall, "_struck", noted)
+    check_fall(scene, state, Fall("0.0", bricks["0.0"]), DEFAULT, lambda *told, **more: found.append(told))
+    assert not found
+    assert len(followed) == len(set(followed)) == 1 + rows * (rows - 1)  # of 2^7 - 1 ways
