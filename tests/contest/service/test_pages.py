@@ -1,0 +1,120 @@
+"""Pages and API: what is ranked and shown, to whom, and what leads nowhere."""
+
+from __future__ import annotations
+
+import io
+import socket
+import threading
+import zipfile
+from collections.abc import Awaitable, Callable
+
+import pytest
+
+pytest.importorskip("fastapi", reason="the web service needs the extra 'contest'")
+pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'contest'")
+
+import uvicorn
+
+from tamp.contest.service.prompt import PromptProtocol
+from tests.contest.service.served import CODE, Service
+
+
+def test_a_submission_is_evaluated_and_ranked(service: Service) -> None:
+    answer = service.hand_in(service.ours)
+    assert answer.status_code == 201
+    number = answer.json()["id"]
+    assert service.get(f"/api/submissions/{number}").json()["state"] == "queued"
+    assert service.evaluate(0.05) == 2 * 2
+    service.hand_in(service.theirs, CODE + b"# other\n")
+    service.evaluate(0.08)
+    places = service.get("/api/leaderboard").json()["places"]
+    assert [(p["rank"], p["team"][:8]) for p in places] == [(1, "ours"), (2, "<script>")]
+    assert places[0]["mean"]["error_m"] == pytest.approx(0.05)
+    page = service.get("/").text
+    assert "5.00" in page and "&lt;script&gt;" in page and "<script>alert" not in page
+    assert service.get(f"/submissions/{number}").status_code == 200
+
+
+def test_pages_and_api_keep_hidden_tasks_hidden(service: Service) -> None:
+    service.hand_in(service.ours)
+    service.evaluate()
+    for path in (
+        "/",
+        "/rules",
+        "/tasks",
+        "/team",
+        "/api/tasks",
+        "/api/leaderboard",
+        "/api/export",
+        "/api/openapi.json",
+    ):
+        answer = service.get(path, service.ours)
+        assert answer.status_code == 200, path
+        assert "_secret" not in answer.text, path
+    assert service.get("/pictures/contest/001.png").status_code == 404
+    assert service.get("/pictures/trial/..%2f..%2fcontest.yaml.png").status_code == 404
+    archive = zipfile.ZipFile(io.BytesIO(service.get("/api/tasks/trial.zip").content))
+    assert archive.namelist() == ["open/task.yaml"]
+
+
+def test_logs_and_trial_submissions_are_their_owners_only(service: Service) -> None:
+    contest = service.hand_in(service.ours).json()["id"]
+    trial = service.hand_in(service.ours, kind="trial").json()["id"]
+    service.evaluate(log="my own words")
+    for number, status in ((contest, 200), (trial, 404)):
+        for token in (None, service.theirs, "x" * 40, "x" * 400):
+            for path in (f"/submissions/{number}", f"/api/submissions/{number}"):
+                answer = service.get(path, token)
+                assert answer.status_code == status
+                assert "my own words" not in answer.text and "solution.py" not in answer.text
+        assert "my own words" in service.get(f"/submissions/{number}", service.ours).text
+        assert "my own words" in service.get(f"/api/submissions/{number}", service.ours).text
+    assert service.get("/api/submissions", service.theirs).json() == []
+    exported = service.get("/api/export", service.theirs).json()["submissions"]
+    assert [s["kind"] for s in exported] == ["contest"] and exported[0]["file"] == ""
+    for path in ("/api/submissions", "/api/export"):
+        assert service.get(path).status_code == 401
+    assert service.hand_in("").status_code == 401
+
+
+@pytest.mark.parametrize("page", ["films", "submissions", "api/submissions", "pictures/trial"])
+@pytest.mark.parametrize(
+    "number", ["9" * 24 + ".gif", "-1.gif", "0.gif", "%00", "'%20OR%201=1", "%ed%a0%80.png", "..%2fx"]
+)
+def test_numbers_that_are_none_lead_nowhere(service: Service, page: str, number: str) -> None:
+    assert service.get(f"/{page}/{number}", service.ours).status_code in (404, 422)
+
+
+def test_nothing_is_kept_in_caches_that_others_share_and_pages_need_nothing_from_elsewhere(service: Service) -> None:
+    for page in ("/", "/rules", "/team", "/api/docs", "/api/leaderboard", "/nowhere"):
+        answer = service.get(page, service.ours)
+        assert answer.headers["Cache-Control"] == "private, no-cache"
+        assert "http" not in answer.headers["Content-Security-Policy"]
+        assert "://" not in answer.text
+    docs = service.get("/api/docs").text
+    assert "POST /api/submissions" in docs and "contest or trial" in docs
+    assert service.get("/redoc").status_code == 404
+
+
+def test_a_connection_that_does_not_ask_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tamp.contest.service.prompt.HEADER_S", 0.1)
+
+    async def app(scope: object, receive: object, send: Callable[..., Awaitable[None]]) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"0")]})
+        await send({"type": "http.response.body"})
+
+    server = uvicorn.Server(uvicorn.Config(app, port=0, http=PromptProtocol, lifespan="off", log_level="warning"))
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        try:
+            for said in (b"", b"GET / HTTP/1.1\r\nHost: x\r\n", b"GET / HTTP/1.1\r\nHost: x\r\n\r\nGET / HT"):
+                with socket.create_connection(listening.getsockname(), timeout=30) as slow:
+                    slow.sendall(said)
+                    answer = b""
+                    while piece := slow.recv(1000):  # ends where the server has closed
+                        answer += piece
+                assert answer.startswith(b"HTTP/1.1 200") == said.endswith(b"HT")
+        finally:
+            server.should_exit = True
+            thread.join()
