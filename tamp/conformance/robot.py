@@ -22,8 +22,9 @@ from tamp.errors import RobotError, TaskError
 from tamp.execution.simulators import installed
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.task import RobotSpec, Table
-from tamp.task.mesh.mesh_file import RawMesh, read_mesh
+from tamp.task.mesh.mesh_file import read_mesh
 from tamp.task.mesh.parts import convex_hull
+from tamp.task.mesh.surface import oriented, volume
 from tamp.world.geometry.convex_union import separation, solid
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.robot.hand import hand_poses
@@ -388,28 +389,10 @@ def _some(names: list[str]) -> str:
 
 def _fatness(element: ElementTree.Element) -> float:
     """Volume of a mesh's hull against its own, 1 where the mesh is not closed and has none."""
-    mesh = read_mesh(Path(element.get("filename", "")), _scale(element))
-    if not _closed(mesh):
+    x, y, z = map(float, element.get("scale", "1 1 1").split())
+    mesh = read_mesh(Path(element.get("filename", "")), (x, y, z))
+    faces = np.concatenate(mesh.groups)
+    if not oriented(faces):
         return 1.0
     hull = convex_hull(mesh.vertices)
-    return abs(_volume(RawMesh(hull.vertices, (hull.faces,))) / _volume(mesh))
-
-
-def _closed(mesh: RawMesh) -> bool:
-    """Whether every edge has one face on each side that both see it the right way round."""
-    faces = np.concatenate(mesh.groups)
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    keys = edges[:, 0] * len(mesh.vertices) + edges[:, 1]
-    back = edges[:, 1] * len(mesh.vertices) + edges[:, 0]
-    return len(np.unique(keys)) == len(keys) and bool(np.isin(back, keys).all())
-
-
-def _scale(element: ElementTree.Element) -> tuple[float, float, float]:
-    x, y, z = map(float, element.get("scale", "1 1 1").split())
-    return x, y, z
-
-
-def _volume(mesh: RawMesh) -> float:
-    """Enclosed by the faces, by the divergence theorem [m^3]."""
-    corners = mesh.vertices[np.concatenate(mesh.groups)]
-    return float(np.einsum("ni,ni->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) / 6.0
+    return abs(volume(hull.vertices, hull.faces) / volume(mesh.vertices, faces))

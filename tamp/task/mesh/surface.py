@@ -1,4 +1,4 @@
-"""Questions about a triangulated surface: is it closed, does it intersect itself."""
+"""Questions about a triangulated surface: is it closed, what does it enclose, does it intersect itself."""
 
 from __future__ import annotations
 
@@ -21,6 +21,23 @@ def closed(vertices: Points, faces: Faces) -> bool:
     edges = np.sort(welded[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     _, count = np.unique(edges, axis=0, return_counts=True)
     return bool((count == 2).all())
+
+
+def oriented(faces: Faces) -> bool:
+    """Whether every edge has one triangle on each side, and both see it the right way round."""
+    import numpy as np
+
+    edges = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    forth, back = edges @ [int(faces.max()) + 1, 1], edges @ [1, int(faces.max()) + 1]
+    return len(np.unique(forth)) == len(forth) and bool(np.isin(back, forth).all())
+
+
+def volume(vertices: Points, faces: Faces) -> float:
+    """What an oriented surface encloses, by the divergence theorem [m^3]."""
+    import numpy as np
+
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    return float(np.einsum("ni,ni->", a, np.cross(b, c))) / 6.0
 
 
 def self_intersection(vertices: Points, faces: Faces) -> tuple[int, int] | None:
