@@ -14,7 +14,7 @@ from tamp.streams.hand.clearance import above_table, clear_of_falling
 from tamp.streams.values import Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
-from tamp.world.kinematics.inverse import reachable
+from tamp.world.kinematics.inverse import approachable, reachable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -118,7 +118,4 @@ def in_reach(workspace: Workspace, pinches: Pinches, pose: Pose) -> NDArray[np.b
     few = T[:: -(-len(T) // SAMPLED)] if len(T) > 2 * SAMPLED else T[:0]
     if len(few) and reachable(robot, few, hurried=True).mean() >= MOST:
         return np.ones(len(T), bool)
-    within = reachable(robot, T)
-    T[:, :3, 3] -= min(workspace.hand.approaches) * T[:, :3, 2]
-    within[within] = reachable(robot, T[within])
-    return within
+    return approachable(robot, T, min(workspace.hand.approaches))

@@ -164,7 +164,7 @@ def _flat_places(context: Context, obj: str) -> Iterator[Placement]:
 
 
 def _over_edges(context: Context, obj: str) -> Iterator[Placement]:
-    """Places out of the way where what would lie flat on every face hangs over the table's edge."""
+    """Places out of the way where what would lie flat on every face hangs over the table's edge, the safest first."""
     workspace: Workspace = context.scene
     if not lies_flat(workspace, obj):
         return
@@ -177,7 +177,7 @@ def _over_edges(context: Context, obj: str) -> Iterator[Placement]:
         above = replace(amidst, pose=Pose.from_matrix(moved(amidst.pose.matrix, np.array([0.0, 0.0, RELEASE_HEIGHT]))))
         free = (
             end.placement
-            for end in ends(workspace, obj, above)
+            for end in sorted(ends(workspace, obj, above), key=lambda end: end.hanging)
             if not any(overlap(workspace, obj, end.placement, name, other) for name, other in kept)
         )
         yield from islice(free, EDGES)

@@ -8,7 +8,7 @@ be laid down there, unless it would roll, and what goes into something may be dr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import islice, product
 from typing import TYPE_CHECKING
@@ -25,10 +25,11 @@ from tamp.streams.grasping.sampler import grasps
 from tamp.streams.hand.clearance import hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
 from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
-from tamp.streams.releasing.tilted_release import falls_flat, lays
+from tamp.streams.releasing.tilted_release import falls_flat, lays, letting_go_at
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
 from tamp.task import Pose
+from tamp.world.kinematics.inverse import approachable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,8 +38,8 @@ ENDS = 80  # grasps for the start, and for the goal, that are looked at
 PAIRS = 24  # of them that are tried in turn
 ROUNDS = 6  # times at most that a place in between is sought for each pair
 BLOCKED = 24  # pairs of which none takes the object up without meeting others, before these are tried
-TRIES = 12  # places in one round
-LAID_TRIES = 4  # the same where the object is laid down, which takes long to find out
+DRAWN = 24  # places in one round ...
+TRIES = 8  # ... and of those that the arm seems to reach, for which it is asked
 FEW = 8  # grasps that can lay it down; where there are fewer, such ones are sought ...
 RELEASES, EACH = 4, 12  # ... for the start and each of so many tilts, so many grasps each
 
@@ -242,14 +243,31 @@ def _between(
 ) -> Placement | None:
     """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
     faces = [R for R in faces if _stays(context.scene, obj, R)] or faces
-    for _ in range(LAID_TRIES if laid else TRIES):
+    angles = context.rng.uniform(-np.pi, np.pi, DRAWN)
+    drawn = (put_aside(context, obj, turned(faces[context.rng.integers(len(faces))], angle)) for angle in angles)
+    for place in islice(_at_a_glance(context, obj, one, other, [*filter(None, drawn)], laid), TRIES):
         if clock.now() > context.deadline:
             return None
-        angle = context.rng.uniform(-np.pi, np.pi)
-        face = faces[context.rng.integers(len(faces))]
-        place = put_aside(context, obj, turned(face, angle))
-        if place is not None and _takes(context, obj, place, other):
-            brought = lays(Detached.of(context), obj, place, one) if laid else _takes(context, obj, place, one)
-            if brought:
-                return place
+        if _takes(context, obj, place, other) and (_lays if laid else _takes)(context, obj, place, one):
+            return place
     return None
+
+
+def _at_a_glance(
+    context: Context, obj: str, one: Grasp, other: Grasp, places: list[Placement], laid: bool
+) -> Iterator[Placement]:
+    """The places that the arm seems to reach by both grasps: to find out that it does not takes 100 times longer."""
+    robot, back = context.scene.world.robot, min(context.scene.hand.approaches)
+
+    def reached(poses: Sequence[Pose], grasp: Grasp) -> NDArray[np.bool_]:
+        T = np.array([pose.matrix for pose in poses]).reshape(-1, 4, 4)
+        return approachable(robot, T @ grasp.T_object_tool.matrix, back)
+
+    taken = reached([place.pose for place in places], other)
+    for place in (place for place, able in zip(places, taken, strict=True) if able):
+        if reached(letting_go_at(context, obj, place, one) if laid else [place.pose], one).any():
+            yield place
+
+
+def _lays(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
+    return lays(Detached.of(context), obj, place, grasp)

@@ -111,6 +111,33 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
     return bool(force[:2] @ along[:2] > held * np.linalg.norm(along[:2]))
 
 
+BESIDE = 0.5  # a finger as far beside the plane of a fall, as a share of how far it is beyond the centre of mass
+
+
+def turned_off(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, tilted: Pose) -> bool:
+    """Whether an object let go on one edge turns sideways off the finger beneath it, which is beside its way down.
+
+    On the table it lies flat in the end whichever way it turns; over the table's edge it goes down there.
+
+    Args:
+        workspace: where the object is.
+        obj: the object.
+        placement: where it comes to lie.
+        grasp: how it is held.
+        tilted: T_world_object where it is let go; its lowest edge is on what it shall lie on.
+    """
+    T_tool = tilted.matrix @ grasp.T_object_tool.matrix
+    up = tilted.matrix[:3, :3] @ placement.pose.matrix[2, :3]
+    flat = float(np.hypot(*up[:2])) < 1e-9
+    if flat or abs(up @ T_tool[:3, :3] @ np.array(workspace.world.robot.spec.gripper.axis)) < BENEATH:
+        return False
+    rising = -up[:2] / np.linalg.norm(up[:2])
+    pads = T_tool[:3, 3] + float(workspace.world.robot.linkage.depth(grasp.width)) * T_tool[:3, 2]
+    center = tilted.matrix[:3, :3] @ workspace.world.geometries[obj].center_of_mass + tilted.matrix[:3, 3]
+    beyond, beside = (float((pads - center)[:2] @ way) for way in (rising, np.array([-rising[1], rising[0]])))
+    return abs(beside) > BESIDE * beyond
+
+
 CARRYING = 0.3  # a finger carries where the closing axis points so far up or down (cosine); else they are beside
 GRAZED = 1  # poses of a fall at which a finger may be met: it is passed, and stops nothing
 

@@ -11,9 +11,10 @@ from tamp.streams.affordances.neighbours import carriers, standing_around
 from tamp.streams.affordances.stable_poses import midtable, moved
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.context import Context
+from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings, reaches
-from tamp.streams.releasing.edge_contact import dragged, held_up, hooked
+from tamp.streams.releasing.edge_contact import dragged, held_up, hooked, turned_off
 from tamp.streams.releasing.landing import aimed, sure_on_table, whole_on_table
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
@@ -51,6 +52,11 @@ def lays(context: Context, obj: str, placement: Placement, grasp: Grasp) -> bool
     """Whether an object can be let fall to a placement, were nothing else on the table than what carries it there."""
     falls = _falls(context, obj, placement, grasp, TRIED)
     return any(reaches(context, obj, placement, grasp, fall) for fall in falls)
+
+
+def letting_go_at(context: Context, obj: str, placement: Placement, grasp: Grasp) -> list[Pose]:
+    """Poses from which an object may fall to a placement: those for which `lays` asks whether the arm gets there."""
+    return [fall[0] for fall in _falls(context, obj, placement, grasp, TRIED)]
 
 
 def falls_flat(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, *, surely: bool = False) -> bool:
@@ -148,7 +154,9 @@ def _landing(
 
 
 def _taken_along(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]) -> bool:
-    """Whether an object that turns over its edge goes with the hand that draws back."""
+    """Whether an object that turns over its edge goes with the hand that draws back, or off the table beside it."""
+    if hangs_over(workspace, obj, placement) and turned_off(workspace, obj, placement, grasp, fall[0]):
+        return True
     return dragged(workspace, obj, placement, grasp, fall[0]) or hooked(workspace, obj, grasp, fall)
 
 

@@ -116,6 +116,15 @@ def reachable(robot: RobotModel, T_world_tools: Array, *, hurried: bool = False)
     return found
 
 
+def approachable(robot: RobotModel, T_world_tools: Array, back: float) -> NDArray[np.bool_]:
+    """Whether a glance finds configurations for each of many tool poses (n, 4, 4), and so far behind it [m]; (n,)."""
+    T = np.array(T_world_tools)
+    found = reachable(robot, T)
+    T[:, :3, 3] -= back * T[:, :3, 2]
+    found[found] = reachable(robot, T[found])
+    return found
+
+
 def straight_line(robot: RobotModel, q: Array, T_goal: Array, step: float = 0.01) -> Array | None:
     """The path, shape (n, dof), along which the tool moves straight from where `q` puts it to `T_goal`.
 

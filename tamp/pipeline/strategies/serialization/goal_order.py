@@ -23,8 +23,9 @@ from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progres
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, combined
 from tamp.scoring.score import SOLVED_WITHIN_M
-from tamp.streams.affordances.neighbours import enclosed
+from tamp.streams.affordances.neighbours import enclosed, within
 from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.hand.clearance import reach_of_hand
 from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -118,6 +119,9 @@ class Early:
 
 
 UNLIMITED = 1_000_000
+ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
+
+Placements = tuple[tuple[tuple[str, Placement], ...], ...]
 
 
 class Ordering:
@@ -144,6 +148,7 @@ class Ordering:
         self._ledger = Ledger(self._asker)
         self._early = Early(self._prospects)
         self._together: list[Report] = []
+        self._vain: dict[str, Placements] = {}
 
     @property
     def left(self) -> dict[str, str]:
@@ -202,8 +207,9 @@ class Ordering:
                 if self._all_together(self._asker.tuning.together_iterations):
                     return
         self._ledger.reach_hard_to_grasp()
-        while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self._left)):
-            pass
+        with self._asker.within(1.0 if persistent else self._asker.tuning.goals_share):
+            while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self._left)):
+                pass
         if not self._left:
             return
         with self._asker.within(self._asker.tuning.together_share):
@@ -265,7 +271,10 @@ class Ordering:
         return True
 
     def _sweep(self, effort: Effort, spared: Container[str] = ()) -> bool:
-        """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is."""
+        """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is.
+
+        While no other object moves, what failed is not tried again before something is moved near it or its goal.
+        """
         asker, progress = self._asker, False
         workspace, samplers = asker.workspace, self.progress.now.samplers
         names = supports_first(workspace, [name for name in self._left if name not in spared])
@@ -275,6 +284,8 @@ class Ordering:
         for name in names:
             if asker.late:
                 break
+            if not effort.others_move and self._vain.get(name) == self._surroundings(name):
+                continue
             with asker.within(share, asker.tuning.one_goal_least_s):
                 progress |= self._try(name, effort)
             if progress and effort.others_move:
@@ -308,11 +319,19 @@ class Ordering:
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
         if refused is not None:
             self._left[name] = refused
+            if solution.plan is None and not effort.others_move:
+                self._vain[name] = self._surroundings(name)
             if solution.plan is not None and effort.others_move:  # what is refused is tried by way of another grasp
                 self._prospects.regrasped.add(name)
             return False
         self._ledger.reach(name)
         return True
+
+    def _surroundings(self, name: str) -> Placements:
+        """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try."""
+        workspace = self._asker.workspace
+        near = within(workspace, name, reach_of_hand(workspace), *workspace.placements_of(name))
+        return near.placements
 
     def _share(self, names: Sequence[str], effort: Effort) -> float:
         """Of the time that is left, what goes to one of the goals at most: the more, the fewer wait for theirs.
@@ -321,7 +340,7 @@ class Ordering:
         """
         able = sum(not self._missing(name) for name in names)
         fair = 0.0 if effort.hopeless_too else 1 / max(able, 1)
-        return max(self._asker.tuning.one_goal_share, fair) if effort.others_move else 1.0
+        return max(self._asker.tuning.one_goal_share * (1.0 if effort.others_move else ALONE), fair)
 
     def _missing(self, name: str) -> list[str]:
         """Objects that an object's goal rests on and that are not at their own."""
