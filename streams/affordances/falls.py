@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import in_equilibrium
+from tamp.streams.affordances.friction_cones import in_equilibrium, touching
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.affordances.stack_balance import contacts
@@ -92,33 +93,69 @@ def _withstood(
     height: float,
     inside: float,
 ) -> bool:
-    """Whether what carries an object that falls from a height [m] onto it, each alone, does not tip over.
+    """Whether nothing that carries an object that falls from a height [m] onto it tips over.
 
     What is left of the fall may lift their common centre of mass over the edge of what carries them. It does not where
     that is far enough inside what carries each straight up, which the object itself is by `inside` [m]; else walls and
     friction may hold them.
     """
-    mass, center, pile, name = 0.0, np.zeros(3), {obj: placement}, obj
-    energy = workspace.task.object(obj).mass * height
-    while True:
-        T, more = pile[name].pose.matrix, workspace.task.object(name).mass
-        middle = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
-        mass, center = mass + more, (mass * center + more * middle) / (mass + more)
-        if name != obj:
-            lower = pile[name].on[0]
-            corners = outline(contacts(workspace, name, pile[name], lower, below.get(lower)))
-            inside = min(inside, inside_by(corners, center[:2])) if len(corners) > 2 else -math.inf
-            up = float(center[2] - workspace.bounds(name, pile[name].pose)[0][2])
-            rises = min(LEFT * energy / mass, ROCKING * up)
+    first = _Blow({obj: placement}, *_weight(workspace, obj, placement), inside)
+    energy, coming, met = first.mass * height, [first], set[tuple[str, str]]()
+    while coming:
+        blow = coming.pop()
+        *_, name = blow.pile
+        for lower in blow.pile[name].on:
+            if lower not in below or lower in blow.pile or (name, lower) in met:
+                continue
+            met.add((name, lower))
+            onto = _passed_on(workspace, blow, name, lower, below)
+            up = float(onto.center[2] - workspace.bounds(lower, below[lower].pose)[0][2])
+            rises = min(LEFT * energy / onto.mass, ROCKING * up)
             rocks = SURE * math.sqrt((up + rises) ** 2 - up**2) + GIVEN
-            others = {other: place for other, place in below.items() if other not in pile}
-            if inside < rocks and not in_equilibrium(workspace, pile, others, rocks):
+            others = {other: place for other, place in below.items() if other not in onto.pile}
+            held = len(blow.pile[name].on) == 1 and in_equilibrium(workspace, onto.pile, others, rocks)
+            if onto.inside < rocks and not held:
                 return False
-        carrying = pile[name].on
-        if len(carrying) != 1 or carrying[0] not in below or carrying[0] in pile:
-            return True
-        (name,) = carrying
-        pile[name] = below[name]
+            coming.append(onto)
+    return True
+
+
+@dataclass(frozen=True, eq=False)
+class _Blow:
+    """What comes down on what carries it.
+
+    Attributes:
+        pile: all of it, the lowest last.
+        mass: of all of it [kg].
+        center: of that, or of what is below where it was met, shape (3,).
+        inside: how far inside what carries each of them straight up that is [m].
+    """
+
+    pile: Mapping[str, Placement]
+    mass: float
+    center: NDArray[np.float64]
+    inside: float
+
+
+def _passed_on(workspace: Workspace, blow: _Blow, name: str, lower: str, below: Mapping[str, Placement]) -> _Blow:
+    """The blow on one of those that carry a body; of several, one may be met first, and then bears all of it there."""
+    center, inside = blow.center, blow.inside
+    if len(blow.pile[name].on) > 1:
+        points, _ = touching(workspace, name, blow.pile[name], lower, below[lower])
+        center, inside = (points.mean(axis=0) if len(points) else center), math.inf
+    more, middle = _weight(workspace, lower, below[lower])
+    mass = blow.mass + more
+    center = (blow.mass * center + more * middle) / mass
+    rests = [contacts(workspace, lower, below[lower], on, below.get(on)) for on in below[lower].on]
+    corners = outline(np.vstack(rests)) if rests else np.zeros((0, 2))
+    inside = min(inside, inside_by(corners, center[:2])) if len(corners) > 2 else -math.inf
+    return _Blow({**blow.pile, lower: below[lower]}, mass, center, inside)
+
+
+def _weight(workspace: Workspace, name: str, place: Placement) -> tuple[float, NDArray[np.float64]]:
+    """Mass of a body [kg], and where its centre of mass is, shape (3,)."""
+    T, center = place.pose.matrix, workspace.world.geometries[name].center_of_mass
+    return workspace.task.object(name).mass, T[:3, :3] @ center + T[:3, 3]
 
 
 def _raised(pose: Pose, height: float) -> Pose:

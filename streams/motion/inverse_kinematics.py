@@ -21,11 +21,13 @@ from tamp.task import Pose
 from tamp.world.kinematics.inverse import inverse, straight_line
 from tamp.world.scene import Scene
 from tamp.world.transforms import moved
+from tamp.world.world import ROBOT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BESIDE = 0.002  # what has fallen is not even so little beside what is between the pads then [m]
+FALLING_PAST = 0.004  # so far from the hand what turns over is seen to fall, every few degrees [m]
 SOLUTIONS = 4  # arm configurations tried for one grasp
 
 
@@ -125,6 +127,9 @@ def _reaches(context: Context, obj: str, placement: Placement, grasp: Grasp, fal
     pose = fall[0] if fall else placement.pose
     T_world_tool = pose.matrix @ grasp.T_object_tool.matrix
     opening = opening_for(world.robot.spec.gripper, grasp)
+    if any(world.overlap(obj, fallen.matrix, ROBOT, tolerance=-BESIDE) for fallen in fall):
+        context.fail(f"{obj} would fall against the robot's base")
+        return
     alone = Scene(poses={obj: pose.matrix}, opening=opening)
     blocked = world.hand_contact(T_world_tool, opening, alone, margin=ARM_MARGIN, ignore=(obj,))
     if blocked is not None:
@@ -169,8 +174,8 @@ def _approach(
             path = retreat[::-1]
             contact = approach_contact(workspace, obj, pose, opening, path, {})
             # What falls straight down passes between the fingers, which do not move before it lies.
-            way = path if drops else path[:1]
-            under = (approach_contact(workspace, obj, fallen, opening, way, {}) for fallen in fall)
+            way, near = (path, 0.0) if drops else (path[:1], FALLING_PAST)
+            under = (approach_contact(workspace, obj, fallen, opening, way, {}, near) for fallen in fall)
             contact = contact or next(filter(None, under), None)
             # From there the empty hand moves on, as far from the object as from all else.
             contact = contact or approach_contact(workspace, obj, placement.pose, opening, path[:1], {}, ARM_MARGIN)

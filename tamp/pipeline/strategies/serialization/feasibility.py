@@ -68,8 +68,7 @@ class Prospects:
             self._hopeful.add(name)
             return None
         why = f"even alone: {reason(solution)}"
-        if not self.asker.late:
-            self.hopeless[name] = workspace.start[name], why
+        self.hopeless[name] = workspace.start[name], why
         return why
 
     def turned(self, name: str) -> bool:

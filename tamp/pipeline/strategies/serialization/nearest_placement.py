@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import islice
+from itertools import compress, islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,21 +69,23 @@ class Grips:
         pose = raised(amid(self._workspace, self._name, R)).pose
         return any(self._is_clear(grasp, pose, Scene()) for grasp in self.grasps)
 
-    def roomy(self, place: Placement) -> tuple[Grasp, ...]:
-        """Those of the grasps for whose hand, open and without an arm, there is room at a place or to drop it there."""
-        above = [fall[0] for fall in drops(self._workspace, self._name, place)]
+    def roomy(self, place: Placement) -> Iterator[Grasp]:
+        """Yield the grasps for whose hand, open and without an arm, there is room at a place, then to drop it there."""
+        put = [self._is_clear(grasp, place.pose, self._scene) for grasp in self.grasps]
+        yield from compress(self.grasps, put)
         loose = clear_of_falling(self._workspace, self._name, _pinches(self.grasps), place.pose)
-        poses = [[place.pose, *above] if falls_out else [place.pose] for falls_out in loose]
-        return tuple(
-            grasp
-            for grasp, let_go in zip(self.grasps, poses, strict=True)
-            if any(self._is_clear(grasp, pose, self._scene) for pose in let_go)
-        )
+        falling = [
+            grasp for grasp, is_put, falls_out in zip(self.grasps, put, loose, strict=True) if falls_out > is_put
+        ]
+        above = [fall[0] for fall in drops(self._workspace, self._name, place)] if falling else []
+        for grasp in falling:
+            if any(self._is_clear(grasp, pose, self._scene) for pose in above):
+                yield grasp
 
     def serving(self, place: Placement) -> tuple[Grasp, ...]:
         """A few of the grasps, best first, that can also bring the object to a place; none where there are none."""
         streams = (PUT, DROP) if drops(self._workspace, self._name, place) else (PUT,)
-        grasps = self.roomy(place)[:REACHED]
+        grasps = islice(self.roomy(place), REACHED)
         able = (grasp for grasp in grasps if any(self._reaches(stream, grasp, place) for stream in streams))
         return tuple(islice(able, SERVING))
 
@@ -155,7 +157,7 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
 
     def hopeful(place: Placement) -> bool:
         fresh = sum(_alike(place, other) for other in vain) < VAIN
-        return fresh and bool(grips.roomy(place)) and not _covers(workspace, name, place, free)
+        return fresh and any(True for _ in grips.roomy(place)) and not _covers(workspace, name, place, free)
 
     simulator = asker.progress.now.setup.settings.settling
     for place in islice(substitutes(workspace, name, hopeful, grips.fits, asker.deadline, simulator), PLACES):
