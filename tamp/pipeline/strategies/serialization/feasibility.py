@@ -30,11 +30,13 @@ class Prospects:
         asker: the plan so far.
         hopeless: object that does not reach its goal even alone -> where it stood then, and why.
         regrasped: objects that reach theirs alone by way of another grasp.
+        unknown: objects of which time was up before that was known.
     """
 
     asker: Asker
     hopeless: dict[str, tuple[Placement, str]] = field(default_factory=dict)
     regrasped: set[str] = field(default_factory=set)
+    unknown: set[str] = field(default_factory=set)
     _hopeful: set[str] = field(default_factory=set)
 
     def known_against(self, name: str) -> str | None:
@@ -68,7 +70,10 @@ class Prospects:
             self._hopeful.add(name)
             return None
         why = f"even alone: {reason(solution)}"
-        self.hopeless[name] = workspace.start[name], why
+        if self.asker.late:
+            self.unknown.add(name)
+        else:
+            self.hopeless[name] = workspace.start[name], why
         return why
 
     def turned(self, name: str) -> bool:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from tamp import clock
 from tamp.pipeline.situation import left_at
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
@@ -91,15 +93,17 @@ FAR = 0.15  # from its goal (EDE) is what is brought near before all else was tr
 
 @dataclass
 class Early:
-    """Objects without hope, each brought near once.
+    """Objects without hope, or without the time that it takes to tell, each brought near once.
+
+    Where such a one lies near its goal, among others, hands have less room to take it up again than where it was.
 
     Attributes:
         prospects: tell who has no hope.
-        allowed: whether anything shall be brought merely near.
+        since: when anything may be brought merely near, on the clock of tamp.clock.now() [s].
     """
 
     prospects: Prospects
-    allowed: bool = False
+    since: float = math.inf
     _tried: set[str] = field(default_factory=set)
 
     def bring(self, name: str, left: Collection[str], kept: Collection[str]) -> bool:
@@ -111,8 +115,8 @@ class Early:
             kept: objects that must stay at theirs.
         """
         asker = self.prospects.asker
-        goals, hopeless = asker.workspace.goals.keys(), self.prospects.beyond_hope(left)
-        if not self.allowed or name not in hopeless & goals - self._tried:
+        goals, hopeless = asker.workspace.goals.keys(), self.prospects.beyond_hope(left) | self.prospects.unknown
+        if clock.now() < self.since or name not in hopeless & goals - self._tried:
             return False
         self._tried.add(name)
         return away(asker.workspace, name) > FAR and bring_near(asker, {name}, kept, (goals & {*left}) - hopeless)
@@ -143,6 +147,7 @@ class Ordering:
         algorithm: str,
         hopeless: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
+        self._midst = (clock.now() + deadline) / 2
         self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
         self._ledger = Ledger(self._asker)
@@ -229,14 +234,18 @@ class Ordering:
                     break
 
     def _come_near(self) -> None:
-        """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing."""
-        asker = self._asker
-        self._early.allowed = True
+        """Reach goals, bring what is left near its own, which may clear the way to others; cut what gains nothing.
+
+        In the first half of the time nothing is brought merely near before all efforts for goals were made.
+        """
+        asker, self._early.since = self._asker, self._midst
         for efforts in (EFFORTS, LAST):
             nearer = True
             while self._left and nearer and not asker.late:
                 with asker.within(asker.tuning.goals_share):
                     self._climb(efforts)
+                if efforts is EFFORTS and clock.now() < self._midst:
+                    break  # there is time for greater ones first
                 nearer = bring_near(asker, self._left.keys() & asker.workspace.goals.keys(), self._ledger.reached)
         self.progress.cut_back()
 

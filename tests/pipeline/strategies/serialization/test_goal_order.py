@@ -34,8 +34,8 @@ def test_what_has_no_hope_is_brought_near_once_if_far_and_not_to_where_others_sh
     monkeypatch.setattr(early, "bring_near", lambda _, names, __, free: asked.append((names, free)) or True)
     without_hope = Early(Prospects(asker, {name: (here[name], "no grasp") for name in ("red", "close")}))
     names = ["red", "top", "cube", "close"]
-    assert not any(without_hope.bring(name, names, ()) for name in names)  # where all goals are asked for
-    without_hope.allowed = True
+    assert not any(without_hope.bring(name, names, ()) for name in names)  # before it is time for that
+    without_hope.since = 0.0
     assert [without_hope.bring(name, names, ()) for name in (*names, "top")] == [True, True, False, False, False]
     assert asked == [({"red"}, {"cube"}), ({"top"}, {"cube"})]
 
