@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.physics.perching import perched
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps
@@ -17,11 +18,14 @@ from tamp.task.model import At, In, On
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from tamp.checking.replay import Replay
     from tamp.checking.tolerances import Tolerances
     from tamp.task.plan import Plan
     from tamp.task.pose import Pose
 
+    Array = NDArray[np.float64]
 
 SAME = 1e-6
 """Poses that are no farther apart are the same [m]."""
@@ -54,6 +58,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             replay.report("start", f"at the start {sentence}", bodies, depth)
         for where, far in misplaced(scene, state, name, allow):
             replay.report("start", f"{name} starts {where}, with what carries it", (name,), far)
+        for sentence, bodies in perched(scene, state, name, allow):
+            replay.report("start", f"at the start {sentence}", bodies)
     for name, far in _off_balance(scene, state, allow).items():
         sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
         replay.report("start", sentence, (name,), min(far, 1.0))
@@ -117,7 +123,7 @@ def _check_at(replay: Replay, plan: Plan, name: str, settled: Mapping[str, Pose]
         replay.report("goal", f"the plan names no pose for the goal of {name}", (name,))
         return
     if settled is None:
-        _check_settled(replay, name, meant)
+        _check_settled(replay, plan, name, meant)
     else:
         astray = scene.displacement(name, meant.matrix, settled[name].matrix)
         if astray > allow.reached:
@@ -128,10 +134,17 @@ def _check_at(replay: Replay, plan: Plan, name: str, settled: Mapping[str, Pose]
         replay.report("goal", f"{name} ends {1000 * missed:.0f} mm from its goal", (name,), missed)
 
 
-def _check_settled(replay: Replay, name: str, meant: Pose) -> None:
-    """The plan's goal, and where the object ends, are each where the task's goal settles to, among all as they end."""
-    scene, ends = replay.scene, replay.state
+def _check_settled(replay: Replay, plan: Plan, name: str, meant: Pose) -> None:
+    """The plan's goal, and where the object ends, are each where the task's goal settles to, among all as they end.
+
+    What carries the goal as the task has it is not to be taken away, so that the goal would settle elsewhere.
+    """
+    scene = replay.scene
     asked = {o.name: o.goal.pose.matrix for o in scene.task.objects if isinstance(o.goal, At)}
+    founded = _founded(replay, plan, name, asked)
+    ends = replay.state
+    if founded:
+        ends = replace(ends, poses={**ends.poses, **founded}, touching={})
     claimed = replace(ends, poses={**ends.poses, name: meant.matrix})
     both = [(claimed, f"the plan's goal of {name} is"), (ends, f"{name} ends")]
     same = scene.displacement(name, meant.matrix, ends.poses[name]) < SAME
@@ -139,6 +152,18 @@ def _check_settled(replay: Replay, name: str, meant: Pose) -> None:
         astray = unexplained(scene, state, name, asked, replay.allow)
         if astray > 0.0:
             replay.report("goal", f"{title} {1000 * astray:.0f} mm from where the task's settles", (name,), astray)
+
+
+def _founded(replay: Replay, plan: Plan, name: str, asked: Mapping[str, Array]) -> dict[str, Array]:
+    """Where objects without a goal pose started that the plan has moved, and that carry another's goal from there."""
+    scene, state = replay.scene, replay.state
+    began = {other: plan.start[other].matrix for other in sorted(plan.start.keys() - asked.keys())}
+    idle = {other: T for other, T in began.items() if scene.displacement(other, T, state.poses[other]) > SAME}
+    if not idle:
+        return {}
+    wanted = replace(state, poses={**state.poses, **idle, name: asked[name]}, touching={})
+    carrying = carriers(scene, wanted, name, replay.allow).bodies
+    return {other: T for other, T in idle.items() if other in carrying}
 
 
 def _check_relation(replay: Replay, name: str, goal: On | In) -> None:

@@ -44,6 +44,9 @@ class Tolerances:
         balance: how far inside its support polygon a centre of mass must lie.
         reached: displacement between a final pose and the goal it stands for.
         placed: displacement between where an object stays in the task, and where it is said to stand.
+        veered: turn about the vertical of what stays in the task.
+        firm: the same gap as `standing` of what is certain to stand where the task has it.
+        leaning: how far off upright that must stay in balance [rad].
         settling: the same of what does not stay, or touches what does not.
         jostling: the same of what touches objects that do not stay and are said to move.
         dropped: a fall from which an object stays wherever it is in balance.
@@ -94,6 +97,9 @@ class Tolerances:
     balance: float = 0.001
     reached: float = 0.005
     placed: float = 0.006
+    veered: float = 0.05
+    firm: float = 0.001
+    leaning: float = 0.05
     settling: float = 0.015
     jostling: float = 0.03
     dropped: float = 0.002

@@ -14,7 +14,7 @@ from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.errors import PlanError, TaskError
-from tamp.task import At, Box, Fall, Grip, Inertia, Move, Object, Plan, Pose, Release, Sphere, Task, Trajectory
+from tamp.task import At, Box, Capsule, Fall, Grip, Inertia, Move, Object, Plan, Pose, Release, Sphere, Task, Trajectory
 from tests.checking.handmade import RISE, Hand, carry, two_boxes
 from tests.checking.mutations.editing import put, shifted, step_at, steps_of
 from tests.checking.mutations.motions import object_in_the_way, shift_into_table
@@ -394,3 +394,102 @@ def test_a_quaternion_and_its_opposite_are_one_orientation(valid):
     assert check(
         task, put(plan, where, replace(grip, attachment=replace(grip.attachment, T_tool_object=opposite)))
     ).accepted
+
+
+@pytest.mark.parametrize(
+    ("size", "start", "turn"),
+    [
+        ((0.02, 0.02, 0.02), (0.0, 0.0, 0.0), (0.0, 0.0, 0.2)),  # a small cube is turned where it stands
+        ((0.02, 0.02, 0.2), (0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0)),  # a stick that stands lies down
+        ((0.02, 0.15, 0.25), (0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0)),  # a book does
+    ],
+)
+def test_what_stands_firmly_neither_turns_nor_lies_down(size, start, turn):
+    end = Pose.from_rpy((0.1, 0.0, (size[0] if turn[1] else size[2]) / 2), turn)
+    at = Pose.from_rpy((0.1, 0.0, size[2] / 2), start)
+    assert "start" in kinds(*unmoved({"thing": (Box(size), at, end)}))
+    assert not kinds(*unmoved({"thing": (Box(size), at, at)}))
+
+
+def test_light_weights_do_not_tip_a_plank_one_after_the_other():
+    """Each shifts the common centre of mass by less than the tolerance; all of them take it beyond the block."""
+    block = Object("block", Box((0.05, 0.06, 0.06)), Pose((0.05, 0.0, 0.03)))
+    plank = Object("plank", Box((0.26, 0.06, 0.02)), Pose((0.05, 0.0, 0.07)), mass=0.05)
+    ballast = Object("ballast", Box((0.04, 0.06, 0.02)), Pose((0.074, 0.0, 0.09)), mass=3.0)
+    size = Box((0.03, 0.03, 0.06))
+    places = [Pose((x, y, 0.11)) for x in (0.125, 0.16) for y in (-0.015, 0.016)]
+    weights = [
+        Object(f"w{i}", size, Pose((-0.15 + 0.1 * i, -0.25, 0.03)), At(place), mass=0.03)
+        for i, place in enumerate(places)
+    ]
+    task = Task("grains", (block, plank, ballast, *weights))
+    hand, home = Hand(two_boxes()[1].home), two_boxes()[1].home
+    goals = {thing.name: thing.goal.pose for thing in weights}
+    starts = {thing.name: thing.pose for thing in task.objects}
+
+    def said(count: int) -> list[str]:
+        hand.q = home
+        actions = [
+            a for w in weights[:count] for a in carry(hand, w.name, w.pose, w.goal.pose, 0.03, ("table", "plank"))
+        ]
+        plan = Plan("grains", "panda", 0, starts, home, goals, tuple(actions))
+        return [p.sentence for p in check(task, plan).problems if p.kind == "support"]
+
+    assert not said(1)
+    assert any("tips over with what it stands among" in sentence for sentence in said(4))
+
+
+def test_a_hand_that_draws_back_squeezes_nothing(valid):
+    task, plan = valid
+    where = steps_of(plan, Move, "retreat")[0]
+    retreat = step_at(plan, where)
+    pressed = put(plan, where, replace(retreat, opening=0.0485))
+    assert any("squeezes red" in problem.sentence for problem in check(task, pressed).problems)
+
+
+def test_what_carries_a_goal_is_not_taken_away():
+    """The goal is on a block that no goal is set for: it does not settle to the table because the block is gone."""
+    size, start, block = Box((0.04, 0.04, 0.06)), Pose((0.05, -0.25, 0.03)), Box((0.05, 0.05, 0.06))
+    goal, low, below, aside = (
+        Pose(at) for at in ((0.05, 0.1, 0.09), (0.05, 0.1, 0.03), (0.05, 0.1, 0.03), (0.05, 0.28, 0.03))
+    )
+    task = Task("stand", (Object("red", size, start, At(goal)), Object("block", block, below)))
+    home = two_boxes()[1].home
+    hand = Hand(home)
+    actions = [
+        *carry(hand, "block", below, aside, 0.05, ("table", "table")),
+        *carry(hand, "red", start, low, 0.04, ("table", "table")),
+    ]
+    plan = Plan("stand", "panda", 0, {"red": start, "block": below}, home, {"red": low}, tuple(actions))
+    assert "goal" in kinds(task, plan)
+    up = carry(Hand(home), "red", start, goal, 0.04, ("table", "block"))
+    assert not kinds(task, replace(plan, goals={"red": goal}, actions=tuple(up)))
+
+
+def on_top(under, at: Pose, shape, end: Pose) -> tuple[Task, Plan]:
+    """Something is said to stand on something, from the start."""
+    task = Task("top", (Object("under", under, at), Object("red", shape, end)))
+    return task, Plan("top", "panda", 0, {"under": at, "red": end}, two_boxes()[1].home, {}, ())
+
+
+@pytest.mark.parametrize(
+    ("under", "at", "shape", "end", "stays"),
+    [
+        (Sphere(0.03), Pose((0.1, 0.0, 0.03)), Sphere(0.03), Pose((0.1, 0.0, 0.09)), False),
+        (Capsule(0.03, 0.06), Pose((0.1, 0.0, 0.06)), Box((0.05, 0.05, 0.1)), Pose((0.1, 0.0, 0.17)), False),
+        (Box((0.05, 0.05, 0.06)), Pose((0.1, 0.0, 0.03)), Capsule(0.02, 0.06), Pose((0.1, 0.0, 0.11)), False),
+        (Box((0.06, 0.06, 0.06)), Pose((0.1, 0.0, 0.03)), Sphere(0.03), Pose((0.1, 0.0, 0.09)), True),
+        (Box((0.06, 0.06, 0.02)), Pose((0.1, 0.0, 0.01)), Box((0.005, 0.05, 0.1)), Pose((0.1, 0.0, 0.07)), True),
+    ],
+)
+def test_nothing_starts_on_a_round_top_or_on_its_own_tip(under, at, shape, end, stays):
+    assert ("start" not in kinds(*on_top(under, at, shape, end))) == stays
+
+
+@pytest.mark.parametrize("far", [1e6, 1e160, -1e300])
+def test_places_beyond_all_bounds_are_refused(valid, far):
+    task, plan = valid
+    away = Pose((0.1, far, 0.05))
+    assert "start" in kinds(task, replace(plan, start={**plan.start, "can": away}))
+    where = steps_of(plan, Release)[0]
+    assert "release" in kinds(task, put(plan, where, replace(step_at(plan, where), pose=away)))

@@ -104,6 +104,20 @@ def _width(scene: Scene, state: State, name: str, T: Array, opening: float) -> f
     return 0.0 if found is None else found[1] - found[0]
 
 
+def check_unsqueezed(scene: Scene, state: State, opening: float, allow: Tolerances, report: Report) -> None:
+    """An empty hand that moves away squeezes nothing between its pads, which would come along."""
+    tool = scene.links.tree.tool(state.q[None])[0]
+    for name, T in sorted(state.poses.items()):
+        solid = scene.solids[name]
+        apart = float(np.linalg.norm(T[:3, :3] @ solid.center + T[:3, 3] - tool[:3, 3]))
+        if apart > solid.radius + scene.links.tree.spec.gripper.stroke + allow.pad:
+            continue
+        wide = _width(scene, state, name, T, opening + 2 * allow.pad)
+        if wide > opening:
+            sentence = f"the empty hand squeezes {name}, {1000 * wide:.1f} mm wide between pads {1000 * opening:.1f} mm"
+            report("grasp", f"{sentence} apart, and takes it along", (name,), wide - opening)
+
+
 def _not_let_go(
     scene: Scene, name: str, held: Array, said: Array, drop: float, allow: Tolerances
 ) -> Iterator[tuple[str, float]]:

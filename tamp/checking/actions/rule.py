@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from tamp.checking.actions.arm_motion import check_move, sensible
 from tamp.checking.actions.fall import check_fall
-from tamp.checking.actions.grip_and_release import check_grip, check_release
+from tamp.checking.actions.grip_and_release import check_grip, check_release, check_unsqueezed
 from tamp.checking.physics.support import carriers, without_part
 from tamp.checking.scene import TABLE, in_region
 from tamp.task.plan import Fall, Grip, Move, Release
@@ -100,6 +100,8 @@ def carry_out(replay: Replay, step: Step, *, push: PushCheck | None = None, fall
     if isinstance(step, Move) and step.pushed is not None and push is not None:
         push(scene, state, step, step.pushed, allow, report)
     elif isinstance(step, Move):
+        if state.held is None and step.held is None:
+            check_unsqueezed(scene, state, step.opening, allow, report)
         check_move(scene, state, sensible(scene, state, step, touched, allow), allow, report)
     elif isinstance(step, Grip):
         check_grip(scene, state, step, allow, report)

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     Mask = NDArray[np.bool_]
 
 
+FAR_OFF = 100.0
+"""From there on fcl is not asked: the squares of what it computes with overflow in the end [m]."""
+
+
 def collision_object(part: Part) -> Any:
     """A convex part as fcl sees it."""
     faces = np.column_stack([np.full(len(part.faces), 3), part.faces]).ravel().astype(np.int64)
@@ -47,6 +51,10 @@ def parted(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> tuple[float, A
 
     The normal points from a to b, in the frame of a, shape (3,); zeros where the hulls are not known to be apart.
     """
+    if np.abs(T_a_b[:3, 3]).max() > FAR_OFF:
+        room = float(np.hypot.reduce(T_a_b[:3, 3]) - a.reach - b.reach)
+        if room > 0.0:
+            return room, np.zeros(3)
     transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
     apart, normal = _gap(a.hull, b.hull, transform, T_a_b)
     if apart > 0.0:
@@ -237,6 +245,17 @@ class Solid:
     def radius(self) -> float:
         """Radius of the bounding sphere [m]."""
         return self.hull.radius
+
+    @property
+    def reach(self) -> float:
+        """How far the farthest point is from the origin, at most [m]."""
+        return float(np.linalg.norm(self.center)) + self.radius
+
+    @cached_property
+    def thickness(self) -> float:
+        """Least distance of two parallel planes with the hull in between, one of them on a face [m]."""
+        normals, offsets = self.hull.planes
+        return float((offsets - (normals @ self.hull.part.vertices.T).min(axis=1)).min())
 
     @cached_property
     def centers(self) -> Array:

@@ -1,9 +1,9 @@
 """What settling explains of the difference between where an object is written and where it is said to stand.
 
 An object that is written in the air falls straight down until it touches something. Where it is in balance there it
-stays; where it is not, or only just, it may tip or roll on, down and as far aside as it turns or has fallen. What is
-written inside another body is pushed out, and a heap of which one body settles may jostle its others a little. Nothing
-else moves by itself.
+stays, and does not turn about the vertical; where it is not, or only just, it may tip or roll on, down and as far aside
+as it turns or has fallen. What is written inside another body is pushed out, and a heap of which one body settles may
+jostle its others a little. Nothing else moves by itself.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation
-from tamp.checking.physics.support import height_above, stays_after
+from tamp.checking.physics.perching import perched
+from tamp.checking.physics.support import balanced, carriers, height_above, stays_after
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,14 +45,14 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
         allow: tolerances.
     """
     said, began = state.poses[name], written[name]
-    far = scene.displacement(name, began, said)
-    if far <= allow.placed:
+    far, veered = scene.displacement(name, began, said), _veer(began, said)
+    if far <= allow.placed and veered <= allow.veered:
         return 0.0
     inside, fallen = _falls(scene, state, name, began, allow)
     pushed = 2 * max(inside, 0.0)
     drop = float(began[2, 3] - fallen[2, 3])
     left = scene.displacement(name, fallen, said)
-    if left <= min(allow.placed + drop, allow.settling) + pushed:
+    if left <= min(allow.placed + drop, allow.settling) + pushed and veered <= allow.veered:
         return 0.0
     steady = _steady(scene, state, name, fallen, drop, inside, allow)
     jostled = _jostled(scene, state, name, written, allow)
@@ -60,7 +61,7 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     if left <= allow.jostling and any(_moves(scene, state, other, written, allow) for other in jostled):
         return 0.0
     if steady:
-        return left
+        return max(left, scene.solids[name].radius * veered)
     way = scene.center_of_mass(name, said) - scene.center_of_mass(name, fallen)
     rolled = scene.solids[name].radius * _tilt(fallen, said)
     aside = float(np.hypot(way[0], way[1])) - allow.settling - drop - rolled
@@ -86,6 +87,13 @@ def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
 def _tilt(before: Array, after: Array) -> float:
     """How far a body tips or rolls between two poses [rad]: to turn about the vertical takes it nowhere."""
     return float(np.arccos(np.clip(before[2, :3] @ after[2, :3], -1.0, 1.0)))
+
+
+def _veer(before: Array, after: Array) -> float:
+    """How far a body turns about the vertical between two poses, whatever it tips besides [rad]."""
+    R = after[:3, :3] @ before[:3, :3].T
+    along, none = 1 + R[2, 2] - R[0, 0] - R[1, 1], 1 + np.trace(R)  # squares of the quaternion's z and w, times four
+    return float(2 * np.arctan2(np.sqrt(max(along, 0.0)), np.sqrt(max(none, 0.0))))
 
 
 def _falls(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> tuple[float, Array]:
@@ -119,11 +127,20 @@ def _below(scene: Scene, state: State, name: str, T: Array) -> list[tuple[str, A
 def _steady(scene: Scene, state: State, name: str, T: Array, drop: float, inside: float, allow: Tolerances) -> bool:
     """Whether an object stays where it has come down, however it is jostled, after a drop, or `inside` others [m].
 
-    What was as good as at rest needs half of the margin.
+    What was as good as at rest needs half of the margin, or none where it stands firmly: on what all but touches it, it
+    is in balance though it leans a little.
     """
     there = state.without(name)
     there.poses[name] = T
+    if any(True for _ in perched(scene, there, name, allow)):
+        return False
     resting = drop <= allow.dropped and inside <= LANDED
+    if resting:
+        firmly = replace(allow, standing=allow.firm)
+        touching = carriers(scene, replace(there, touching={}), name, firmly)
+        margin = max(allow.dropped, float(np.tan(allow.leaning)) * height_above(scene, name, T))
+        if balanced(scene, there, name, touching, allow, margin) >= margin:
+            return True
     least = scene.solids[name].radius * allow.steady * (0.5 if resting else 1.0)
     return stays_after(scene, there, name, allow.bounce * drop, allow, least)
 

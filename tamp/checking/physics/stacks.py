@@ -75,8 +75,9 @@ def upset(
 ) -> Iterator[tuple[str, tuple[str, ...], float]]:
     """Which bodies lose their balance by a change to the stacks of certain bodies: sentence, bodies, depth [m].
 
-    What was off balance before, as far as anybody can tell, is not what the change is to blame for. What tips by no
-    more than `allow.slack` until something else carries it has not lost its balance.
+    What was off balance before, as far as anybody can tell, is not what the change is to blame for; what was so within
+    tolerance was not, so that many small changes do not add up. What tips by no more than `allow.slack` until something
+    else carries it has not lost its balance.
     """
     wider = replace(allow, standing=allow.standing + allow.slack)
     waiting = sorted(names)
@@ -92,7 +93,7 @@ def upset(
             was = 0.0
             if name in before.poses:
                 was = off_balance(scene, before, stack_of(scene, before, name, allow)).get(name, 0.0)
-            if far > was + allow.balance:
+            if far > (was if was > allow.balance else 0.0) + allow.balance:
                 how = "slides" if np.isinf(far) else "tips over"
                 yield f"{name} {how} with what it stands among ({', '.join(stack.names)})", (name,), min(far, 1.0)
 

@@ -54,12 +54,12 @@ class Links:
     @cached_property
     def reach(self) -> float:
         """No point of a link is farther than this from any joint of the arm [m]: the whole chain, stretched out."""
-        return max(self.length(solid.name) + _extent(solid) for solid in self.solids)
+        return max(self.length(solid.name) + solid.reach for solid in self.solids)
 
     def reach_with(self, solid: Solid, T_tool_solid: Array) -> float:
         """The same where a body is at rest in the tool frame."""
         tool = self.length(self.tree.spec.tool_parent) + float(np.linalg.norm(self.tree.spec.T_parent_tool.xyz))
-        return max(self.reach, tool + float(np.linalg.norm(T_tool_solid[:3, 3])) + _extent(solid))
+        return max(self.reach, tool + float(np.linalg.norm(T_tool_solid[:3, 3])) + solid.reach)
 
     def length(self, link: str) -> float:
         """Distances between the joints from the base to a link, added up; the fingers fully open [m]."""
@@ -70,11 +70,6 @@ class Links:
             total += float(np.linalg.norm(joint.T_parent_joint[:3, 3])) + travel
             link = joint.parent
         return total
-
-
-def _extent(solid: Solid) -> float:
-    """How far the farthest point of a solid is from its origin, at most [m]."""
-    return float(np.linalg.norm(solid.center)) + solid.radius
 
 
 @lru_cache(maxsize=8)

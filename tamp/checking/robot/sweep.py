@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 FIRST_STEP = 0.05
 """Joint motion [rad] between the samples of the first, coarse grid."""
 
+FINEST = 5e-4
+"""What moves by no more than this is not looked at in between [m]."""
+
+BENT = 0.1
+"""Share of that distance by which a point may leave the straight line between two looks."""
+
 FAR = 0.02
 """Distance [m] of a body from the box round another one from which on it serves as the distance of the two."""
 
@@ -71,7 +77,7 @@ class Looks:
 def looks(
     trajectory: Trajectory, movers: Callable[[Array], Sequence[Mover]], step: float, reach: float, most: int
 ) -> Looks | None:
-    """Looks so dense that between two of them no point of any mover moves by more than `step` [m].
+    """Looks so dense that between two of them no point of any mover moves by more than `step` [m], nor bends.
 
     Args:
         trajectory: a well-formed trajectory.
@@ -94,8 +100,8 @@ def looks(
         swing = _swing(trajectory, times, reach)
         bodies = movers(interpolate(trajectory, times))
         moved = np.max([travelled(body.solid, body.T) for body in bodies], axis=0)
-        over = np.maximum(1.1 * moved / step, np.sqrt(2 * swing / step))  # the swing falls with the square
-        counts = np.where(moved + swing > step, np.maximum(np.ceil(over), 2), 1)
+        over = np.maximum(1.1 * moved / step, np.sqrt(swing / (BENT * step)))  # the swing falls with the square
+        counts = np.where((moved + swing > step) | (swing > BENT * step), np.maximum(np.ceil(over), 2), 1)
         if (counts == 1).all():
             return Looks(times, bodies, swing)
     return None
@@ -169,7 +175,9 @@ def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Tou
 
     The motion is that of b in the frame of a, so bodies that travel together cost one look. A look at their shapes is
     taken only where neither the box round a nor the plane that parted them at the last look keeps them apart.
+    Two slabs are nowhere deeper in each other than half of what they are thick together, and half of that is allowed.
     """
+    allowed = min(allowed, (a.solid.thickness + b.solid.thickness) / 4)
     T_a_b = relative(a.T, b.T)
     centers = centers_of(T_a_b, b.solid.center)
     gaps = gaps_to_box(centers, b.solid.radius, a.solid.lower, a.solid.upper)
@@ -180,12 +188,46 @@ def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Tou
     corners = (a.solid.hull.corners, b.solid.hull.corners)
     aside = centers[0] - a.solid.center
     normal, k = aside / max(float(np.linalg.norm(aside)), 1e-9), 0
+    seen: dict[int, float] = {}  # how far they are apart at the last look
     while (k := advanced(k, T_a_b, gaps, path, allowed, FAR, normal, corners)) < len(T_a_b):
         room, normal = parted(a.solid, b.solid, T_a_b[k], allowed)
-        if room < -allowed:
-            return Touch(k, (a.solid.name, b.solid.name), -room)
+        depth = -room
+        if k and depth <= allowed < path[k] - path[k - 1] - room:
+            before = seen[k - 1] if k - 1 in seen else parted(a.solid, b.solid, T_a_b[k - 1], allowed)[0]
+            depth = _depth_between(
+                a.solid, b.solid, T_a_b[k - 1 : k + 1], path[k] - path[k - 1], (before, room), allowed
+            )
+        if depth > allowed:
+            return Touch(k, (a.solid.name, b.solid.name), depth)
+        seen = {k: room}
         k = max(k + 1, int(np.searchsorted(path, path[k] + room + allowed, side="right")))
     return None
+
+
+def _depth_between(a: Solid, b: Solid, T: Array, way: float, apart: tuple[float, float], allowed: float) -> float:
+    """How deep b is in a between two looks T, shape (2, 4, 4), in the frame of a [m]; at most `allowed` is not refined.
+
+    Thin bodies may pass through each other from one look to the next. Where they are `apart` by r at one and by s at
+    the other, and no point moves by more than `way` in between, they are nowhere deeper than (way - r - s) / 2; where
+    that is too much the way is halved.
+    """
+    deepest = -min(apart)
+    if deepest > allowed or way - sum(apart) <= 2 * allowed or way < FINEST:
+        return deepest
+    middle = _halfway(T)
+    between, _ = parted(a, b, middle, allowed)
+    first = _depth_between(a, b, np.stack([T[0], middle]), way / 2, (apart[0], between), allowed)
+    if first > allowed:
+        return first
+    return _depth_between(a, b, np.stack([middle, T[1]]), way / 2, (between, apart[1]), allowed)
+
+
+def _halfway(T: Array) -> Array:
+    """The pose half-way between two that are near each other, shape (2, 4, 4): the nearest one to their mean."""
+    mean: Array = T.mean(axis=0)
+    U, _, V = np.linalg.svd(mean[:3, :3])
+    mean[:3, :3] = U @ V
+    return mean
 
 
 def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array]) -> list[Mover]:
