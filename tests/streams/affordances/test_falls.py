@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tamp.checking.actions.fall import check_fall
@@ -141,6 +141,25 @@ def test_the_checker_refuses_no_drop_that_planning_offers(aside, tall):
         state = State(poses, np.array(workspace.world.robot.spec.home))
         check_fall(scene, state, Fall("block", place.pose), DEFAULT, lambda kind, told, **more: said.append(told))
     assert said == []
+
+
+@example(wide=0.006, tall=0.05, shift=0.0)
+@given(wide=st.floats(0.006, 0.03), tall=st.floats(0.02, 0.05), shift=st.floats(-0.01, 0.01))
+@settings(max_examples=8, deadline=None)
+def test_nor_one_on_several_carriers_each_of_which_may_be_met_first(wide, tall, shift):
+    slab = Object("slab", Box((0.12, 0.1, 0.01)), Pose((0.10, -0.22, 0.014)))
+    shape = Box((wide, 0.02, tall))
+    posts = [Object(f"post_{x:g}", shape, Pose((0.10 + x, -0.22, 0.019 + tall / 2))) for x in (-0.03, 0.03)]
+    place = Placement(Pose((0.10 + shift, -0.22, 0.029 + tall)), tuple(post.name for post in posts))
+    block = Object("block", Box((0.09, 0.04, 0.02)), BLOCK.pose, At(place.pose))
+    on = {"slab": ("crate",), **{post.name: ("slab",) for post in posts}}
+    workspace = replace(workspace_of(block, CRATE, slab, *posts, on=on), goals={"block": place})
+    standing = {body.name: body.pose.matrix for body in (CRATE, slab, *posts)}
+    scene, said = Scene.of(workspace.task), []
+    for fall in drops(workspace, "block", place)[-1:]:
+        state = State({**standing, "block": fall[0].matrix}, np.array(workspace.world.robot.spec.home))
+        check_fall(scene, state, Fall("block", place.pose), DEFAULT, lambda kind, told, **more: said.append(told))
+    assert [told for told in said if "tips over" in told] == []
 
 
 def test_the_less_firmly_it_will_stand_the_lower_it_is_let_go():

@@ -8,6 +8,7 @@ import pytest
 from tamp.streams.collisions import ARM_MARGIN, handling_hits
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.hand.clearance import opening_for
+from tamp.streams.motion.inverse_kinematics import handlings as reaching
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.motion.lift import LIFTS
 from tamp.streams.values import Grasp, Placement
@@ -144,3 +145,12 @@ def test_what_touches_a_wall_is_drawn_away_from_it():
     _, _, handling = next(inverse_kinematics(ToldContext(workspace), "book", workspace.start["book"], grasp))
     T_end = workspace.world.robot.forward(handling.lift[-1]) @ grasp.T_object_tool.inverse().matrix
     assert workspace.world.separation("book", T_end, "wall", wall.pose.matrix) > ARM_MARGIN
+
+
+def test_nothing_is_let_fall_against_the_robots_base(table):
+    x, y, _ = table.world.robot.spec.T_world_base.xyz
+    rests = Pose((x + 0.06, y, 0.04))
+    fall = (Pose.from_rpy((x + 0.06, y, 0.05), (0.0, 0.4, 0.0)), rests)
+    context = ToldContext(table)
+    assert not list(reaching(context, "red", Placement(rests, ("table",)), FROM_ABOVE, fall))
+    assert context.reasons == ["red would fall against the robot's base"]

@@ -11,6 +11,7 @@ from tamp.streams.releasing.edge_contact import (
     dragged,
     held_up,
     hooked,
+    turned_off,
 )
 from tamp.streams.values import Grasp, Placement
 from tamp.task import At, Box, Mesh, Object, Pose
@@ -68,6 +69,17 @@ def test_fingers_beside_a_book_do_not_carry_it(workspace):
 
 def test_nor_does_a_hand_at_the_side_that_is_down(workspace):
     assert not is_dragged(workspace, 10, "smooth", rising=(-1.0, 0.0))
+
+
+@pytest.mark.parametrize(("aside", "expected"), [(0.0, False), (0.03, False), (0.045, True), (-0.045, True)])
+def test_what_is_held_beside_the_plane_of_its_fall_turns_off_the_finger_beneath_it(workspace, aside, expected):
+    place = Placement(BOOK.goal.pose, ("table",))
+    falls = [tilt.fall for tilt in tilts(workspace, "book", place) if round(np.degrees(tilt.angle)) == 20]
+    (tilted,) = (fall[0] for fall in falls if np.allclose(fall[0].matrix[:2, 2], (-np.sin(np.radians(20)), 0.0)))
+    for T, turns in ((T_BEYOND, expected), (T_ACROSS, False)):
+        T_aside = T + np.outer([0, aside, 0, 0], [0, 0, 0, 1])
+        grasp = Grasp(Pose.from_matrix(T_aside), BEYOND.width)
+        assert turned_off(workspace, "book", place, grasp, tilted) == turns
 
 
 BOWL = Object("bowl", Mesh(OBJECTS / "bowl" / "collision.obj"), Pose((0.1, 0.2, 0.0275)), At(Pose((0.1, -0.2, 0.0275))))
