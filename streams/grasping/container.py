@@ -12,12 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.streams.affordances.neighbours import enclosed, standing_around, standing_on
+from tamp.streams.affordances.tilts import upside_down
 from tamp.streams.grasping.hand_clearance import neighbour_cost, support_cost
 from tamp.streams.grasping.ranking import in_reach
 from tamp.streams.hand.antipodal import antipodal_contacts
 from tamp.streams.hand.candidates import (
     FRICTION_ANGLE,
     LEANING,
+    RISES,
     SURFACE,
     TILTS,
     WIDTH_RESERVE,
@@ -31,6 +33,7 @@ from tamp.streams.hand.finger_closing import closed
 from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import CLEARANCE, Grasp, Placement
 from tamp.streams.workspace import Workspace
+from tamp.task import Pose
 from tamp.world.scene import Scene
 
 POINTS = 1000  # on the surface, that rays start from
@@ -60,10 +63,8 @@ def roomy_pinches(
     start, goal = workspace.start[obj], workspace.goals.get(obj)
     place = next((place for place in places if place == start or place != goal), None)
     hanging = place.pose if place is not None and hangs_over(workspace, obj, place) else None
-    # With a single placement a regrasp is meant, whose hands have to lean to lay the object down.
-    tilts, most = (TILTS[:3], LOW) if len(places) > 1 else (LEANING, RAISED)
-    low = [place.pose for place in places if _height(workspace, obj, place) < most]
-    pinches = sample_pinches(workspace, obj, rng, points, hanging, low if len(low) == len(places) else [], tilts)
+    low, tilts, rises = _from_above(workspace, obj, places)
+    pinches = sample_pinches(workspace, obj, rng, points, hanging, low, tilts, rises)
     if hanging is not None and place == start:  # it may be gripped elsewhere as well
         pinches = Pinches.joined([pinches, sample_pinches(workspace, obj, rng, points)])
     if place is None or not enclosed(workspace, obj, place):
@@ -82,6 +83,22 @@ def roomy_pinches(
         if len(alone) >= FEW:
             break
     return alone if len(alone) else roomy
+
+
+def _from_above(
+    workspace: Workspace, obj: str, places: Sequence[Placement]
+) -> tuple[list[Pose], Sequence[float], Sequence[float]]:
+    """Poses of an object that lies low, how the hands lean that come down on it, and how much their axes rise [rad].
+
+    With a single placement a regrasp is meant. Hands have to lean there to lay down what is turned over by that. What
+    shall merely roll is held by such as do not close level; among many that do those would be lost.
+    """
+    goal, once = workspace.goals.get(obj), len(places) > 1
+    turned_over = goal is not None and upside_down(workspace, obj, goal)
+    lying = all(_height(workspace, obj, place) < (LOW if once else RAISED) for place in places)
+    tilts: Sequence[float] = LEANING if turned_over and not once else TILTS[:3]
+    rises: Sequence[float] = (0.0,) if turned_over or once else RISES
+    return [place.pose for place in places] if lying else [], tilts, rises
 
 
 def _height(workspace: Workspace, obj: str, place: Placement) -> float:

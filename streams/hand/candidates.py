@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ OVERHANG = 0.02  # of an object over the table's edge, from which on a finger ge
 HANGING = 5  # points on the whole surface for each on what hangs over the table's edge
 TILTS = (0.0, -0.12, 0.12, -0.25, 0.25, -0.4, 0.4)  # about its closing axis, of a hand that comes down [rad]
 LEANING = tuple(np.linspace(-1.4, 1.4, 15).tolist())  # the same of one that comes down beside it [rad]
+RISES = (-0.33, -0.26, -0.17, 0.17, 0.26, 0.33)  # of the closing axis: more, and a finger is in the table [rad]
 NEARLY_LEVEL = 0.5  # how far a closing axis may point up that is made level
 FRICTION_ANGLE = 0.35  # well inside the cone of rubber pads on plastic [rad]
 WIDTH_RESERVE = 0.002  # the widest grasp leaves this much of the stroke [m]
@@ -77,11 +79,13 @@ def sample_pinches(
     hanging: Pose | None = None,
     low: Sequence[Pose] = (),
     tilts: Sequence[float] = (0.0,),
+    rises: Sequence[float] = (0.0,),
 ) -> Pinches:
     """Every antipodal contact pair that rays from so many points find, from directions all around at every depth.
 
     Where the object hangs over the table's edge at a pose, rays start from about as many points of what hangs over.
-    Where it lies low at some, pinches are added of hands that come straight down and close exactly level.
+    Where it lies low at some, pinches are added of hands that come down tilted so far about their closing axes, each of
+    which rises by one of some angles [rad].
     """
     linkage = workspace.world.robot.linkage
     pieces = workspace.world.geometries[obj].parts
@@ -92,20 +96,23 @@ def sample_pinches(
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
     around = pinches_at(contacts, linkage, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
-    level = (pinches_from_above(levelled(contacts, pose.matrix[2, :3]), linkage, pose, tilts) for pose in low)
+    level = (
+        pinches_from_above(levelled(contacts, pose.matrix[2, :3], rise), linkage, pose, tilts)
+        for pose, rise in product(low, rises)
+    )
     return Pinches.joined([around, *level])
 
 
-def levelled(contacts: Contacts, up: NDArray[np.float64]) -> Contacts:
-    """The nearly level of some contact pairs, turned about their middles until they are quite level.
+def levelled(contacts: Contacts, up: NDArray[np.float64], rise: float = 0.0) -> Contacts:
+    """The nearly level of some contact pairs, turned about their middles until they rise by just one angle [rad].
 
     Of a thin thing that lies low a tilted hand has no room between it and the table. `up` is the upward direction in
     the object's frame, shape (3,). What the pads meet then, `closed` finds out.
     """
-    rise = contacts.axes @ up
-    contacts, rise = contacts.at(np.abs(rise) < NEARLY_LEVEL), rise[np.abs(rise) < NEARLY_LEVEL]
-    flat = np.sqrt(1.0 - rise**2)
-    return replace(contacts, axes=(contacts.axes - np.outer(rise, up)) / flat[:, None], widths=contacts.widths * flat)
+    contacts = contacts.at(np.abs(contacts.axes @ up) < NEARLY_LEVEL)
+    level = contacts.axes - np.outer(contacts.axes @ up, up)
+    axes = np.cos(rise) * level / np.linalg.norm(level, axis=1)[:, None] + np.sin(rise) * up
+    return replace(contacts, axes=axes, widths=contacts.widths * np.einsum("ni,ni->n", axes, contacts.axes))
 
 
 def pinches_from_above(contacts: Contacts, linkage: Linkage, pose: Pose, tilts: Sequence[float]) -> Pinches:
