@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 CONTACT_DEPTH = 0.003  # what settled together touches; what overlaps deeper collides [m]
 GRAZED = 0.001  # the same of what did not: it would be set down on what is beside its place [m]
+SCRAPED = 0.0008  # deeper than where it rests what touches may be as it leaves and as it comes [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
@@ -163,8 +164,12 @@ def lift_contact(
 def touched(
     world: World, obj: str, T: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, float]:
-    """How near a held object may come to what it touches at rest at T: name, or "table" -> least distance [m]."""
-    return dict.fromkeys(world.beside(obj, T, others, BESIDE), -CONTACT_DEPTH)
+    """How near a held object may come to what it touches at rest at T: name, or "table" -> least distance [m].
+
+    On its way it may be hardly deeper in those than it is at rest.
+    """
+    resting = {name: world.separation(obj, T, name, others.get(name)) for name in world.beside(obj, T, others, BESIDE)}
+    return {name: max(min(gap, 0.0) - SCRAPED, -CONTACT_DEPTH) for name, gap in resting.items()}
 
 
 def told(contact: Contact) -> str:

@@ -104,3 +104,12 @@ def test_everything_that_a_handling_hits_is_named_and_nothing_else(handling):
     hits = collisions.handling_hits(scene(), handling, {"slab": beside, "cube": far})
     assert set(hits) == {"slab"}
     assert hits["slab"].endswith("would hit slab")
+
+
+@given(depth=st.floats(-0.0015, 0.004))
+@settings(max_examples=30, deadline=None)
+def test_what_is_lifted_gets_hardly_deeper_into_what_it_touches_than_it_was(depth):
+    red, cube = placed(0.0, 0.0, 0.04).pose, placed(0.045 - depth, 0.0, 0.02).pose
+    nearest = collisions.touched(scene().world, "red", red.matrix, {"cube": cube.matrix})["cube"]
+    expected = -max(depth, 0.0) - collisions.SCRAPED
+    assert nearest == pytest.approx(max(expected, -collisions.CONTACT_DEPTH), abs=1e-6)
