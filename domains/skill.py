@@ -36,6 +36,7 @@ class Question:
         movable: objects that may be moved; None for all.
         regrasped: those of them with a goal pose that shall reach it only by way of another placement and grasp.
         facts: symbolic facts that hold now, such as ("clean", "mug"), of the task or brought about by actions.
+        either: objects with a goal pose that may reach it by one grasp or by way of another placement and grasp.
     """
 
     configuration: Configuration
@@ -43,6 +44,7 @@ class Question:
     movable: Container[str] | None = None
     regrasped: Container[str] = ()
     facts: tuple[Fact, ...] = ()
+    either: Container[str] = ()
 
     def may_move(self, name: str) -> bool:
         """Whether an object may be moved."""

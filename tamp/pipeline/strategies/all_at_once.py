@@ -12,6 +12,7 @@ from tamp.planning import Report, combined
 from tamp.scoring import score
 from tamp.streams.values import Placement
 
+FEW = 12  # iterations before objects may reach their goals by two grasps
 UNLIMITED = 1_000_000  # iterations: only the clock ends the search
 
 
@@ -27,6 +28,8 @@ class AllAtOnce:
     """
 
     strategy = "all-at-once"
+    # What few searches find by single grasps is not worth looking for two that take turns.
+    questions: tuple[tuple[int, bool], ...] = ((FEW, False), (UNLIMITED, True))
 
     def __init__(
         self,
@@ -66,7 +69,10 @@ class AllAtOnce:
         """
         while not self._asker.late:
             workspace = self._asker.workspace
-            solution = self._asker.ask(workspace, UNLIMITED, None, strategy=self.strategy)
+            for iterations, either in self.questions:
+                solution = self._asker.ask(workspace, iterations, None, strategy=self.strategy, either=either)
+                if solution.plan is not None:
+                    break
             if solution.plan is None:
                 self.left = dict.fromkeys(self.left, reason(solution))
                 return
@@ -85,6 +91,7 @@ class NetBenefit(AllAtOnce):
     """The same with soft goals: a plan that reaches those which together take most off the task's error."""
 
     strategy = "net-benefit"
+    questions = ((UNLIMITED, False),)
 
     def _missed(self) -> dict[str, str]:
         now = self.progress.now

@@ -13,9 +13,9 @@ FOLDER = Path(__file__).parent
 
 
 def affordances(workspace: Workspace, question: Question) -> Iterator[Fact]:
-    """Which objects shall be regrasped: those of which the question says so, from where a hand can take them."""
+    """Which objects shall or may be regrasped, as the question says, from where a hand can take them."""
     for name, placement in workspace.start.items():
-        if name in question.regrasped:
+        if name in question.regrasped or name in question.either:
             yield ("RegraspedTo", name, workspace.goals[name])
             if not to_be_pushed(workspace, name, placement):
                 yield ("Exposed", name, placement)

@@ -69,9 +69,10 @@ class Attempt:
         samplers: Mapping[str, Callable[..., Any]],
         movable: Container[str] | None = None,
         regrasped: Container[str] = (),
+        either: Container[str] = (),
     ) -> Problem:
         """What the planner is asked from here; see `tamp.domains.skill.Question`."""
-        question = Question(self.configuration, None, movable, regrasped, self.facts)
+        question = Question(self.configuration, None, movable, regrasped, self.facts, either)
         return self.setup.domain.problem(workspace, {**self.samplers, **samplers}, question)
 
     def finish(self, actions: Sequence[GroundAction], seed: int, report: Mapping[str, Any]) -> tuple[Plan, Verdict]:

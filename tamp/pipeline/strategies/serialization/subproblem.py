@@ -79,6 +79,7 @@ class Asker:
         samplers: Mapping[str, Callable[..., Any]] | None = None,
         regrasped: Collection[str] = (),
         strategy: str = "all-at-once",
+        either: bool = False,
     ) -> Solution:
         """Plan for what a workspace asks for, from where the arm is by now.
 
@@ -88,12 +89,13 @@ class Asker:
             movable: objects that may be moved; None for all.
             samplers: in place of the run's own.
             regrasped: objects that shall reach the goal poses asked for only by way of another placement and grasp.
+            either: whether all others that shall reach goal poses may do so by way of another placement and grasp.
             strategy: of the stream planner; "net-benefit" takes each goal for worth what it takes off the error.
         """
         now = self.progress.now
         posed = {name for name in regrasped if isinstance(workspace.task.object(name).goal, At)}
-        moving = {name for name in posed if workspace.goals[name] != workspace.start[name]}
-        problem = now.problem(workspace, samplers or {}, movable, moving)
+        waiting = {name for name, goal in workspace.goals.items() if goal != workspace.start[name]}
+        problem = now.problem(workspace, samplers or {}, movable, posed & waiting, waiting - posed if either else ())
         if strategy == "net-benefit":
             problem = softened(problem, workspace)
         solution = solve(
