@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tamp.task.pose import Pose
 
 
+@np.errstate(over="ignore")  # what is beyond all bounds is infinitely far away
 def check(
     task: Task,
     plan: Plan,

@@ -13,7 +13,8 @@ class Tolerances:
         step: largest motion of any point of robot or held object between two collision samples.
         collision: penetration that counts as numerical noise.
         contact: penetration allowed between bodies that may touch: geometry is convex pieces, and objects settle.
-        sunk: the same of what stands beside or on one another and is convex, as the table is.
+        sunk: the same of what stands beside or on one another and is convex, or stands on the table.
+        pieces: the same of what stands beside or on one another and is of several convex pieces, such as thin walls.
         grasp: distance between where an object lies and where a grip says it lies.
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
@@ -68,6 +69,7 @@ class Tolerances:
     collision: float = 0.001
     contact: float = 0.004
     sunk: float = 0.002
+    pieces: float = 0.003
     grasp: float = 0.002
     grasp_angle: float = 0.02
     pad: float = 0.002

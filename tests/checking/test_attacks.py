@@ -409,6 +409,9 @@ def test_what_stands_firmly_neither_turns_nor_lies_down(size, start, turn):
     at = Pose.from_rpy((0.1, 0.0, size[2] / 2), start)
     assert "start" in kinds(*unmoved({"thing": (Box(size), at, end)}))
     assert not kinds(*unmoved({"thing": (Box(size), at, at)}))
+    above = shifted(at, np.array([0.0, 0.0, 0.0015]))
+    assert "start" in kinds(*unmoved({"thing": (Box(size), above, end)}))
+    assert not kinds(*unmoved({"thing": (Box(size), above, at)}))
 
 
 def test_light_weights_do_not_tip_a_plank_one_after_the_other():
@@ -493,3 +496,31 @@ def test_places_beyond_all_bounds_are_refused(valid, far):
     assert "start" in kinds(task, replace(plan, start={**plan.start, "can": away}))
     where = steps_of(plan, Release)[0]
     assert "release" in kinds(task, put(plan, where, replace(step_at(plan, where), pose=away)))
+
+
+@pytest.mark.parametrize(("height", "dragged"), [(-0.0005, True), (0.0005, False)])
+def test_what_is_held_is_not_dragged_over_what_it_stands_on(height, dragged):
+    """Pressed onto a block by half a millimetre, it slides 6 cm aside before it is lifted."""
+    slab = Object("slab", Box((0.2, 0.2, 0.04)), Pose((0.05, 0.0, 0.02)))
+    start, end = Pose((0.05, -0.04, 0.08)), Pose((0.05, 0.25, 0.04))
+    task = Task("drag", (Object("red", Box((0.05, 0.05, 0.08)), start, At(end)), slab))
+    home = two_boxes()[1].home
+    hand = Hand(home)
+    first, pick, *_ = carry(hand, "red", start, end, 0.05, ("slab", "table"))
+    reach, grip, lift = pick.steps
+    hand = Hand(tuple(reach.trajectory.positions[-1]))
+    tool = start @ grip.attachment.T_tool_object.inverse()
+    slid = shifted(tool, np.array([0.0, 0.06, height]))
+    path = [replace(lift, trajectory=hand.line(at)) for at in (slid, shifted(slid, np.array([0.0, 0.0, RISE])))]
+    after = carry(hand, "red", start, end, 0.05, ("slab", "table"))[-2:]
+    hand.q = tuple(path[-1].trajectory.positions[-1])
+    lowered, release, left = after[1].steps
+    above_end = shifted(end, np.array([0.0, 0.0, RISE])) @ grip.attachment.T_tool_object.inverse()
+    across = replace(after[0], steps=(replace(after[0].steps[0], trajectory=hand.free(above_end)),))
+    lower = replace(lowered, trajectory=hand.line(shifted(above_end, np.array([0.0, 0.0, -RISE]))))
+    retreat = replace(left, trajectory=hand.line(above_end))
+    place = replace(after[1], steps=(lower, release, retreat))
+    actions = (first, replace(pick, steps=(reach, grip, *path)), across, place)
+    plan = Plan("drag", "panda", 0, {"red": start, "slab": slab.pose}, home, {"red": end}, actions)
+    said = [problem.sentence for problem in check(task, plan).problems]
+    assert said == [] if not dragged else any("is dragged over slab" in sentence for sentence in said), said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from tamp.task import (
     Box,
     Cylinder,
     Grip,
+    Mesh,
     Move,
     Object,
     Plan,
@@ -25,6 +27,7 @@ from tamp.task import (
     Trajectory,
     load_robot,
 )
+from tamp.task.mesh.parts import Part, convex_hull, parts
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.mutations.editing import shifted
 
@@ -121,10 +124,39 @@ def test_nothing_stays_on_what_rolls(shape, pose, wrong):
     assert ("red does not stay on under, which rolls on table" in found) == wrong, found
 
 
-def test_convex_neighbours_are_not_in_each_other():
+def test_neighbours_are_not_in_each_other():
     row = [Object(f"box{k}", BOX, Pose((0.05 + 0.0465 * k, 0.3, 0.04))) for k in range(2)]
     actions = carry(Hand(HOME), "red", START, GOAL, 0.05, ("table", "table"))
     assert "box0 stands 3.5 mm inside box1" in judged([Object("red", BOX, START, At(GOAL)), *row], actions)
+
+
+def in_two(part: Part, path: Path) -> Mesh:
+    """A convex body cut in two at x = 0, as a mesh of two groups."""
+    lines, count = [], 1
+    for side in (-1.0, 1.0):
+        points = part.vertices.copy()
+        points[:, 0] = side * np.maximum(side * points[:, 0], 0.0)
+        half = convex_hull(points)
+        lines += [f"g half{count}", *(f"v {x} {y} {z}" for x, y, z in half.vertices)]
+        lines += [f"f {a} {b} {c}" for a, b, c in half.faces + count]
+        count += len(half.vertices)
+    path.write_text("\n".join(lines))
+    return Mesh(path)
+
+
+def test_bodies_of_several_pieces_are_not_in_each_other(tmp_path):
+    halves = in_two(parts(BOX)[0], tmp_path / "box.obj")
+    row = [Object(f"box{k}", halves, Pose((0.05 + 0.0465 * k, 0.3, 0.04))) for k in range(2)]
+    actions = carry(Hand(HOME), "red", START, GOAL, 0.05, ("table", "table"))
+    assert "box0 stands 3.5 mm inside box1" in judged([Object("red", BOX, START, At(GOAL)), *row], actions)
+
+
+def test_nothing_stays_on_a_ball_of_two_halves(tmp_path):
+    ball = in_two(parts(Sphere(0.03))[0], tmp_path / "ball.obj")
+    goal = Pose((0.05, 0.2, 0.06 + START.xyz[2]))
+    actions = carry(Hand(HOME), "red", START, goal, 0.05, ("table", "under"))
+    found = judged([Object("red", BOX, START, At(goal)), Object("under", ball, Pose((0.05, 0.2, 0.03)))], actions)
+    assert "red does not stay on under" in found
 
 
 def test_jumps_where_motions_meet_add_up():

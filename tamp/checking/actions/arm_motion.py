@@ -9,6 +9,8 @@ import numpy as np
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.contacts import contacts
+from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, standing, touches
 from tamp.checking.robot.trajectory_limits import malformed, violations
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
@@ -28,6 +30,7 @@ EMPTY = ("transit", "approach", "retreat", "push")
 HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
+SLIDING = 2e-4  # deeper than that what slides presses [m]
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -63,6 +66,8 @@ def check_move(
         report("limits", TOO_WILD.format(move.phase))
     for time, touch in () if found is None else collisions(scene, state, move, found, allow):
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=time)
+    for name in () if found is None else _dragged_over(scene, state, move, found, allow):
+        report("collision", f"what is held is dragged over {name}, which would come along", bodies=(name,))
     state.q = move.trajectory.positions[-1]
     state.opening = move.opening
     state.time += move.trajectory.duration
@@ -183,6 +188,27 @@ def collisions(
     near = passed(found.bodies, others)  # of a full table most are far from one motion
     for touch in touches(_pairs(scene, move, moving, taken, near, allow), found.swing):
         yield float(found.times[touch.sample]), touch
+
+
+def _dragged_over(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[str]:
+    """Objects that what is held leaves, or comes to, and that it slides on for more than shifts may come to.
+
+    Friction would take them along: what stands level on an object is lifted off it.
+    """
+    if state.held is None or move.phase not in ("lift", "lower"):
+        return
+    taken = found.bodies[-1]
+    resting = taken.T[0 if move.phase == "lift" else -1]
+    aside = np.linalg.norm(taken.T[:, :2, 3] - resting[:2, 3], axis=1) > allow.strayed
+    if not aside.any():
+        return
+    moved = Mover(taken.solid, np.ascontiguousarray(taken.T[aside]))
+    for name in sorted({other for pair in move.contacts for other in pair} & state.poses.keys() - {taken.solid.name}):
+        solid, T = scene.solids[name], state.poses[name]
+        patch = contacts(taken.solid, resting, {name: (solid, T)}, allow.standing).patches.get(name)
+        level = patch is not None and bool((patch.normals[:, 2] > LEVEL).all())
+        if level and touches([(Mover(solid, T[None].copy()), moved, SLIDING)]):
+            yield name
 
 
 def _pairs(

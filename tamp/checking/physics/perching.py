@@ -1,6 +1,6 @@
 """Does what stands on something round stay there: on a ball, on a can that lies, on its own tip?
 
-Contact points within a tolerance make a patch of what is a point of a ball. What is carried by one convex body alone,
+Contact points within a tolerance make a patch of what is a point of a ball. What is carried by one body alone,
 itself on one other, needs more: tilted a little, and down again, that body must have its centre of mass higher. And
 nothing stays whose own centre of mass is lower after it has rolled a little on what carries it, as long as that stays.
 """
@@ -59,14 +59,14 @@ def perched(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterato
 
 
 def _rolling(scene: Scene, state: State, name: str, allow: Tolerances) -> str | None:
-    """On what the one convex body rolls that an object touches, or None where that does not roll on one body alone."""
+    """On what the one body rolls that an object touches, or None where that does not roll on one body alone."""
     touching = carriers(scene, state, name, allow)
     if len(touching.patches) != 1 or touching.bodies in ((), (TABLE,)):
         return None
     (under,) = touching.bodies
     alone = state.without(name)
     below = carriers(scene, alone, under, allow)
-    if len(below.patches) != 1 or not below.bodies or len(scene.solids[under].pieces) > 1:
+    if len(below.patches) != 1 or not below.bodies:
         return None
     rolls = any(max(rises) < RISES for rises in _rises(scene, alone, under, below.bodies[0]))
     return below.bodies[0] if rolls else None

@@ -54,7 +54,7 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     left = scene.displacement(name, fallen, said)
     if left <= min(allow.placed + drop, allow.settling) + pushed and veered <= allow.veered:
         return 0.0
-    steady = _steady(scene, state, name, fallen, drop, inside, allow)
+    steady = any(stays(scene, state, name, fallen, drop, inside, allow) for stays in (_steady, _firm))
     jostled = _jostled(scene, state, name, written, allow)
     if left <= (allow.settling + pushed if jostled or not steady else 0.0):
         return 0.0
@@ -127,22 +127,33 @@ def _below(scene: Scene, state: State, name: str, T: Array) -> list[tuple[str, A
 def _steady(scene: Scene, state: State, name: str, T: Array, drop: float, inside: float, allow: Tolerances) -> bool:
     """Whether an object stays where it has come down, however it is jostled, after a drop, or `inside` others [m].
 
-    What was as good as at rest needs half of the margin, or none where it stands firmly: on what all but touches it, it
-    is in balance though it leans a little.
+    What was as good as at rest needs half of the margin.
     """
     there = state.without(name)
     there.poses[name] = T
     if any(True for _ in perched(scene, there, name, allow)):
         return False
     resting = drop <= allow.dropped and inside <= LANDED
-    if resting:
-        firmly = replace(allow, standing=allow.firm)
-        touching = carriers(scene, replace(there, touching={}), name, firmly)
-        margin = max(allow.dropped, float(np.tan(allow.leaning)) * height_above(scene, name, T))
-        if balanced(scene, there, name, touching, allow, margin) >= margin:
-            return True
     least = scene.solids[name].radius * allow.steady * (0.5 if resting else 1.0)
     return stays_after(scene, there, name, allow.bounce * drop, allow, least)
+
+
+def _firm(scene: Scene, state: State, name: str, T: Array, drop: float, inside: float, allow: Tolerances) -> bool:
+    """Whether an object as good as at rest stands firmly, however narrow it is.
+
+    On what all but touches it, it is in balance though it leans a little, or what is left of its drop tips it.
+    """
+    if drop > allow.dropped or inside > LANDED:
+        return False
+    there = state.without(name)
+    there.poses[name] = T
+    height = height_above(scene, name, T)
+    tipped = float(np.sqrt((height + allow.bounce * max(drop, 0.0)) ** 2 - height**2))
+    margin = max(allow.dropped, float(np.tan(allow.leaning)) * height, tipped)
+    touching = carriers(scene, replace(there, touching={}), name, replace(allow, standing=allow.firm))
+    if balanced(scene, there, name, touching, allow, margin) < margin:
+        return False
+    return not any(True for _ in perched(scene, there, name, allow))
 
 
 def _jostled(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> list[str]:

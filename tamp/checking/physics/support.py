@@ -147,9 +147,10 @@ def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterat
         if other == name:
             continue
         T = inverse(others[other]) @ state.poses[name]
-        apart = clearance(scene.solids[other], scene.solids[name], T, allow.contact)
-        exact = all(len(scene.solids[body].pieces) == 1 for body in (name, other))
-        if apart < -(allow.sunk if exact or other == TABLE else allow.contact):
+        convex = all(len(scene.solids[body].pieces) == 1 for body in (name, other))
+        deepest = allow.sunk if convex or other == TABLE else allow.pieces
+        apart = clearance(scene.solids[other], scene.solids[name], T, deepest)
+        if apart < -deepest:
             yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
 
 
