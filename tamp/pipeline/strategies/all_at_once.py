@@ -8,7 +8,7 @@ from types import MappingProxyType
 from tamp.pipeline.strategies.serialization.goal_graph import all_goals
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
-from tamp.planning import Report, combined
+from tamp.planning import Report, Solution, combined
 from tamp.scoring import score
 from tamp.streams.values import Placement
 
@@ -68,11 +68,7 @@ class AllAtOnce:
             persistent: makes no difference here.
         """
         while not self._asker.late:
-            workspace = self._asker.workspace
-            for iterations, either in self.questions:
-                solution = self._asker.ask(workspace, iterations, None, strategy=self.strategy, either=either)
-                if solution.plan is not None:
-                    break
+            solution = self._answer()
             if solution.plan is None:
                 self.left = dict.fromkeys(self.left, reason(solution))
                 return
@@ -81,6 +77,15 @@ class AllAtOnce:
                 self.left = self._missed()
                 return
             self.left = dict.fromkeys(self.left, refused)
+
+    def _answer(self) -> Solution:
+        """The first plan that one of the questions brings, or why the last one brings none."""
+        workspace = self._asker.workspace
+        for iterations, either in self.questions if workspace.goals else self.questions[-1:]:
+            solution = self._asker.ask(workspace, iterations, None, strategy=self.strategy, either=either)
+            if solution.plan is not None:
+                break
+        return solution
 
     def _missed(self) -> dict[str, str]:
         """The goals that the plan gives up."""

@@ -7,6 +7,7 @@ from tamp.errors import PlanningFailure
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.solving.solve import carry_out
 from tamp.pipeline.strategies.named import STRATEGIES
+from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.task import At, Box, Object, Pose, Task
 
 BLOCK = Box((0.05, 0.05, 0.08))
@@ -32,3 +33,16 @@ def test_all_at_once_says_why_there_is_no_plan():
     with pytest.raises(PlanningFailure) as failed:
         tamp.plan(Task("two", (RED, HUGE)), timeout=3.0, clock="processor", strategy="all-at-once")
     assert failed.value.status in ("failed", "timeout")
+
+
+def test_all_at_once_lets_objects_be_regrasped_where_single_grasps_bring_nothing(monkeypatch):
+    asked = []
+
+    def ask(asker, workspace, iterations, movable, either, ask=Asker.ask, **options):
+        asked.append(either)
+        return ask(asker, workspace, iterations, movable if either else (), either=either, **options)
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    plan = tamp.plan(Task("one", (RED,)), timeout=120.0, strategy="all-at-once")
+    assert asked == [False, True]
+    assert {action.name for action in plan.actions} == {"move", "pick", "place"}
