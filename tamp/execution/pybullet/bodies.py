@@ -200,7 +200,9 @@ def eroded(part: Part, margin: float = MARGIN) -> Part:
     normals, center = normals[solid] / areas[solid, None], part.vertices.mean(axis=0)
     distances = np.einsum("ij,ij->i", normals, a[solid] - center)
     moved = distances - min(margin, distances.min() / 2)
-    dual = convex_hull(normals / moved[:, None])
+    points = normals / moved[:, None]
+    _, kept = np.unique(np.round(points / np.abs(points).max(), 9), axis=0, return_index=True)
+    dual = convex_hull(points[np.sort(kept)])  # of faces in one plane a single one: between two the direction is lost
     p, q, r = (dual.vertices[dual.faces[:, i]] for i in range(3))
     planes = np.cross(q - p, r - p)
     return convex_hull(planes / np.einsum("ij,ij->i", planes, p)[:, None] + center)
