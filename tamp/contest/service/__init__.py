@@ -6,5 +6,5 @@
 - queue: which run is done next, by whom, and that each is done once
 - worker: a process that does runs; films: moving pictures of them
 - board: the leaderboard
-- app, pages: the web service; serve: all processes together
+- web: pages and API; serve: all processes together
 """

@@ -83,8 +83,8 @@ def serve(data: Path, database: str | None, host: str, port: int, workers: Seque
     """
     import uvicorn
 
-    from tamp.contest.service.app import make_app
-    from tamp.contest.service.prompt import PromptProtocol
+    from tamp.contest.service.web.app import make_app
+    from tamp.contest.service.web.prompt import PromptProtocol
 
     app = make_app(open_store(data, database), load_contest(rules_file(data)), data)
     ending = threading.Event()

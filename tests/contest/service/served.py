@@ -12,10 +12,10 @@ pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'conte
 from fastapi.testclient import TestClient
 
 from tamp.contest.service import queue
-from tamp.contest.service.app import make_app
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.store import open_store
 from tamp.contest.service.teams import add_team
+from tamp.contest.service.web.app import make_app
 from tamp.results import Result, to_json
 
 CODE = b"class Solution:\n    def run(self, goal, robot): ...\n"

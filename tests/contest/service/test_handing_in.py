@@ -17,9 +17,9 @@ pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'conte
 from fastapi.testclient import TestClient
 
 from tamp.contest.service import submissions as handing_in
-from tamp.contest.service.app import make_app
 from tamp.contest.service.contest import load_contest
 from tamp.contest.service.store import StoreFullError
+from tamp.contest.service.web.app import make_app
 from tests.contest.service.served import CODE, RULES, Service
 
 
@@ -141,7 +141,7 @@ def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: p
             yield b" "
             await anyio.sleep(0.01)
 
-    monkeypatch.setattr("tamp.contest.service.app.UPLOAD_S", 0.2)
+    monkeypatch.setattr("tamp.contest.service.web.app.UPLOAD_S", 0.2)
     headers = {"Authorization": f"Bearer {service.ours}"}
 
     async def hand_in() -> int:

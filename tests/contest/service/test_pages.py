@@ -15,7 +15,7 @@ pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'conte
 
 import uvicorn
 
-from tamp.contest.service.prompt import PromptProtocol
+from tamp.contest.service.web.prompt import PromptProtocol
 from tests.contest.service.served import CODE, Service
 
 
@@ -97,7 +97,7 @@ def test_nothing_is_kept_in_caches_that_others_share_and_pages_need_nothing_from
 
 
 def test_a_connection_that_does_not_ask_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tamp.contest.service.prompt.HEADER_S", 0.1)
+    monkeypatch.setattr("tamp.contest.service.web.prompt.HEADER_S", 0.1)
 
     async def app(scope: object, receive: object, send: Callable[..., Awaitable[None]]) -> None:
         await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"0")]})

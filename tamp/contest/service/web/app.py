@@ -17,13 +17,14 @@ from fastapi import Body, FastAPI, HTTPException, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 
-from tamp.contest.service import films, pages
+from tamp.contest.service import films
 from tamp.contest.service.board import Board, Progress
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.pictures import picture, task_archive
 from tamp.contest.service.store import Store, StoreFullError
 from tamp.contest.service.submissions import TooManyError, accept, clear_incoming, count_attempt, suffix_of
 from tamp.contest.service.teams import Team, team_of
+from tamp.contest.service.web import pages
+from tamp.contest.service.web.pictures import picture, task_archive
 from tamp.errors import TampError
 
 COOKIE = "tamp_contest_token"

@@ -25,7 +25,7 @@ def static(name: str) -> str:
 
 
 def _read(name: str) -> str:
-    return files("tamp.contest.service").joinpath("templates", name).read_text(encoding="utf-8")
+    return files("tamp.contest.service.web").joinpath("templates", name).read_text(encoding="utf-8")
 
 
 @cache
