@@ -5,9 +5,7 @@ Neither meets anything on its way, and both rest where they land.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
-from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +32,7 @@ STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
 HALF_TURN = 0.99  # cosine, but for its sign, from which on a turn is nearly one to the opposite
 MOST_LOOKS = 4096  # at a fall, however far it goes
 LOOKS = 90  # at what is lowest while a body rolls over
+ALIKE = 0.05  # masses that differ by such a share are one
 
 
 def check_fall(
@@ -99,21 +98,21 @@ def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tol
     """What carries an object that has fallen, and tips over with all that the blow falls on.
 
     What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
-    blow where it is met. Of the ways by which a blow comes to the same place the lightest throws up highest what is
-    there, and goes on: they are followed in the order of their masses (Dijkstra), for there are 2^n ways down a wall.
+    blow where it is met. There are 2^n ways down a wall: of those that came over the same contact with about the same
+    mass one goes on.
     """
     mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-    coming, order, seen = [(mass, 0, Blow(mass * drop, mass, center, (name,)))], itertools.count(1), set()
+    coming, seen = [Blow(mass * drop, mass, center, (name,))], set()
     while coming:
-        *_, blow = heappop(coming)
-        below = blow.bodies[-1], blow.met
-        if below in seen:
+        blow = coming.pop()
+        like = blow.bodies[-1], blow.met, round(np.log(blow.mass) / ALIKE)
+        if like in seen:
             continue
-        seen.add(below)
+        seen.add(like)
         for struck, stands in _struck(scene, state, blow, allow):
             if not stands:
                 yield struck.bodies[-1]
-            heappush(coming, (struck.mass, next(order), struck))
+            coming.append(struck)
 
 
 def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterator[tuple[Blow, bool]]:

@@ -204,23 +204,29 @@ def test_what_has_a_round_edge_rolls_over_it(slid, possible):
     assert any("is said to slide" in sentence for _, sentence in found) != possible
 
 
-def test_a_blow_on_a_wall_of_bricks_is_followed_once_over_each_contact(monkeypatch):
+@pytest.mark.parametrize("heavy", [False, True])
+def test_a_blow_on_a_wall_of_bricks_is_followed_once_over_each_contact_with_each_mass(monkeypatch, heavy):
     rows, brick = 7, (0.02, 0.06, 0.02)
     bricks = {
         f"{row}.{i}": Pose((0.0, 0.062 * (i - row / 2), 0.02 * (rows - row) - 0.01))
         for row in range(rows)
         for i in range(row + 1)
     }
-    scene = Scene.of(Task("wall", tuple(Object(name, Box(brick), pose) for name, pose in bricks.items())))
+    contacts = {(f"{row}.{i}", f"{row + 1}.{j}") for row in range(rows - 1) for i in range(row + 1) for j in (i, i + 1)}
+    masses = dict.fromkeys(bricks, 0.1) | {"1.0": 0.3 if heavy else 0.1}
+    objects = (Object(name, Box(brick), pose, mass=masses[name]) for name, pose in bricks.items())
+    scene = Scene.of(Task("wall", tuple(objects)))
     state = State({name: pose.matrix for name, pose in bricks.items()}, np.array(load_robot("panda").home))
     state.poses["0.0"] = Pose((0.0, 0.0, 0.02 * rows + 0.02)).matrix
     followed, found = [], []
 
     def noted(scene, state, blow, allow, goes_on=fall._struck):
-        followed.append(blow.bodies[-2:])
+        followed.append((*blow.bodies[-2:], round(blow.mass, 3)))
         return goes_on(scene, state, blow, allow)
 
     monkeypatch.setattr(fall, "_struck", noted)
     check_fall(scene, state, Fall("0.0", bricks["0.0"]), DEFAULT, lambda *told, **more: found.append(told))
     assert not found
-    assert len(followed) == len(set(followed)) == 1 + rows * (rows - 1)  # of 2^7 - 1 ways
+    assert len(followed) == len(set(followed))  # of 2^7 - 1 ways
+    assert {way[:-1] for way in followed[1:]} == contacts
+    assert (len(followed) > 1 + len(contacts)) == heavy
