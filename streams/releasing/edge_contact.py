@@ -85,23 +85,20 @@ def dragged(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, 
         grasp: how it is held.
         tilted: T_world_object where it is let go; its lowest edge is on what it shall lie on.
     """
-    gripper, T_tool = workspace.world.robot.spec.gripper, tilted.matrix @ grasp.T_object_tool.matrix
-    up = tilted.matrix[:3, :3] @ placement.pose.matrix[2, :3]
-    flat = float(np.hypot(*up[:2])) < 1e-9
-    if flat or abs(up @ T_tool[:3, :3] @ np.array(gripper.axis)) < BENEATH:
+    beneath = _finger_beneath(workspace, placement, grasp, tilted)
+    if beneath is None:
         return False
-    rising = -up[:2] / np.linalg.norm(up[:2])
-    T_pads = moved(T_tool, float(workspace.world.robot.linkage.depth(grasp.width)) * T_tool[:3, 2])
+    up, rising, T_pads = beneath
     center, finger, height = _levers(workspace, obj, tilted, T_pads, rising)
     if center <= 0.0 or finger <= 0.0:
         return False
-    sunk = (opening_for(gripper, grasp) - grasp.width) / 2
+    sunk = (opening_for(workspace.world.robot.spec.gripper, grasp) - grasp.width) / 2
     angle = np.arccos(up[2]) - sunk / np.hypot(finger, height)
     if angle <= 0.0:
         return False  # it lies flat before it comes down on the finger
     if finger <= center:
         return True  # it tips over the finger, which carries all of it
-    normal, back = np.append(-np.sin(angle) * rising, np.cos(angle)), -T_tool[:3, 2]
+    normal, back = np.append(-np.sin(angle) * rising, np.cos(angle)), -T_pads[:3, 2]
     along = back - normal * (normal @ back)
     pull = workspace.task.object(obj).friction * PAD_FRICTION
     # The finger's force on the object, as a share of its weight.
@@ -126,16 +123,29 @@ def turned_off(workspace: Workspace, obj: str, placement: Placement, grasp: Gras
         grasp: how it is held.
         tilted: T_world_object where it is let go; its lowest edge is on what it shall lie on.
     """
-    T_tool = tilted.matrix @ grasp.T_object_tool.matrix
-    up = tilted.matrix[:3, :3] @ placement.pose.matrix[2, :3]
-    flat = float(np.hypot(*up[:2])) < 1e-9
-    if flat or abs(up @ T_tool[:3, :3] @ np.array(workspace.world.robot.spec.gripper.axis)) < BENEATH:
+    beneath = _finger_beneath(workspace, placement, grasp, tilted)
+    if beneath is None:
         return False
-    rising = -up[:2] / np.linalg.norm(up[:2])
-    pads = T_tool[:3, 3] + float(workspace.world.robot.linkage.depth(grasp.width)) * T_tool[:3, 2]
+    _, rising, T_pads = beneath
     center = tilted.matrix[:3, :3] @ workspace.world.geometries[obj].center_of_mass + tilted.matrix[:3, 3]
-    beyond, beside = (float((pads - center)[:2] @ way) for way in (rising, np.array([-rising[1], rising[0]])))
+    beyond, beside = (float((T_pads[:3, 3] - center)[:2] @ way) for way in (rising, np.array([-rising[1], rising[0]])))
     return abs(beside) > BESIDE * beyond
+
+
+def _finger_beneath(
+    workspace: Workspace, placement: Placement, grasp: Grasp, tilted: Pose
+) -> tuple[Array, Array, Array] | None:
+    """How an object lies on a finger where it is let go, or None where no finger is beneath it, or it lies flat.
+
+    Returns:
+        Its upward side (3,), where it rises from its lowest edge (2,), and T_world_pads, shape (4, 4).
+    """
+    robot, T_tool = workspace.world.robot, tilted.matrix @ grasp.T_object_tool.matrix
+    up = tilted.matrix[:3, :3] @ placement.pose.matrix[2, :3]
+    level = float(np.hypot(*up[:2]))
+    if level < 1e-9 or abs(up @ T_tool[:3, :3] @ np.array(robot.spec.gripper.axis)) < BENEATH:
+        return None
+    return up, -up[:2] / level, moved(T_tool, float(robot.linkage.depth(grasp.width)) * T_tool[:3, 2])
 
 
 CARRYING = 0.3  # a finger carries where the closing axis points so far up or down (cosine); else they are beside
