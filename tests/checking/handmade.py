@@ -184,3 +184,18 @@ def scales() -> tuple[Task, Plan]:
         *carry(hand, "blue", at["blue"], goals["blue"], 0.04, ("table", "plank")),
     ]
     return task, Plan(task.name, "panda", 0, {o.name: o.pose for o in task.objects}, home, goals, tuple(actions))
+
+
+def alone(shape, start: Pose, end: Pose, width: float, lift: float = 0.0, **about) -> tuple[Task, Plan]:
+    """One object carried across the table, gripped `lift` above its origin."""
+    task = Task("alone", (Object("red", shape, start, At(end), **about),))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, end, width, ("table", "table"), grip_height=lift)
+    return task, Plan("alone", "panda", 0, {"red": start}, home, {"red": end}, tuple(actions))
+
+
+def unmoved(at: dict[str, tuple[object, Pose, Pose]]) -> tuple[Task, Plan]:
+    """Nothing is done: each object, by its shape, start and goal, is said to start at its goal."""
+    task = Task("unmoved", tuple(Object(name, shape, start, At(goal)) for name, (shape, start, goal) in at.items()))
+    goals = {name: goal for name, (_, _, goal) in at.items()}
+    return task, Plan("unmoved", "panda", 0, goals, two_boxes()[1].home, goals, ())

@@ -3,6 +3,7 @@
 import pytest
 
 from tamp.checking import check
+from tamp.task import Plan, Task
 
 
 def assert_wrong_and_rejected(mutant, kinds):
@@ -12,3 +13,8 @@ def assert_wrong_and_rejected(mutant, kinds):
 
     assert wrong(*mutant) is not None
     assert {problem.kind for problem in check(*mutant).problems} & set(kinds)
+
+
+def kinds(task: Task, plan: Plan) -> set[str]:
+    """The kinds of all that the checker finds wrong."""
+    return {problem.kind for problem in check(task, plan).problems}
