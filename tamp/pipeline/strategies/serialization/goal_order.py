@@ -337,10 +337,14 @@ class Ordering:
         return True
 
     def _surroundings(self, name: str) -> Placements:
-        """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try."""
+        """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try.
+
+        All that stands anywhere, where the goal is no pose.
+        """
         workspace = self._asker.workspace
-        near = within(workspace, name, reach_of_hand(workspace), *workspace.placements_of(name))
-        return near.placements
+        if name not in workspace.goals:
+            return workspace.placements
+        return within(workspace, name, reach_of_hand(workspace), *workspace.placements_of(name)).placements
 
     def _share(self, names: Sequence[str], effort: Effort) -> float:
         """Of the time that is left, what goes to one of the goals at most: the more, the fewer wait for theirs.

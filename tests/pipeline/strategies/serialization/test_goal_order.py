@@ -40,6 +40,29 @@ def test_what_has_no_hope_is_brought_near_once_if_far_and_not_to_where_others_sh
     assert asked == [({"red"}, {"cube"}), ({"top"}, {"cube"})]
 
 
+def only_red(context, obj):
+    yield from from_above(context, obj) if obj == "red" else no_grasp(context, obj)
+
+
+@pytest.mark.parametrize(("beside", "tries"), [(0.0, 2), (0.35, 1)])
+def test_a_short_try_in_vain_waits_for_a_change_nearby(monkeypatch, beside, tries):
+    cube = replace(CUBE, pose=Pose((0.15 - beside, 0.02 + beside, 0.02)), goal=At(Pose((0.15 - beside, 0.4, 0.02))))
+    setup = prepare(Task("vain", (cube, RED)))
+    samplers = {**NO_HANDS, "sample-grasp": only_red}
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, samplers)
+    asked = []
+
+    def ask(asker, workspace, iterations, movable, *rest, ask=Asker.ask, **options):
+        asked.append(movable)
+        return ask(asker, workspace, iterations, movable, *rest, **options)
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    search = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive")
+    assert search._sweep(EFFORTS[0])  # red leaves
+    assert not search._sweep(EFFORTS[0])
+    assert asked.count({"cube"}) == tries
+
+
 HOME = load_robot("panda").home
 UPSIDE_DOWN = (1.0, 0.0, 0.0, 0.0)
 BOARD = Object("board", Box((0.3, 0.3, 0.02)), Pose((-0.05, 0.3, 0.01)), At(Pose((-0.05, 0.3, 0.01), UPSIDE_DOWN)))
