@@ -43,6 +43,7 @@ class Squeezed:
         weight: of the object [N].
         force: what each pad presses with [N].
         friction: the most that each pad holds along its face [N].
+        across: from corner to corner of a pad [m].
     """
 
     def __init__(self, workspace: Workspace, obj: str, grasp: Grasp) -> None:
@@ -54,6 +55,7 @@ class Squeezed:
         self.weight = item.mass * GRAVITY
         self.force = gripper.holding_force(self.weight, item.friction)
         self.friction = PAD_FRICTION * item.friction * self.force
+        self.across = math.hypot(*gripper.pad[1:])
         near = [part for part in geometry.parts if _is_near(part.vertices @ self._R.T + t, gripper, grasp.width)]
         self._planes = joined((A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near))
         sides = zip(gripper.pad[1:], RAYS, strict=True)
@@ -254,6 +256,21 @@ def _about_approach(angle: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def swinging(squeezed: Squeezed, *poses: Pose) -> float:
+    """The angle that an object turns by about the closing axis, held by a grasp and lifted [rad]; 0 where it does not.
+
+    Pads that press with their corners alone, across from each other, resist that the most; what they do not hold then
+    hangs down in the end.
+
+    Args:
+        squeezed: the object in the grasp.
+        poses: where it is lifted from; the one at which it turns farthest counts.
+    """
+    levers = np.cross(squeezed.center, squeezed.upward(*poses))[:, 1]
+    swings = squeezed.weight * np.abs(levers).max() > squeezed.friction * squeezed.across
+    return FARTHEST_TURN if swings else 0.0
+
+
 FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
 LOST = 0.5  # one in which it turns by more does not hold it at all [rad]
 AS_BAD = 0.02  # slipping so far is as bad as turning by one radian [m]
@@ -264,7 +281,8 @@ def looseness(workspace: Workspace, obj: str, grasp: Grasp, *poses: Pose) -> flo
 
     def found() -> float:
         squeezed = Squeezed(workspace, obj, grasp)
-        return max(turning(squeezed, *poses), slipping(squeezed, *poses) / AS_BAD)
+        angle = max(turning(squeezed, *poses), swinging(squeezed, *poses))
+        return max(angle, slipping(squeezed, *poses) / AS_BAD)
 
     return workspace.cache.value(("looseness", obj, grasp, poses), found)
 

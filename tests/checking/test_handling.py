@@ -165,3 +165,65 @@ def test_jumps_where_motions_meet_add_up():
         q = q + np.array([9e-5, *[0.0] * 6])
         steps.append(Move("transit", Trajectory(np.array([0.0, 0.01]), np.array([q, q]), np.zeros((2, 7))), OPEN))
     assert "0.0002 rad with the jumps before" in judged([Object("red", BOX, START)], [Action("move", (), tuple(steps))])
+
+
+def aside(actions: list[Action], start: Pose, goal: Pose, by: Pose) -> list[Action]:
+    """The same actions with an object, at rest at `start` and `goal`, that lies so far aside in the hand."""
+
+    def moved(step):
+        if isinstance(step, Move) and step.held is not None:
+            return replace(step, held=replace(step.held, T_tool_object=step.held.T_tool_object @ by))
+        if isinstance(step, Grip):
+            attachment = step.attachment
+            return replace(step, attachment=replace(attachment, T_tool_object=attachment.T_tool_object @ by))
+        return replace(step, pose=goal) if isinstance(step, Release) else step
+
+    return [replace(action, steps=tuple(map(moved, action.steps))) for action in actions]
+
+
+@pytest.mark.parametrize(("by", "mass", "wrong"), [(0.0, 3.0, False), (0.1, 0.1, False), (0.1, 1.0, True)])
+def test_what_is_held_far_from_its_middle_swings_down(by, mass, wrong):
+    start, goal = Pose((0.0, -0.2, 0.02)), Pose((0.0, 0.2, 0.02))
+    grips = carry(Hand(HOME), "red", Pose((by, -0.2, 0.02)), Pose((by, 0.2, 0.02)), 0.04, ("table", "table"))
+    bar = Object("red", Box((0.3, 0.04, 0.04)), start, At(goal), mass=mass)
+    found = judged([bar], aside(grips, start, goal, Pose((-by, 0.0, 0.0))))
+    assert ("red swings down in the fingers" in found) == wrong, found
+
+
+@pytest.mark.parametrize(("width", "wrong"), [(0.03, True), (0.028, False)])
+def test_the_fingers_close_on_one_object_alone(width, wrong):
+    """Two boxes side by side are both between the pads; where the other one is narrower they do not touch it."""
+    start, goal = Pose((0.0601, -0.2, 0.025)), Pose((0.0601, 0.2, 0.025))
+    grips = carry(Hand(HOME), "red", Pose((0.05, -0.2, 0.025)), Pose((0.05, 0.2, 0.025)), 0.03, ("table", "table"))
+    twins = [
+        Object("red", Box((0.02, 0.03, 0.05)), start, At(goal)),
+        Object("other", Box((0.02, width, 0.05)), Pose((0.0399, -0.2, 0.025))),
+    ]
+    found = judged(twins, aside(grips, start, goal, Pose((0.0101, 0.0, 0.0))))
+    assert ("the fingers that grip red close on other too" in found) == wrong, found
+
+
+def test_the_fingers_leave_what_an_object_stands_on():
+    """Pads that reach below the lower face of a thin slab close on the slab below as well."""
+    slab, low, high = Box((0.06, 0.05, 0.02)), Pose((0.05, -0.2, 0.01)), Pose((0.05, -0.2, 0.03))
+    goal = Pose((0.05, 0.2, 0.03))
+    things = [
+        Object("red", slab, high, At(goal)),
+        Object("below", slab, low),
+        Object("stand", Box((0.04, 0.03, 0.02)), Pose((0.05, 0.2, 0.01))),
+    ]
+    for lift, wrong in ((0.0, False), (-0.005, True)):
+        actions = carry(Hand(HOME), "red", high, goal, 0.05, ("below", "stand"), grip_height=lift)
+        assert ("close on below too" in judged(things, actions)) == wrong
+
+
+@pytest.mark.parametrize(("turned", "wrong"), [(0.0, True), (np.pi / 2, False)])
+def test_nothing_stays_on_several_that_all_roll_the_same_way(turned, wrong):
+    start, goal, ends = Pose((0.05, -0.2, 0.01)), Pose((0.05, 0.2, 0.05)), (-0.05, 0.04)
+    cans = [
+        Object(f"can{k}", Cylinder(0.02, 0.08), Pose.from_rpy((0.05 + x, 0.2, 0.02), (np.pi / 2, 0.0, k * turned)))
+        for k, x in enumerate(ends)
+    ]
+    actions = carry(Hand(HOME), "red", start, goal, 0.05, ("table", "can0"))
+    found = judged([Object("red", Box((0.16, 0.05, 0.02)), start, At(goal)), *cans], actions)
+    assert ("red does not stay on can0 and can1, which all roll the same way" in found) == wrong, found

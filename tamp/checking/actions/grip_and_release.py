@@ -11,7 +11,7 @@ from tamp.checking.actions.arm_motion import finger_touches, sentence_of
 from tamp.checking.geometry.pad_region import between_pads, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.perching import perched
+from tamp.checking.physics.perching import on_rollers, perched
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, overlaps, slumps, unrest
 from tamp.checking.scene import GRAVITY, Scene, State
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from tamp.task.plan import Grip, Release
 
     Array = NDArray[np.float64]
+
+ALIKE = 5e-4
+"""What is narrower than what the pads close on by no more than this on each side is as wide [m]."""
 
 
 def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report: Report) -> None:
@@ -46,9 +49,10 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
         report("grasp", f"the fingers are {opening:.4f} m apart and cannot close to {grip.width:.4f} m", bodies=(name,))
     else:
         _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report)
+        _check_alone(scene, state, name, grip.width, opening, report)
         for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
             report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
-    _check_force(scene, name, report)
+    _check_force(scene, name, T_world_tool, grip.width, state.poses[name], report)
     check_uncovered(scene, state, name, allow, report)
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
@@ -98,21 +102,34 @@ def check_release(
 
 def _width(scene: Scene, state: State, name: str, T: Array, opening: float) -> float:
     """How wide an object at T is between pads so far apart [m]; 0 where it is not between them."""
+    found = _between(scene, state, name, T, opening, opening)
+    return 0.0 if found is None else found[1] - found[0]
+
+
+def _between(
+    scene: Scene, state: State, name: str, T: Array, opening: float, width: float
+) -> tuple[float, float] | None:
+    """What of an object at T lies in the room that pads `opening` apart close to `width`, see `between_pads` [m]."""
     tree = scene.links.tree
     T_tool_object = inverse(tree.tool(state.q[None])[0]) @ T
-    found = between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, tree.pad_depth(opening))
-    return 0.0 if found is None else found[1] - found[0]
+    return between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, tree.pad_depth(width))
+
+
+def _near_pads(scene: Scene, state: State) -> list[str]:
+    """The objects that may be between the pads, sorted."""
+    tool, stroke = scene.links.tree.tool(state.q[None])[0], scene.links.tree.spec.gripper.stroke
+    middles = {name: T[:3, :3] @ scene.solids[name].center + T[:3, 3] for name, T in state.poses.items()}
+    return sorted(
+        name
+        for name, middle in middles.items()
+        if float(np.linalg.norm(middle - tool[:3, 3])) < scene.solids[name].radius + 2 * stroke
+    )
 
 
 def check_unsqueezed(scene: Scene, state: State, opening: float, allow: Tolerances, report: Report) -> None:
     """An empty hand that moves away squeezes nothing between its pads, which would come along."""
-    tool = scene.links.tree.tool(state.q[None])[0]
-    for name, T in sorted(state.poses.items()):
-        solid = scene.solids[name]
-        apart = float(np.linalg.norm(T[:3, :3] @ solid.center + T[:3, 3] - tool[:3, 3]))
-        if apart > solid.radius + scene.links.tree.spec.gripper.stroke + allow.pad:
-            continue
-        wide = _width(scene, state, name, T, opening + 2 * allow.pad)
+    for name in _near_pads(scene, state):
+        wide = _width(scene, state, name, state.poses[name], opening + 2 * allow.pad)
         if wide > opening:
             sentence = f"the empty hand squeezes {name}, {1000 * wide:.1f} mm wide between pads {1000 * opening:.1f} mm"
             report("grasp", f"{sentence} apart, and takes it along", (name,), wide - opening)
@@ -189,12 +206,37 @@ def _check_closing(
         report("grasp", sentence, bodies=(name,), depth=astray)
 
 
-def _check_force(scene: Scene, name: str, report: Report) -> None:
-    """Two fingers that press with all their force carry the object by friction."""
+def _check_alone(scene: Scene, state: State, name: str, width: float, opening: float, report: Report) -> None:
+    """The pads close on one object alone: what else between them is as wide would come along."""
+    gripped = _between(scene, state, name, state.poses[name], opening, width)
+    for other in _near_pads(scene, state) if gripped is not None else ():
+        found = _between(scene, state, other, state.poses[other], opening, width) if other != name else None
+        if found is not None and gripped is not None and _wraps(found, gripped):
+            report("grasp", f"the fingers that grip {name} close on {other} too, which would come along", (name, other))
+
+
+def _wraps(outer: tuple[float, float], inner: tuple[float, float]) -> bool:
+    """Whether pads that close on what lies between two coordinates [m] are stopped by what lies between others too."""
+    return outer[0] < inner[0] + ALIKE and outer[1] > inner[1] - ALIKE
+
+
+def _check_force(scene: Scene, name: str, T_world_tool: Array, width: float, T: Array, report: Report) -> None:
+    """Two fingers that press with all their force carry the object, at T, by friction, and it does not swing down.
+
+    Pads that press with their corners alone, across from each other, resist a turn about the closing axis the most.
+    """
+    tree, gripper = scene.links.tree, scene.links.tree.spec.gripper
     weight = GRAVITY * scene.task.object(name).mass
-    carries = 2 * PAD_FRICTION * scene.friction(name) * scene.links.tree.spec.gripper.force
-    if weight > carries:
-        report("grasp", f"{name} weighs {weight:.1f} N, the fingers carry {carries:.1f} N by friction", (name,))
+    held = PAD_FRICTION * scene.friction(name) * gripper.force
+    if weight > 2 * held:
+        report("grasp", f"{name} weighs {weight:.1f} N, the fingers carry {2 * held:.1f} N by friction", (name,))
+    pads = T_world_tool[:3, :3] @ (0.0, 0.0, tree.pad_depth(width)) + T_world_tool[:3, 3]
+    lever = scene.center_of_mass(name, T) - pads
+    moment = abs(float(np.cross(T_world_tool[:3, :3] @ gripper.axis, lever)[2])) * weight
+    resists = held * float(np.hypot(*gripper.pad[1:]))
+    if moment > resists:
+        sentence = f"{name} swings down in the fingers: its weight turns it by {moment:.2f} N m"
+        report("grasp", f"{sentence}, they resist {resists:.2f} N m by friction", (name,))
 
 
 def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
@@ -230,7 +272,7 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
     """An object that has come to a place stays there, and so does all that it now stands on or touches."""
     for sentence, bodies, depth in unrest(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
-    for sentence, bodies in perched(scene, state, name, allow):
+    for sentence, bodies in (*perched(scene, state, name, allow), *on_rollers(scene, state, name, allow)):
         report("support", sentence, bodies=bodies)
     for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
         report("support", sentence, bodies=bodies, depth=depth)

@@ -13,7 +13,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.grip_and_release import check_rest
-from tamp.checking.actions.push import check_path, direction, founded, tipping, touched_behind, watch
+from tamp.checking.actions.push import check_path, check_stopped, direction, founded, tipping, touched_behind, watch
 from tamp.checking.physics.support import balanced, carriers
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import TABLE, Scene, State
@@ -52,6 +52,8 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     check_move(scene, state, move, allow, report, seen)
     _check_way(scene, state, name, path, allow, report)
     check_rest(scene, state, name, allow, report)
+    if TABLE in under:  # what lies in something does not roll out of that
+        check_stopped(scene, state, name, direction(path), allow, report)
     after = carriers(scene, state, name, allow).bodies
     if not {*after} & {*under}:
         report("push", f"{name} is nudged off {' and '.join(under) or 'nothing'}", bodies=(name, *under))

@@ -16,6 +16,7 @@ from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
 from tamp.checking.actions.grip_and_release import check_attachment, check_strayed, check_uncovered
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
+from tamp.checking.physics.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
@@ -50,6 +51,14 @@ def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow
     check_move(scene, state, move, allow, report, seen)
     state.poses[name] = path[-1]
     _check_stand(scene, state, name, allow, report)
+    check_stopped(scene, state, name, direction(path), allow, report)
+
+
+def check_stopped(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances, report: Report) -> None:
+    """What the hand has pushed `ahead`, shape (3,), stays where the hand stops."""
+    level = ahead * (1.0, 1.0, 0.0)
+    if rolls_on(scene, state, name, level / max(float(np.linalg.norm(level)), 1e-9), allow):
+        report("push", f"{name} rolls on when the hand stops", bodies=(name,))
 
 
 def founded(move: Move, name: str, under: Iterable[str]) -> Move:

@@ -3,6 +3,7 @@
 Contact points within a tolerance make a patch of what is a point of a ball. What is carried by one body alone,
 itself on one other, needs more: tilted a little, and down again, that body must have its centre of mass higher. And
 nothing stays whose own centre of mass is lower after it has rolled a little on what carries it, as long as that stays.
+What is no higher after it is tilted rolls: on when a hand that pushed it stops, and with all that is put on it.
 """
 
 from __future__ import annotations
@@ -38,6 +39,10 @@ STEEP = 0.7
 """Vertical component of a contact normal below which it holds from aside."""
 WAYS = 8
 """In which a body rolls."""
+BROAD = 0.01
+"""What stands on a plane that reaches as far to every side of its centre of mass does not roll [m]."""
+ALONG = 0.5
+"""Cosine between a push and the way that something rolls, or that something holds it back, from which on it does."""
 PLANE = 5e-5
 """Corners no farther apart in height are in one plane [m]."""
 LEVEL = 0.1
@@ -68,8 +73,42 @@ def _rolling(scene: Scene, state: State, name: str, allow: Tolerances) -> str | 
     below = carriers(scene, alone, under, allow)
     if len(below.patches) != 1 or not below.bodies:
         return None
-    rolls = any(max(rises) < RISES for rises in _rises(scene, alone, under, below.bodies[0]))
-    return below.bodies[0] if rolls else None
+    on = _standing_on(scene, alone, below.bodies)
+    axes = _level_axes(scene, alone, under)
+    return below.bodies[0] if any(_rolls(scene, alone, under, on, axis) for axis in axes) else None
+
+
+def on_rollers(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Why an object does not stay where it is put on several bodies, if all roll the same way: sentence, bodies."""
+    touching, alone = carriers(scene, state, name, allow), state.without(name)
+    under = touching.bodies
+    if len(under) < 2 or TABLE in under or len(under) < len(touching.patches):
+        return
+    below: dict[str, dict[str, Array]] = {}
+    for body in under:
+        carried = carriers(scene, alone, body, allow)
+        if len(carried.patches) != 1 or not carried.bodies or _flat(scene, body, alone.poses[body], BROAD):
+            return
+        below[body] = _standing_on(scene, alone, carried.bodies)
+    for axis in (axis for body in under for axis in _level_axes(scene, alone, body)):
+        if all(_rolls(scene, alone, body, below[body], axis) for body in under):
+            yield f"{name} does not stay on {' and '.join(under)}, which all roll the same way", (name, *under)
+            return
+
+
+def rolls_on(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> bool:
+    """Whether an object rolls on when a hand that pushed it `ahead`, a level unit vector, shape (3,), stops."""
+    touching = carriers(scene, state, name, allow)
+    stopped = any((patch.normals @ ahead < -ALONG).any() for patch in touching.patches.values())
+    if stopped or not touching.bodies or _flat(scene, name, state.poses[name], BROAD):
+        return False
+    across, below = np.array([-ahead[1], ahead[0], 0.0]), _standing_on(scene, state, touching.bodies)
+    axes = [across, *(axis for axis in _level_axes(scene, state, name) if abs(axis @ across) > ALONG)]
+    return any(_rolls(scene, state, name, below, axis) for axis in axes)
+
+
+def _standing_on(scene: Scene, state: State, bodies: tuple[str, ...]) -> dict[str, Array]:
+    return {body: scene.T_world_table if body == TABLE else state.poses[body] for body in bodies}
 
 
 def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
@@ -77,7 +116,7 @@ def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
     T, touching = state.poses[name], carriers(scene, state, name, allow)
     under = touching.bodies
     level = all((patch.normals[:, 2] > equilibrium.LEVEL).all() for patch in touching.patches.values())
-    if not under or (level and _flat(scene, name, T, allow)):
+    if not under or (level and _flat(scene, name, T, allow.balance)):
         return False
     if any((patch.normals[:, 2] < STEEP).any() for patch in touching.patches.values()):
         return False  # it leans on something besides, or something holds it down
@@ -95,13 +134,13 @@ def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
     return False
 
 
-def _flat(scene: Scene, name: str, T: Array, allow: Tolerances) -> bool:
-    """Whether corners of an object in one level plane carry it."""
+def _flat(scene: Scene, name: str, T: Array, margin: float) -> bool:
+    """Whether corners of an object in one level plane carry it, its centre of mass so far inside them [m]."""
     corners = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
     base = corners[corners[:, 2] < corners[:, 2].min() + PLANE]
     up = np.tile([0.0, 0.0, 1.0], (len(base), 1))
-    inside = equilibrium.balance(base, up, np.ones(len(base)), scene.center_of_mass(name, T), allow.balance)
-    return inside >= allow.balance
+    inside = equilibrium.balance(base, up, np.ones(len(base)), scene.center_of_mass(name, T), margin)
+    return inside >= margin
 
 
 def _comes_down(scene: Scene, name: str, T: Array, R: Array, pivot: Array, others: Mapping[str, Array]) -> float:
@@ -130,25 +169,17 @@ def _comes_down(scene: Scene, name: str, T: Array, R: Array, pivot: Array, other
     return float(scene.center_of_mass(name, turned)[2])
 
 
-def _rises(scene: Scene, state: State, name: str, under: str) -> Iterator[tuple[float, ...]]:
-    """By how much the centre of mass of a body is higher after each tilt, up to the first that it comes back from [m].
-
-    One tuple for each way in which it is tilted.
-    """
+def _rolls(scene: Scene, state: State, name: str, below: Mapping[str, Array], axis: Array) -> bool:
+    """Whether the centre of mass of a body rises by nothing when it is tilted about a level axis on what carries it."""
     T, center = state.poses[name], scene.center_of_mass(name, state.poses[name])
-    below = {under: scene.T_world_table if under == TABLE else state.poses[under]}
     flat = _comes_down(scene, name, T, np.eye(3), center, below)
-    for axis in _level_axes(scene.solids[name].hull.part.vertices @ T[:3, :3].T):
-        rises = list[float]()
-        for tilt in TILTS:
-            rises.append(_comes_down(scene, name, T, rotation(axis, tilt), center, below) - flat)
-            if rises[-1] >= RISES:
-                break
-        yield tuple(rises)
+    tilted = (_comes_down(scene, name, T, rotation(axis, tilt), center, below) - flat for tilt in TILTS)
+    return all(rise < RISES for rise in tilted)
 
 
-def _level_axes(points: Array) -> Iterator[Array]:
-    """Level unit vectors along the principal axes of points (n, 3), and across them: what is round rolls about one."""
+def _level_axes(scene: Scene, state: State, name: str) -> Iterator[Array]:
+    """Level unit vectors along the principal axes of a body, and across them: what is round rolls about one."""
+    points = scene.solids[name].hull.part.vertices @ state.poses[name][:3, :3].T
     for axis in np.linalg.eigh(np.cov(points.T))[1].T:
         length = float(np.hypot(axis[0], axis[1]))
         if length > LEVEL:

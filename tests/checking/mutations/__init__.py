@@ -28,11 +28,13 @@ from tests.checking.mutations.falls import (
     never_fall,
 )
 from tests.checking.mutations.grips import (
+    cut_between_pads,
     grasp_air,
     grasp_beside,
     keep_holding,
     never_grip,
     slip_in_hand,
+    swings_down,
     wrong_object,
     wrong_width,
 )
@@ -86,6 +88,7 @@ from tests.checking.mutations.pushes import (
     push_nothing,
     push_over_the_edge,
     push_through,
+    push_what_rolls,
     push_what_sticks,
 )
 from tests.checking.mutations.stacks import heavy_load, light_counterweight, sunk_tower
@@ -115,6 +118,8 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     keep_holding: ("precondition", "continuity"),
     never_grip: ("continuity", "precondition"),
     slip_in_hand: ("continuity",),
+    swings_down: ("grasp",),
+    cut_between_pads: ("grasp",),
     place_in_the_air: ("support",),
     drop_from_height: ("release",),
     place_elsewhere: ("release",),
@@ -153,6 +158,7 @@ PUSHES: dict[Mutation, tuple[str, ...]] = {
     push_over_the_edge: ("support",),
     push_hastily: ("push",),
     push_what_sticks: ("push",),
+    push_what_rolls: ("push",),
 }
 
 FALLS: dict[Mutation, tuple[str, ...]] = {

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Action, Move, Plan, Pose, Step, Task
+from tamp.task import Action, Attachment, Fall, Grip, Move, Plan, Pose, Release, Step, Task
 
 Pair = tuple[Task, Plan]
 Mutation = Callable[[Task, Plan, np.random.Generator], Pair | None]
@@ -43,6 +43,26 @@ def stand(task: Task, plan: Plan, name: str, pose: Pose) -> Pair:
     """Task and plan with an object that stands elsewhere at the start."""
     objects = tuple(replace(o, pose=pose) if o.name == name else o for o in task.objects)
     return replace(task, objects=objects), replace(plan, start={**plan.start, name: pose})
+
+
+def recentred(plan: Plan, name: str, by: Pose) -> Plan:
+    """The plan with the frame of an object elsewhere in it: at `by` in the old one."""
+
+    def moved(attachment: Attachment | None) -> Attachment | None:
+        mine = attachment is not None and attachment.object == name
+        return replace(attachment, T_tool_object=attachment.T_tool_object @ by) if mine else attachment
+
+    for where in [w for kind in (Move, Grip, Release, Fall) for w in steps_of(plan, kind)]:
+        step = step_at(plan, where)
+        if isinstance(step, Move):
+            step = replace(step, held=moved(step.held), pushed=moved(step.pushed))
+        elif isinstance(step, Grip):
+            step = replace(step, attachment=moved(step.attachment))
+        elif step.object == name:
+            step = replace(step, pose=step.pose @ by)
+        plan = put(plan, where, step)
+    start, goals = ({n: p @ by if n == name else p for n, p in ps.items()} for ps in (plan.start, plan.goals))
+    return replace(plan, start=start, goals=goals)
 
 
 def choose(options: list, rng: np.random.Generator):

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Attachment, Grip, Move, Plan, Release, Task
-from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, stand, step_at, steps_of
+from tamp.task import At, Attachment, Box, Grip, Inertia, Move, Object, Plan, Pose, Release, Task, load_robot
+from tamp.task.robot import PAD_FRICTION
+from tests.checking.mutations.editing import Pair, choose, put, recentred, shifted, sideways, stand, step_at, steps_of
 
 
 def regrip(task: Task, plan: Plan, where: tuple[int, int], attachment: Attachment, width: float) -> Plan:
@@ -80,3 +81,49 @@ def slip_in_hand(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | Non
     move = step_at(plan, where)
     T = shifted(move.held.T_tool_object, rng.normal(size=3) * 0.01)
     return task, put(plan, where, replace(move, held=replace(move.held, T_tool_object=T)))
+
+
+def swings_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The centre of mass of what is lifted is far beside the line between the pads."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    grip, gripper = step_at(plan, where), load_robot(task.robot).gripper
+    thing = task.object(grip.attachment.object)
+    holds = 2 * PAD_FRICTION * thing.friction * gripper.force
+    mass = rng.uniform(0.5, 0.9) * holds / 9.81
+    beside = rng.uniform(1.5, 3.0) * np.hypot(*gripper.pad[1:]) / 2 * holds / (mass * 9.81)
+    away = np.cross(gripper.axis, (0.0, 0.0, rng.choice([-1.0, 1.0]))) * beside
+    center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(away))
+    spread = Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3))
+    objects = (replace(o, mass=mass, inertia=spread) if o.name == thing.name else o for o in task.objects)
+    return replace(task, objects=tuple(objects)), plan
+
+
+def cut_between_pads(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What the pads close on is two objects side by side, of which the plan takes one."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None or not isinstance(task.object(step_at(plan, where).attachment.object).shape, Box):
+        return None
+    T = step_at(plan, where).attachment.T_tool_object.matrix
+    along = np.cross(load_robot(task.robot).gripper.axis, (0.0, 0.0, 1.0)) @ T[:3, :3]
+    axis = int(np.abs(along).argmax())
+    thing = task.object(step_at(plan, where).attachment.object)
+    half, cut = thing.shape.size[axis] / 2, float(-T[:3, 3] @ T[:3, axis]) + rng.uniform(-0.003, 0.003)
+    if abs(along[axis]) < 0.999 or abs(cut) > half - 0.004:
+        return None
+    ways = [np.eye(3)[axis] * (side * half + cut) / 2 for side in (-1.0, 1.0)]
+    sizes = [np.array(thing.shape.size) for _ in ways]
+    for size, side in zip(sizes, (-1.0, 1.0), strict=True):
+        size[axis] = half - side * cut - 0.0005
+    first, second = (Pose(tuple(way)) for way in ways)
+    goal = At(thing.goal.pose @ first) if isinstance(thing.goal, At) else thing.goal
+    kept = replace(thing, shape=Box(tuple(sizes[0])), pose=thing.pose @ first, goal=goal)
+    left = Object(f"{thing.name} cut", Box(tuple(sizes[1])), thing.pose @ second, friction=thing.friction)
+    start = {left.name: plan.start[thing.name] @ second}
+    cut = recentred(plan, kept.name, first)
+    return _cut(task, kept, left), replace(cut, start={**cut.start, **start})
+
+
+def _cut(task: Task, kept: Object, left: Object) -> Task:
+    return replace(task, objects=(*(kept if o.name == kept.name else o for o in task.objects), left))

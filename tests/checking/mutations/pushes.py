@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.checking.robot.kinematics import read_kinematics
-from tamp.task import Box, Move, Object, Plan, Pose, Task, load_robot
+from tamp.task import At, Box, Cylinder, Move, Object, Plan, Pose, Task, load_robot
 from tamp.task.mesh.parts import parts
-from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, step_at, steps_of
+from tests.checking.mutations.editing import Pair, choose, put, recentred, shifted, sideways, step_at, steps_of
 
 
 def push_beside(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -95,6 +95,29 @@ def push_what_sticks(task: Task, plan: Plan, rng: np.random.Generator) -> Pair |
     name, friction = step_at(plan, where).pushed.object, rng.uniform(60.0, 200.0)
     sticky = (replace(o, friction=friction) if o.name == name else o for o in task.objects)
     return replace(task, objects=tuple(sticky)), plan
+
+
+def push_what_rolls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """It is a can that lies about across the push, its flank where that of a box was."""
+    where = _push(plan, rng)
+    if where is None or not isinstance(task.object(step_at(plan, where).pushed.object).shape, Box):
+        return None
+    move = step_at(plan, where)
+    thing = task.object(move.pushed.object)
+    length, width, height = thing.shape.size
+    tool = read_kinematics(load_robot(task.robot)).tool(move.trajectory.positions[[0, -1]])
+    x, y, z = (tool[1, :3, 3] - tool[0, :3, 3]) @ (tool[0] @ move.pushed.T_tool_object.matrix)[:3, :3]
+    if abs(z) > 0.1 * np.hypot(x, y):
+        return None
+    ahead = np.array([np.sign(x), 0.0, 0.0] if abs(x) > abs(y) else [0.0, np.sign(y), 0.0])
+    radius, reach = height / 2, float(abs(ahead) @ thing.shape.size) / 2
+    turn = (np.pi / 2, 0.0, 0.0) if ahead[0] else (0.0, np.pi / 2, 0.0)
+    by = Pose.from_rpy(tuple((radius - reach) * ahead), turn)
+    can = Cylinder(radius, width if ahead[0] else length)
+    goal = At(thing.goal.pose @ by) if isinstance(thing.goal, At) else thing.goal
+    rolling = replace(thing, shape=can, pose=thing.pose @ by, goal=goal)
+    objects = tuple(rolling if o.name == thing.name else o for o in task.objects)
+    return replace(task, objects=objects), recentred(plan, thing.name, by)
 
 
 def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:

@@ -59,6 +59,13 @@ def depth(a: Body, T_a: np.ndarray, b: Body, T_b: np.ndarray) -> float:
     return deepest
 
 
+def within(body: Body, T: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points of the world, shape (n, 3), are inside a body at T."""
+    local = (points - T[:3, 3]) @ T[:3, :3]
+    inside = [(local @ planes[:, :3].T + planes[:, 3] < 1e-6).all(axis=1) for planes in body.planes]
+    return np.any(inside, axis=0)
+
+
 def meets(moving: Body, T: np.ndarray, still: Body, T_still: np.ndarray, limit: float) -> bool:
     """Whether a body is deeper than `limit` in another at any of its poses, shape (n, 4, 4)."""
     T_still_moving = np.linalg.inv(T_still) @ T

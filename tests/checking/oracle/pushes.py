@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tamp.task import Move
+from tamp.task import Cylinder, Move
 from tests.checking.oracle.bodies import links_along, meets, robot, tool_at
 from tests.checking.oracle.world import World, rests
 
 REACH = 0.01  # a finger farther than this from an object does not push it [m]
 LIFTED = 0.01  # [m]
+ROLLS = 0.5  # share of a can's axis that is upright, or along the push, below which it rolls away
 MARGIN = 2.0  # no edge of it is so many radii ahead of its middle
 
 
@@ -31,6 +32,9 @@ def push(world: World, move: Move) -> str | None:
     height = _lowest(world, move, fingers) - _bottom(world, name)
     if world.task.object(name).friction * height > MARGIN * world.bodies[name].radius:
         return f"{name} tips over"
+    shape, way = world.task.object(name).shape, (ahead - before)[:3, 3]
+    if isinstance(shape, Cylinder) and max(abs(before[:3, 2] @ way) / np.linalg.norm(way), abs(before[2, 2])) < ROLLS:
+        return f"{name} rolls away"
     world.poses[name] = ahead
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from tests.checking.oracle.bodies import Body, depth
+from tests.checking.oracle.bodies import depth, within
 from tests.checking.oracle.world import World
 
 LOWERED = 0.006  # what meets another body when it is lowered so far stands on it [m]
@@ -52,14 +52,8 @@ def _touched(world: World, name: str, other: str) -> np.ndarray:
         (world.bodies[other], T_other, world.bodies[name], T),
     ):
         points = one.points @ T_one[:3, :3].T + T_one[:3, 3]
-        found.append(points[_within(two, T_two, points), :2])
+        found.append(points[within(two, T_two, points), :2])
     return np.concatenate(found)
-
-
-def _within(body: Body, T: np.ndarray, points: np.ndarray) -> np.ndarray:
-    local = (points - T[:3, 3]) @ T[:3, :3]
-    inside = [(local @ planes[:, :3].T + planes[:, 3] < 1e-6).all(axis=1) for planes in body.planes]
-    return np.any(inside, axis=0)
 
 
 def _center(world: World, group: set[str]) -> np.ndarray:
@@ -69,7 +63,7 @@ def _center(world: World, group: set[str]) -> np.ndarray:
         body, T = world.bodies[name], world.poses[name]
         drawn = rng.uniform(*body.box, size=(DRAWN, 3)) @ T[:3, :3].T + T[:3, 3]
         mass = world.task.object(name).mass
-        total, moment = total + mass, moment + mass * drawn[_within(body, T, drawn), :2].mean(axis=0)
+        total, moment = total + mass, moment + mass * drawn[within(body, T, drawn), :2].mean(axis=0)
     return moment / total
 
 

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from tamp.task import Action, At, Box, Grip, Move, Plan, Release, Task, Trajectory
-from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at
+from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at, within
 
 STEP = 0.01  # [s]
 INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
@@ -19,6 +19,7 @@ TURNS = 0.033  # what is gripped and let go turns no farther than this in all [r
 STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
 FAR = 0.01  # what is so far away carries nothing [m]
 SQUEEZED = 0.004  # what lies no farther beside the pads is between them [m]
+SAME = 1e-4  # what is narrower by no more on each side is as wide [m]
 SUNK = 0.006  # what stands so much lower than it should is too low [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
@@ -159,6 +160,15 @@ def between(world: World, name: str, tool: np.ndarray) -> np.ndarray:
     return along[inside & (np.abs(along) < gripper.stroke / 2)]
 
 
+def _pressed(world: World, name: str, tool: np.ndarray, along: float) -> bool:
+    """Whether a pad that far along the closing axis is in an object somewhere [m]."""
+    gripper = robot()[0].gripper
+    x, z = np.meshgrid(*(np.linspace(0.002 - size / 2, size / 2 - 0.002, 9) for size in gripper.pad[1:]))
+    side = np.cross((0.0, 0.0, 1.0), gripper.axis)
+    points = x.reshape(-1, 1) * side + z.reshape(-1, 1) * (0.0, 0.0, 1.0) + along * np.array(gripper.axis)
+    return bool(within(world.bodies[name], world.poses[name], points @ tool[:3, :3].T + tool[:3, 3]).any())
+
+
 def grip(world: World, grip: Grip) -> str | None:
     name = grip.attachment.object
     tool = tool_at(world.q)
@@ -170,7 +180,15 @@ def grip(world: World, grip: Grip) -> str | None:
         return "the fingers close into the object"
     if len(found) and min(grip.width / 2 - found.max(), grip.width / 2 + found.min()) > 0.0025:
         return "the fingers stop before they touch the object"
+    for other in world.others(name, "table"):
+        if len(found) and all(_pressed(world, other, tool, end) for end in (found.min() + SAME, found.max() - SAME)):
+            return f"the fingers close on {other} as well"
     item, gripper = world.task.object(name), robot()[0].gripper
+    if item.inertia is not None:
+        center = world.poses[name][:3, :3] @ item.inertia.frame.xyz + world.poses[name][:3, 3]
+        turning = item.mass * 9.81 * abs(np.cross(tool[:3, :3] @ gripper.axis, center - tool[:3, 3])[2])
+        if turning > 1.2 * item.friction * gripper.force * np.hypot(*gripper.pad[1:]):
+            return "the object swings down in the fingers"
     if item.mass * 9.81 > 2.1 * item.friction * gripper.force:
         return "the object is too heavy for the fingers"
     if (text := _turns(world, name, world.poses[name], claimed)) is not None:

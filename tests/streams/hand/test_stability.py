@@ -6,7 +6,17 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.hand.stability import FIRM, LOST, TURN_STEP, Squeezed, looseness, second_best, slipping, turning
+from tamp.streams.hand.stability import (
+    FIRM,
+    LOST,
+    TURN_STEP,
+    Squeezed,
+    looseness,
+    second_best,
+    slipping,
+    swinging,
+    turning,
+)
 from tamp.streams.values import Grasp
 from tamp.task import Box, Mesh, Object, Pose
 from tests.streams.tables import workspace_of
@@ -155,3 +165,11 @@ def test_the_pose_at_which_it_turns_farthest_counts():
     angles = [turned(workspace, "board", grasp, pose) for pose in poses]
     assert turned(workspace, "board", grasp, *poses) == max(angles)
     assert angles[0] == angles[2]
+
+
+@pytest.mark.parametrize(("aside", "mass", "swings"), [(0.0, 2.0, False), (0.12, 0.1, False), (0.12, 1.5, True)])
+def test_what_is_heavy_and_held_at_its_end_swings_down(aside, mass, swings):
+    bar = Object("bar", Box((0.3, 0.04, 0.04)), Pose((0.0, 0.1, 0.02)), mass=mass, friction=0.5)
+    workspace = workspace_of(bar)
+    squeezed = Squeezed(workspace, "bar", Grasp(Pose.from_rpy((aside, 0, 0), (np.pi, 0, 0)), 0.04))
+    assert (swinging(squeezed, workspace.start["bar"].pose) > LOST) == swings
