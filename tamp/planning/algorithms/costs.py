@@ -49,6 +49,13 @@ class Costs:
             return int(self.scale * cost)
         return round(self.scale * cost + sum(instance.effort for instance in operator.needs))
 
+    def of_move(self, schema: ActionSchema) -> int:
+        """What the search pays at least for an action of any arguments."""
+        if self.unit:
+            return int(self.scale)
+        least = sum(term if isinstance(term, int | float) else self._least(str(term[0])) for term in schema.cost or ())
+        return int(self.scale * least)
+
     def of_hope(self, test: Instance) -> int:
         """What the search pays for hoping that a test holds."""
         return 0 if self.scale == FINE_SCALE else round(test.effort)
@@ -60,6 +67,14 @@ class Costs:
         for term in schema.cost or ():
             total += term if isinstance(term, int | float) else self._function(ground(term, binding))
         return total
+
+    def _least(self, function: str) -> float:
+        """The least value that is known of a function."""
+        given = [float(value) for term, value in self._values.items() if term[0] == function]
+        if function in self._knowledge.schema.functions:
+            info = self._knowledge.schema.problem.info.get(function)
+            given.append(info.bound if info is not None else 0.0)
+        return min(given, default=0.0)
 
     def _check_domain(self, function: FunctionStream, handles: tuple[int, ...]) -> None:
         """Refuse to ask a function outside its domain; what actions change is for their conditions to check."""

@@ -16,6 +16,7 @@ from tamp.planning.constraints import Course, Forbidden
 from tamp.planning.grounding.ground_task import TaskOperator
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.infeasibility import Outlook
+from tamp.planning.grounding.moves import MovePrices
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.grounding.task_builder import TaskBuilder
 from tamp.planning.model.fact_store import Knowledge
@@ -155,13 +156,13 @@ class Session:
             lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
             self.costs.of_operator,
             self.costs.of_hope,
-            self.connectors.fluent,
+            MovePrices(self.connectors, self.costs.of_move),
             course,
             forbidden,
             frozen,
         )
         self.symbolic = SymbolicSearch(
-            self.schema, self.knowledge, self.evaluator, self.connectors, self.grounder, builder, self._search
+            self.schema, self.knowledge, self.evaluator, self.grounder, builder, self._search
         )
 
     def begin(self, known: Known | None = None) -> None:

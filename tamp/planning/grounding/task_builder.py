@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from tamp.planning.constraints import Course, Forbidden, Progress
 from tamp.planning.grounding.atom_table import Body, Literals, Numbering
 from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffect, TaskOperator
+from tamp.planning.grounding.moves import MovePrices, Moves
 from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
@@ -109,7 +110,7 @@ class TaskBuilder:
         groups: Callable[[Iterable[Fact]], list[list[Fact]]],
         cost: Callable[[GroundOperator], int],
         reluctance: Callable[[Instance], int],
-        hidden: str,
+        moves: MovePrices,
         course: Course,
         forbidden: Forbidden,
         frozen: frozenset[int] = frozenset(),
@@ -118,7 +119,7 @@ class TaskBuilder:
         self._groups = groups
         self._cost = cost
         self._reluctance = reluctance
-        self._hidden = hidden
+        self._moves = moves
         self._course = course
         self._forbidden = forbidden
         self._frozen = frozen
@@ -142,7 +143,8 @@ class TaskBuilder:
             operators = [op for op in operators if op.certain or self._is_sure(op.static, op.binding.values())]
             axioms = [axiom for axiom in axioms if axiom.certain or self._is_sure(axiom.static, axiom.head[1:])]
         given = [*knowledge.state, *(() if sure else knowledge.hoped_state())]
-        state = dict.fromkeys(fact for fact in given if fact[0] != self._hidden)
+        hidden = self._moves.fluent
+        state = dict.fromkeys(fact for fact in given if fact[0] != hidden)
         usable = [op for op in operators if op.certain or self._is_usable(op)]
         usable = [self._in_effect(op) for op in usable if not self._forbidden(op.schema.name, op.args)]
         if self._frozen:
@@ -154,12 +156,16 @@ class TaskBuilder:
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
         valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
+        moves = self._moves.over(live, given, goal[0])
+        reached.update(fact for group in moves.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)
-        wanted = number.literals(*goal)
-        if wanted is None or not all(f in reached for f in goal[0] if not number.true(f)):
+        ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moves.fluent)
+        wanted = number.literals(ends, goal[1])
+        if wanted is None or not all(f in reached for f in ends if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
-        made = [t for op in live for t in self._operators(op, number, blames, novel)]
+        made = [t for op in live for t in self._operators(op, number, blames, novel, moves)]
         made, wanted = self._on_course(made, wanted, number)
+        made += moves.operators(number.of)
         made += [
             TaskOperator(None, (), (), (TaskEffect(number.of(hope), adds=True),), self._reluctance(test))
             for hope, test in hopes.items()
@@ -171,9 +177,9 @@ class TaskBuilder:
             if (literals := number.literals(*body)) is not None
         ]
         atoms = number.atoms()
-        groups = tuple(tuple(number.of(f) for f in group) for group in self._groups(atoms))
+        groups = tuple(tuple(number.of(f) for f in group) for group in (*self._groups(atoms), *moves.groups))
         begun = {(PLACE, 0), (PLACE, "done")} if self._course.done(Progress()) else {(PLACE, 0)}
-        initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun)
+        initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun or f in moves.initial)
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
 
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:
@@ -270,20 +276,22 @@ class TaskBuilder:
         return all(origin is None or origin.alive for origin in origins)
 
     def _operators(
-        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool
+        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool, moves: Moves
     ) -> Iterable[TaskOperator]:
         barred = [number.nogood(facts) for instance in op.needs for facts in instance.nogoods]
-        literals = number.literals(op.positive, (*op.negative, *barred))
+        positive = (*op.positive, *moves.wanted(op))
+        literals = number.literals(positive, (*op.negative, *barred))
         if literals is None:
             return
         effects = tuple(e for effect in op.effects if (e := number.effect(effect)) is not None)
+        effects += moves.changed(op, number.of)
         cost = self._cost(op)
         against = [blames[h] for h in dict.fromkeys(op.binding.values()) if h in blames]
         facts = dict.fromkeys(f for blame in against for f in blame.facts if f not in op.positive and number.known(f))
         if not all(blame.facts for blame in against):
             cost += max(blame.weight for blame in against)
         elif facts:
-            clear = number.literals(op.positive, (*op.negative, *barred, *facts))
+            clear = number.literals(positive, (*op.negative, *barred, *facts))
             if clear is not None:
                 yield TaskOperator(op, *clear, effects, cost)
             if novel:

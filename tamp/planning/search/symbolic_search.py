@@ -12,7 +12,6 @@ from tamp.planning.grounding.task_builder import Blame, TaskBuilder
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.stream_instances import ground
-from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.search.best_first import Search, SearchResult
 from tamp.planning.search.elimination import eliminate
@@ -36,7 +35,6 @@ class SymbolicSearch:
         schema: Schema,
         knowledge: Knowledge,
         evaluator: Evaluator,
-        connectors: Connectors,
         grounder: Grounder,
         builder: TaskBuilder,
         search: Search,
@@ -45,7 +43,6 @@ class SymbolicSearch:
         self._schema = schema
         self._knowledge = knowledge
         self._evaluator = evaluator
-        self._connectors = connectors
         self._grounder = grounder
         self._builder = builder
         self._search = search
@@ -53,7 +50,7 @@ class SymbolicSearch:
 
     def task(self, blames: dict[int, Blame], novel: bool, sure: bool = False) -> GroundTask:
         """The ground task of this moment; `novel`: without what was blamed for a failure; `sure`: without hopes."""
-        goal = self._connectors.without(self._schema.goal)
+        goal = self._schema.goal
         changing = self._schema.fluents | self._schema.derived
         positive = [ground(p, {}) for p in goal.positive]
         negative = [ground(p, {}) for p in goal.negative]
