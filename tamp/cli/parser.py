@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -14,6 +15,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """Refuse what is left over, and do it here: only the command's own parser knows its options."""
+        self._refuse_before_commands(sys.argv[1:] if args is None else args)
         found, extras = super().parse_known_args(args, namespace)
         if extras:
             options = [option.strip("-") for option in self._option_string_actions if option.startswith("--")]
@@ -22,6 +24,15 @@ class Parser(argparse.ArgumentParser):
             hint = f"; did you mean --{near}?" if near else ""
             self.error(f"unrecognized arguments: {' '.join(extras)}{hint}")
         return found, extras
+
+    def _refuse_before_commands(self, args: Sequence[str]) -> None:
+        """Refuse a command's option before the command, whose value would be taken for a command."""
+        commands = any(isinstance(action, argparse._SubParsersAction) for action in self._actions)
+        if not commands or not args or not args[0].startswith("--"):
+            return
+        word = args[0].partition("=")[0]
+        if not any(option.startswith(word) for option in self._option_string_actions):
+            self.error(f"{word} is no option of {self.prog} itself; options stand behind the command they are for")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:

@@ -173,6 +173,11 @@ def read_run(folder: Path) -> Recorded:
     """
     path = folder / "result.json"
     if not path.is_file():
+        if not folder.is_dir():
+            raise TampError(f"{folder}: there is no such folder; `tamp solve ... --output DIR` makes runs")
+        runs = sorted(inner.parent for inner in folder.glob("*/result.json"))
+        if runs:
+            raise TampError(f"{folder}: not a run, but a folder of {len(runs)}; name one of them, such as {runs[0]}")
         raise TampError(f"{folder}: not a run: there is no result.json in it; `tamp solve ... --output DIR` makes runs")
     return Recorded(from_json(path.read_text(encoding="utf-8"), str(path)), folder)
 

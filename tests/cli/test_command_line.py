@@ -85,6 +85,7 @@ def test_wrong_usage_is_status_two(arguments: list[str]) -> None:
         (["solve", "t.yaml", "--tmeout", "3"], "did you mean --timeout?"),
         (["solve", "t.yaml", "--algorithm", "adaptve"], "did you mean adaptive?"),
         (["samplers", "chek"], "did you mean check?"),
+        (["--seed", "3", "solve", "t.yaml"], "options stand behind the command they are for"),
     ],
 )
 def test_what_was_meant_is_said(arguments: list[str], meant: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -76,7 +76,7 @@ def load_plan(path: Path | str) -> Plan:
     try:
         document = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_refuse_duplicates)
     except ValueError as error:
-        raise PlanError(f"{path}: not a JSON document: {error}") from error
+        raise PlanError(f"{path}: not a plan, which is JSON as `tamp plan -o` writes it: {error}") from error
     return PlanReader(path).plan(document)
 
 

@@ -57,6 +57,16 @@ def test_pages_and_api_keep_hidden_tasks_hidden(service: Service) -> None:
     assert archive.namelist() == ["open/task.yaml"]
 
 
+def test_what_is_not_there_is_a_page_for_readers_and_json_for_programs(service: Service) -> None:
+    browser = {"Accept": "text/html,*/*;q=0.8"}
+    for path in ("/nowhere", "/submissions/99"):
+        answer = service.client.get(path, headers=browser)
+        assert (answer.status_code, answer.headers["Content-Type"].partition(";")[0]) == (404, "text/html"), path
+        assert "<h1>Not found</h1>" in answer.text and "there is no such" in answer.text
+        assert set(service.get(path).json()) == {"detail"}
+    assert set(service.client.get("/api/submissions/99", headers=browser).json()) == {"detail"}
+
+
 def test_logs_and_trial_submissions_are_their_owners_only(service: Service) -> None:
     contest = service.hand_in(service.ours).json()["id"]
     trial = service.hand_in(service.ours, kind="trial").json()["id"]

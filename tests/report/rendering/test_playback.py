@@ -104,3 +104,9 @@ def test_the_viewer_answers_and_refuses_other_recordings(
 def test_what_cannot_be_played_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", str(tmp_path)]) == 2
     assert "not a run: there is no result.json" in capsys.readouterr().err
+    assert main(["render", str(tmp_path / "none")]) == 2
+    assert "there is no such folder" in capsys.readouterr().err
+    (tmp_path / "swap-0").mkdir()
+    (tmp_path / "swap-0" / "result.json").touch()
+    assert main(["render", str(tmp_path)]) == 2
+    assert f"name one of them, such as {tmp_path / 'swap-0'}" in capsys.readouterr().err

@@ -64,7 +64,9 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     app = FastAPI(title=title, docs_url=None, redoc_url=None, openapi_url="/api/openapi.json")
     clear_incoming(data)
     board = Board(store, contest)
-    Routes(store, contest, data, board).add_to(app)
+    routes = Routes(store, contest, data, board)
+    routes.add_to(app)
+    app.add_exception_handler(404, routes.missing)
     app.add_exception_handler(TampError, _refuse)
     app.add_exception_handler(StoreFullError, lambda *_: JSONResponse({"detail": FULL}, 507))
 
@@ -183,6 +185,13 @@ class Routes:
             logs=self._board.logs(number) if owner else [],
             films=self._films(number),
         )
+
+    def missing(self, request: Request, error: Exception) -> Response:
+        """What is not there: a page for who reads pages, JSON for programs."""
+        detail = str(getattr(error, "detail", "")) or "Not Found"
+        if request.url.path.startswith("/api/") or "text/html" not in request.headers.get("Accept", ""):
+            return JSONResponse({"detail": detail}, 404)
+        return HTMLResponse(self._page(request, "missing.html", detail=detail), 404)
 
     def api_page(self, request: Request) -> str:
         """What programs may ask, from the API's own description."""
