@@ -119,8 +119,11 @@ def _fall_contact(workspace: Workspace, handling: Handling, poses: Mapping[str, 
     from tamp.world.collision.checker import Contact
 
     for name, T in poses.items():
+        ends = (pose.matrix for pose in handling.fall[:: max(len(handling.fall) - 1, 1)])
+        near = any(workspace.world.separation(handling.object, end, name, T) <= BESIDE for end in ends)
+        depth = CONTACT_DEPTH if near else SCRAPED  # what it merely passes it does not graze
         for pose in handling.fall:
-            if workspace.world.overlap(handling.object, pose.matrix, name, T, tolerance=CONTACT_DEPTH):
+            if workspace.world.overlap(handling.object, pose.matrix, name, T, tolerance=depth):
                 distance = workspace.world.separation(handling.object, pose.matrix, name, T)
                 return Contact(handling.object, name, distance)
     return None

@@ -5,16 +5,17 @@ Neither meets anything on its way, and both rest where they land.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.actions.blow import knocked_over, struck_aside
 from tamp.checking.actions.grip_and_release import check_rest, check_strayed
 from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.support import carriers, height_above, stays_after
 from tamp.checking.robot.sweep import Mover, standing, touches, travelled
-from tamp.checking.scene import TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +33,6 @@ STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
 HALF_TURN = 0.99  # cosine, but for its sign, from which on a turn is nearly one to the opposite
 MOST_LOOKS = 4096  # at a fall, however far it goes
 LOOKS = 90  # at what is lowest while a body rolls over
-ALIKE = 0.05  # masses that differ by such a share are one
 
 
 def check_fall(
@@ -50,6 +50,9 @@ def check_fall(
         report("fall", sentence, bodies=(name,))
     if straight:
         check_strayed(scene, state, name, before, after, allow, report)
+    touched = set(carriers(scene, state, name, allow).patches)
+    landed = replace(state, poses={**state.poses, name: after})
+    met = carriers(scene, landed, name, allow).without(*touched)
     path = _turned(before, after)
     while (step := travelled(scene.solids[name], path).max(initial=0.0)) > allow.step:
         if len(path) > MOST_LOOKS:
@@ -58,7 +61,9 @@ def check_fall(
         path = _turned(before, after, 2 * len(path))
     body = Mover(scene.solids[name], path)
     others = [mover for mover in standing(scene.solids, state.standing(scene)) if mover.solid.name != name]
-    for touch in touches((other, body, allow.contact) for other in others):
+    near = {*touched, *met.patches}
+    depths = (allow.contact if other.solid.name in near else allow.collision for other in others)
+    for touch in touches((other, body, depth) for other, depth in zip(others, depths, strict=True)):
         sentence = f"{name} falls {1000 * touch.depth:.1f} mm into {touch.bodies[0]}"
         report("fall", sentence, bodies=touch.bodies, depth=touch.depth)
     placed = scene.links.tree.forward(state.q[None], state.opening or 0.0)
@@ -70,74 +75,20 @@ def check_fall(
     lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
     if straight and drop > allow.drop and not stays_after(scene, state, name, lift, allow):
         report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
-    knocked = _knocked_over(scene, state, name, drop, allow) if straight and drop > allow.drop else ()
+    if drop <= allow.drop:
+        return
+    if straight:
+        knocked = list(knocked_over(scene, state, name, drop, allow))
+    else:
+        axis, angle = _turn(before, after)
+        turn = axis, _pivot(before, after, axis, angle)
+        leant = {other for other, patch in met.patches.items() if (patch.normals[:, 2] < LEVEL).any()}
+        knocked = [
+            *struck_aside(scene, state, name, drop, turn, met, allow),
+            *knocked_over(scene, state, name, drop, allow, spared=tuple(sorted(touched | leant))),
+        ]
     for struck in dict.fromkeys(knocked):
         report("fall", f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", bodies=(struck, name))
-
-
-@dataclass(frozen=True, eq=False)
-class Blow:
-    """What comes down on what carries it.
-
-    Attributes:
-        energy: of the fall, in terms of weight [kg m].
-        mass: of all that comes down [kg].
-        center: where it does, shape (3,).
-        bodies: what comes down, the lowest last.
-        met: the last two of them of which the upper one had several carriers, or none.
-    """
-
-    energy: float
-    mass: float
-    center: Array
-    bodies: tuple[str, ...]
-    met: tuple[str, ...] = ()
-
-
-def _knocked_over(scene: Scene, state: State, name: str, drop: float, allow: Tolerances) -> Iterator[str]:
-    """What carries an object that has fallen, and tips over with all that the blow falls on.
-
-    What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
-    blow where it is met. There are 2^n ways down a wall: of those that came over the same contact with about the same
-    mass one goes on.
-    """
-    mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-    coming, seen = [Blow(mass * drop, mass, center, (name,))], set()
-    while coming:
-        blow = coming.pop()
-        like = blow.bodies[-1], blow.met, round(np.log(blow.mass) / ALIKE)
-        if like in seen:
-            continue
-        seen.add(like)
-        for struck, stands in _struck(scene, state, blow, allow):
-            if not stands:
-                yield struck.bodies[-1]
-            coming.append(struck)
-
-
-def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterator[tuple[Blow, bool]]:
-    """The blow as it goes on with each body that it meets, and whether that one stands.
-
-    To tip it over the blow lifts the common centre of mass over the edge of what the body stands on.
-    """
-    points = carriers(scene, state, blow.bodies[-1], allow).points
-    for name in sorted(points.keys() - {TABLE, *blow.bodies}):
-        more, middle = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
-        alone = len(points) == 1
-        at = blow.center if alone else points[name].mean(axis=0)
-        mass, center = blow.mass + more, (blow.mass * at + more * middle) / (blow.mass + more)
-        height = float(center[2] - middle[2]) + height_above(scene, name, state.poses[name])
-        lift = min(allow.rolling * blow.energy / mass, allow.rocking * height)
-        margin = float(np.sqrt((height + lift) ** 2 - height**2))
-        touching = carriers(scene, state, name, allow)
-        for other in blow.bodies:
-            touching = touching.without(other)
-        if not touching.patches:  # that nothing carries it is told where it was put, or of the start
-            continue
-        friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
-        met = blow.met if alone else (blow.bodies[-1], name)
-        struck = Blow(blow.energy, mass, center, (*blow.bodies, name), met)
-        yield struck, bool(touching.balance(center, friction, margin) >= margin)
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:
@@ -231,6 +182,14 @@ def _turn(before: Array, after: Array) -> tuple[Array, float]:
     return axis, float(np.arctan2(sine, cosine))
 
 
+def _pivot(before: Array, after: Array, axis: Array, angle: float) -> Array:
+    """The point that stays where it is between two poses, but for a shift along the axis of the turn, shape (3,)."""
+    shift = after[:3, 3] - rotation(axis, angle) @ before[:3, 3]
+    along = axis * (axis @ shift)
+    center: Array = np.linalg.lstsq(np.eye(3) - rotation(axis, angle), shift - along, rcond=None)[0]
+    return center
+
+
 def _turned(before: Array, after: Array, count: int = 8) -> Array:
     """`count` poses, shape (count, 4, 4), between two: the turn about a fixed axis that takes one to the other."""
     axis, angle = _turn(before, after)
@@ -238,10 +197,8 @@ def _turned(before: Array, after: Array, count: int = 8) -> Array:
         straight = np.tile(after, (count, 1, 1))
         straight[:, :3, 3] = np.linspace(before[:3, 3], after[:3, 3], count)
         return straight
-    # The point that stays where it is, in the plane across the axis; what is left is a shift along the axis.
-    shift = after[:3, 3] - rotation(axis, angle) @ before[:3, 3]
-    along = axis * (axis @ shift)
-    center = np.linalg.lstsq(np.eye(3) - rotation(axis, angle), shift - along, rcond=None)[0]
+    center = _pivot(before, after, axis, angle)
+    along = axis * (axis @ (after[:3, 3] - before[:3, 3]))
     poses = np.tile(np.eye(4), (count, 1, 1))
     for k, share in enumerate(np.linspace(0.0, 1.0, count)):
         poses[k, :3, :3] = rotation(axis, share * angle) @ before[:3, :3]

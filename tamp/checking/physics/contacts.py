@@ -55,9 +55,9 @@ class Contacts:
         """Names of the bodies that carry, sorted."""
         return tuple(sorted(self.points))
 
-    def without(self, name: str) -> Contacts:
-        """The contacts with all other bodies."""
-        return Contacts({other: patch for other, patch in self.patches.items() if other != name})
+    def without(self, *names: str) -> Contacts:
+        """The contacts with all bodies but some."""
+        return Contacts({other: patch for other, patch in self.patches.items() if other not in names})
 
     def balance(self, center: Array, friction: Mapping[str, float], wanted: float) -> float:
         """How well the body rests [m], see `equilibrium.balance`; `friction` is the coefficient with each body."""

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import tamp
 from tamp.checking import check
-from tamp.checking.actions import fall
+from tamp.checking.actions import blow
 from tamp.checking.actions.fall import _turn, _turned, check_fall
 from tamp.checking.geometry.solids import Solid
 from tamp.checking.geometry.transforms import rotation
@@ -220,13 +220,68 @@ def test_a_blow_on_a_wall_of_bricks_is_followed_once_over_each_contact_with_each
     state.poses["0.0"] = Pose((0.0, 0.0, 0.02 * rows + 0.02)).matrix
     followed, found = [], []
 
-    def noted(scene, state, blow, allow, goes_on=fall._struck):
-        followed.append((*blow.bodies[-2:], round(blow.mass, 3)))
-        return goes_on(scene, state, blow, allow)
+    def noted(scene, state, each, allow, goes_on=blow._struck):
+        followed.append((*each.bodies[-2:], round(each.mass, 3)))
+        return goes_on(scene, state, each, allow)
 
-    monkeypatch.setattr(fall, "_struck", noted)
+    monkeypatch.setattr(blow, "_struck", noted)
     check_fall(scene, state, Fall("0.0", bricks["0.0"]), DEFAULT, lambda *told, **more: found.append(told))
     assert not found
     assert len(followed) == len(set(followed))  # of 2^7 - 1 ways
     assert {way[:-1] for way in followed[1:]} == contacts
     assert (len(followed) > 1 + len(contacts)) == heavy
+
+
+def judged(objects, name, before, after):
+    """What is said of the fall of an object from one pose to another among others that stand there."""
+    scene = Scene.of(Task("fall", tuple(objects)))
+    state = State({o.name: o.pose.matrix for o in objects}, np.array(load_robot("panda").home))
+    state.poses[name], found = before.matrix, []
+    check_fall(scene, state, Fall(name, after), DEFAULT, lambda kind, *told, **more: found.append(told[0]))
+    return " ".join(found)
+
+
+def book_at(tilt, x=0.0, z=0.0):
+    """A book 160 mm high and 20 mm thick, tilted by an angle about its lower edge at x [rad]."""
+    return Pose.from_rpy((x, 0.0, z), (0.0, tilt, 0.0)) @ Pose((-0.01, 0.0, 0.08))
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "mass", "friction", "tips"),
+    [
+        (0.012, 0.06, 0.1, 0.5, True),
+        (0.012, 0.09, 1.0, 0.5, True),
+        (0.03, 0.09, 0.1, 0.5, True),
+        (0.03, 0.06, 0.1, 0.5, False),
+        (0.012, 0.03, 0.1, 0.5, False),
+        (0.06, 0.06, 0.1, 0.5, False),
+        (0.012, 0.09, 0.1, 1.0, False),  # the book does not slip down along it, and holds it to the table
+    ],
+)
+def test_what_a_turning_fall_strikes_near_its_top_tips_over_as_it_does_in_a_simulator(
+    width, height, mass, friction, tips
+):
+    tilt = np.pi / 2 - np.arctan2(height, 0.12 - width / 2)
+    book = Object("book", Box((0.02, 0.12, 0.16)), book_at(tilt), mass=1.0, friction=friction)
+    struck = Object("domino", Box((width, 0.06, height)), Pose((0.12, 0.0, height / 2)), mass=mass, friction=friction)
+    found = judged([book, struck], "book", book_at(max(0.3, tilt - 0.9)), book_at(tilt))
+    assert ("domino tips over when book falls" in found) == tips, found
+
+
+@pytest.mark.parametrize(("thick", "tips"), [(0.004, True), (0.012, False)])
+def test_what_a_turning_fall_comes_down_on_tips_over_where_it_is_narrow(thick, tips):
+    flat = book_at(np.pi / 2, 0.03, 0.06)
+    book = Object("book", Box((0.02, 0.12, 0.16)), flat, mass=1.0)
+    block = Object("block", Box((0.06, 0.12, 0.06)), Pose((0.03, 0.0, 0.03)))
+    domino = Object("domino", Box((thick, 0.06, 0.06)), Pose((0.15, 0.0, 0.03)), mass=0.05)
+    found = judged([book, block, domino], "book", book_at(0.8, 0.03, 0.06), flat)
+    assert ("domino tips over when book falls" in found) == tips, found
+    assert "block tips over" not in found
+
+
+@pytest.mark.parametrize(("over", "hits"), [(0.002, True), (0.0005, False)])
+def test_what_falls_grazes_nothing_that_it_merely_passes(over, hits):
+    red = Object("red", Box((0.04, 0.04, 0.04)), Pose((0.1, 0.0, 0.02)))
+    shelf = Object("shelf", Box((0.04, 0.04, 0.02)), Pose((0.14 - over, 0.0, 0.09)))
+    found = judged([red, shelf], "red", Pose((0.1, 0.0, 0.15)), red.pose)
+    assert ("falls 2.0 mm into shelf" in found) == hits

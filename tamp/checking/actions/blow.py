@@ -1,0 +1,166 @@
+"""What does a body that falls knock over? What carries it where it lands, and what it strikes as it turns down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.geometry.transforms import rotation
+from tamp.checking.physics.support import carriers, height_above
+from tamp.checking.scene import TABLE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.physics.contacts import Contacts
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+
+    Array = NDArray[np.float64]
+
+ALIKE = 0.05  # masses that differ by such a share are one
+PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
+HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
+
+
+@dataclass(frozen=True, eq=False)
+class Blow:
+    """What comes down on what carries it.
+
+    Attributes:
+        energy: of the fall, in terms of weight [kg m].
+        mass: of all that comes down [kg].
+        center: where it does, shape (3,).
+        bodies: what comes down, the lowest last.
+        met: the last two of them of which the upper one had several carriers, or none.
+    """
+
+    energy: float
+    mass: float
+    center: Array
+    bodies: tuple[str, ...]
+    met: tuple[str, ...] = ()
+
+
+def knocked_over(
+    scene: Scene, state: State, name: str, drop: float, allow: Tolerances, spared: tuple[str, ...] = ()
+) -> Iterator[str]:
+    """What carries an object that has fallen, and tips over with all that the blow falls on.
+
+    What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
+    blow where it is met. There are 2^n ways down a wall: of those that came over the same contact with about the same
+    mass one goes on. None goes over what is `spared`.
+    """
+    mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
+    coming, seen = [Blow(mass * drop, mass, center, (*spared, name))], set()
+    while coming:
+        blow = coming.pop()
+        like = blow.bodies[-1], blow.met, round(np.log(blow.mass) / ALIKE)
+        if like in seen:
+            continue
+        seen.add(like)
+        for struck, stands in _struck(scene, state, blow, allow):
+            if not stands:
+                yield struck.bodies[-1]
+            coming.append(struck)
+
+
+def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterator[tuple[Blow, bool]]:
+    """The blow as it goes on with each body that it meets, and whether that one stands.
+
+    To tip it over the blow lifts the common centre of mass over the edge of what the body stands on.
+    """
+    points = carriers(scene, state, blow.bodies[-1], allow).points
+    for name in sorted(points.keys() - {TABLE, *blow.bodies}):
+        more, middle = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
+        alone = len(points) == 1
+        at = blow.center if alone else points[name].mean(axis=0)
+        mass, center = blow.mass + more, (blow.mass * at + more * middle) / (blow.mass + more)
+        height = float(center[2] - middle[2]) + height_above(scene, name, state.poses[name])
+        lift = min(allow.rolling * blow.energy / mass, allow.rocking * height)
+        margin = float(np.sqrt((height + lift) ** 2 - height**2))
+        touching = carriers(scene, state, name, allow).without(*blow.bodies)
+        if not touching.patches:  # that nothing carries it is told where it was put, or of the start
+            continue
+        friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
+        met = blow.met if alone else (blow.bodies[-1], name)
+        struck = Blow(blow.energy, mass, center, (*blow.bodies, name), met)
+        yield struck, bool(touching.balance(center, friction, margin) >= margin)
+
+
+def struck_aside(
+    scene: Scene, state: State, name: str, drop: float, turn: tuple[Array, Array], met: Contacts, allow: Tolerances
+) -> Iterator[str]:
+    """What an object that has fallen over by a turn strikes as it lands, and tips over.
+
+    Friction may press what is struck down, so that the blow may point lower than across the face by the cone's angle.
+
+    Args:
+        scene: the bodies.
+        state: where all of them are, the object where it has come down.
+        name: the object.
+        drop: how far its centre of mass has come down [m].
+        turn: axis, a unit vector, and a point on it, shape (3,) each.
+        met: what the object touches that it did not touch before.
+        allow: tolerances.
+    """
+    for other in sorted(met.patches.keys() - {TABLE}):
+        patch = met.patches[other]
+        at, blow = patch.points.mean(axis=0), -patch.normals.mean(axis=0)
+        ahead = blow * (1.0, 1.0, 0.0) / max(float(np.hypot(blow[0], blow[1])), 1e-9)
+        touching = carriers(scene, state, other, allow).without(name)
+        base = np.concatenate([np.zeros((0, 3)), *touching.points.values()])
+        if not len(base) or any((held.normals @ ahead < -HELD).any() for held in touching.patches.values()):
+            continue
+        edge = base[(base @ ahead).argmax()], np.cross((0.0, 0.0, 1.0), ahead)
+        middle = scene.center_of_mass(other, state.poses[other])
+        inside, height = float((edge[0] - middle) @ ahead), float(middle[2] - edge[0][2])
+        needed = scene.task.object(other).mass * (np.hypot(max(inside, 0.0), height) - height)
+        cone = float(np.arctan(scene.friction(name) * scene.friction(other)))
+        lower = (rotation(edge[1], turned) @ blow / np.linalg.norm(blow) for turned in (0.0, cone))
+        energy = scene.task.object(name).mass * drop
+        least = min(_passed(scene, state, (name, other), (turn, edge[::-1]), at, each) for each in lower)
+        if PASSED * energy * least > needed:
+            yield other
+
+
+def _passed(
+    scene: Scene,
+    state: State,
+    names: tuple[str, str],
+    turns: tuple[tuple[Array, Array], tuple[Array, Array]],
+    at: Array,
+    blow: Array,
+) -> float:
+    """The share of the energy of a body that turns about a line that it passes on to another at rest, which turns too.
+
+    Where they meet they go on together: m M / (m + M)^2, m and M being the masses that each moves there as if it had.
+
+    Args:
+        scene: the bodies.
+        state: where they are.
+        names: of the two.
+        turns: the line about which each of them turns: its direction, a unit vector, and a point on it.
+        at: where they meet, shape (3,).
+        blow: the unit vector, shape (3,), along which the one pushes the other there.
+    """
+    masses = []
+    for name, (axis, point) in zip(names, turns, strict=True):
+        lever = float(np.cross(axis, at - point) @ blow)
+        if lever <= 0.0:
+            return 0.0
+        beside = scene.center_of_mass(name, state.poses[name]) - point
+        masses.append(_inertia(scene, state, name, axis, beside) / lever**2)
+    return masses[0] * masses[1] / (masses[0] + masses[1]) ** 2
+
+
+def _inertia(scene: Scene, state: State, name: str, axis: Array, lever: Array) -> float:
+    """Moment of inertia [kg m^2] of a body about an axis so far from its centre of mass, its box evenly filled."""
+    size, along = scene.solids[name].upper - scene.solids[name].lower, state.poses[name][:3, :3].T @ axis
+    spread = float(size @ size - (along * size) @ (along * size)) / 12
+    beside = lever - axis * (axis @ lever)
+    return scene.task.object(name).mass * (spread + float(beside @ beside))
