@@ -186,8 +186,7 @@ def _pivot(before: Array, after: Array, axis: Array, angle: float) -> Array:
     """The point that stays where it is between two poses, but for a shift along the axis of the turn, shape (3,)."""
     shift = after[:3, 3] - rotation(axis, angle) @ before[:3, 3]
     along = axis * (axis @ shift)
-    center: Array = np.linalg.lstsq(np.eye(3) - rotation(axis, angle), shift - along, rcond=None)[0]
-    return center
+    return np.asarray(np.linalg.lstsq(np.eye(3) - rotation(axis, angle), shift - along, rcond=None)[0], np.float64)
 
 
 def _turned(before: Array, after: Array, count: int = 8) -> Array:

@@ -122,7 +122,7 @@ def _near_pads(scene: Scene, state: State) -> list[str]:
     return sorted(
         name
         for name, middle in middles.items()
-        if float(np.linalg.norm(middle - tool[:3, 3])) < scene.solids[name].radius + 2 * stroke
+        if float(np.linalg.norm(middle - tool[:3, 3])) < scene.solids[name].radius + stroke
     )
 
 
