@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -191,6 +191,24 @@ def substitutes(
             step = settled(workspace, name, place, simulator)
         if step is not None and (error := _error(workspace, name, _pose(step))) < enough:
             heapq.heappush(waiting, (error, number, step))
+
+
+def on_table(workspace: Workspace, name: str, fits: Callable[[Array], bool]) -> list[Placement]:
+    """Places on the table with nothing over them that are nearer to an object's goal than it is, the nearest first.
+
+    Arguments as of `substitutes`; a hand fits at each.
+    """
+    turns = [(R, steady) for R, steady in _orientations(workspace, name) if steady and fits(R)]
+    starts = [start for R, _ in turns for start in _starts(workspace, name, R, steady=True, fit=True)]
+    enough = _error(workspace, name, workspace.start[name].pose) - GAIN
+    poses = [
+        replace(start.pose, xyz=(*start.pose.xyz[:2], start.least))
+        for start in starts
+        if not start.below and start.bound < enough
+    ]
+    errors = [_error(workspace, name, pose) for pose in poses]
+    nearest = sorted((error, number) for number, error in enumerate(errors) if error < enough)
+    return [Placement(poses[number], (TABLE,)) for _, number in nearest]
 
 
 def _lowered(workspace: Workspace, name: str, start: _Start) -> _Lowered | Placement | None:

@@ -60,12 +60,15 @@ def supports_first(workspace: Workspace, names: Sequence[str]) -> list[str]:
 
 
 def farthest_first(workspace: Workspace, names: Collection[str]) -> list[str]:
-    """Objects with goal poses, those farthest from theirs (EDE) first, each after those that its goal rests on."""
+    """Objects with goal poses, those farthest from theirs (EDE) first, each after those that its goal rests on.
+
+    What is much nearer to its own goal than what shall rest on it has less to gain, and comes later all the same.
+    """
     order: list[str] = []
 
     def add(name: str, above: tuple[str, ...] = ()) -> None:
         for lower in goal_supports(workspace, name):
-            if lower in names and lower not in above:
+            if lower in names and lower not in above and 2 * away(workspace, lower) > away(workspace, name):
                 add(lower, (*above, name))
         if name not in order:
             order.append(name)

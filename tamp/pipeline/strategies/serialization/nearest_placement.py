@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import compress, islice
@@ -11,7 +12,7 @@ import numpy as np
 
 from tamp import clock
 from tamp.pipeline.situation import raised
-from tamp.pipeline.strategies.serialization.candidate_placements import substitutes
+from tamp.pipeline.strategies.serialization.candidate_placements import on_table, substitutes
 from tamp.pipeline.strategies.serialization.goal_graph import asking_for, farthest_first
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import Context
@@ -36,6 +37,7 @@ KEPT = 24  # of those, that can take it
 SERVING = 2  # grasps after which a place needs no more
 PUT, DROP = "inverse-kinematics", "plan-laying"  # streams that know ways to a place
 REACHED = 4  # grasps for which the arm is asked about a place
+DROPPED = 1  # of those, for which it is asked about a drop, which takes some falls in physics
 
 
 class Grips:
@@ -84,10 +86,11 @@ class Grips:
 
     def serving(self, place: Placement) -> tuple[Grasp, ...]:
         """A few of the grasps, best first, that can also bring the object to a place; none where there are none."""
-        streams = (PUT, DROP) if drops(self._workspace, self._name, place) else (PUT,)
-        grasps = islice(self.roomy(place), REACHED)
-        able = (grasp for grasp in grasps if any(self._reaches(stream, grasp, place) for stream in streams))
-        return tuple(islice(able, SERVING))
+        grasps = tuple(islice(self.roomy(place), REACHED))
+        putting = tuple(islice((grasp for grasp in grasps if self._reaches(PUT, grasp, place)), SERVING))
+        if putting or not drops(self._workspace, self._name, place):
+            return putting
+        return tuple(grasp for grasp in grasps[:DROPPED] if self._reaches(DROP, grasp, place))
 
     def _is_clear(self, grasp: Grasp, pose: Pose, scene: Scene) -> bool:
         opening = opening_for(self._workspace.world.robot.spec.gripper, grasp)
@@ -118,12 +121,14 @@ def _pinches(grasps: Sequence[Grasp]) -> Pinches:
 
 
 SHARE = 0.5  # of the time goes to one object at most; what the last one leaves serves goals and deviations
-LEAST = 5.0  # less than this would be of no use to it: to grasp, to settle and to plan take most of it [s]
+LEAST = 4.0  # less than this would be of no use to it: to grasp, to settle and to plan take most of it [s]
+CAREFUL = 0.6  # of its time goes to the nearest of all places, the rest to those that are plainly free on the table
 PLACES = 1000  # looked at for an object
 LOOKS = 40  # of those with room for the hand, for which the arm is asked
 TRIES = 6  # of those it reaches, for which the planner is asked
 UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp, once no other has come of it
 VAIN = 2  # places on one face to which the arm brings it by none of the grasps, after which no more are looked at
+BESIDE = 0.04  # places on the table that are nearer than this to one to which the arm brings it not are not tried [m]
 ALIKE = 0.985  # cosine of the angle between two faces that count as one
 SLID = 2  # places tried for what can only be gripped once it was slid: by which grasp nobody knows before
 ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
@@ -153,6 +158,16 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:
         return to_be_pushed(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept, free)
+    with asker.within(CAREFUL):
+        if _put_near(asker, name, grips, kept, free):
+            return True
+        cut_short = asker.late
+    return cut_short and _put_on_table(asker, name, grips, kept, free)
+
+
+def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:
+    """Put an object to the nearest place that it reaches, wherever it comes to rest there."""
+    workspace = asker.workspace
     looks, tries, vain, unseen = LOOKS, TRIES, list[Placement](), list[Placement]()
 
     def hopeful(place: Placement) -> bool:
@@ -177,6 +192,24 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
         if len(unseen) < UNSEEN and (place.on != (TABLE,) or layable(workspace, name, place)):
             unseen.append(place)
     return any(not asker.late and _put(asker, name, place, kept, ()) for place in unseen)
+
+
+def _put_on_table(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:
+    """Put an object to the nearest place on the table with nothing over it: no physics has to tell how it rests there.
+
+    Those on the table are looked at last by `_put_near`, if there is time, where the goal is in a container.
+    """
+    vain = list[Placement]()
+    for place in on_table(asker.workspace, name, grips.fits):
+        if asker.late:
+            break
+        beside = any(math.dist(place.pose.xyz, other.pose.xyz) < BESIDE and _alike(place, other) for other in vain)
+        if beside or _covers(asker.workspace, name, place, free):
+            continue
+        if serving := grips.serving(place):
+            return _put(asker, name, place, kept, serving)
+        vain.append(place)
+    return False
 
 
 def _covers(workspace: Workspace, name: str, place: Placement, goals: Collection[str]) -> bool:

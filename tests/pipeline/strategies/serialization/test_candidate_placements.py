@@ -13,6 +13,7 @@ from tamp.pipeline.strategies.serialization.candidate_placements import (
     UNFIT,
     UNSEEN,
     lowered,
+    on_table,
     settled,
     substitutes,
 )
@@ -127,6 +128,19 @@ def test_what_stands_where_the_goal_is_may_carry_it(crowded):
     best = next(substitutes(workspace_of(LOW, flat, HIGH), "high", anywhere, anyhow))
     assert best.on == ("flat",)
     assert best.pose.xyz == pytest.approx((0.1, -0.1, 0.061), abs=3e-3)
+
+
+def test_on_the_table_they_come_nearest_first_and_stand_free(crowded):
+    places = on_table(crowded, "high", anyhow)
+    errors = [error(HIGH, place) for place in places]
+    assert places
+    assert errors == sorted(errors)
+    for place in places:
+        assert place.on == ("table",)
+        assert not crowded.world.overlap("high", place.pose.matrix, "table", tolerance=0.0)
+        assert not crowded.world.overlap(
+            "high", place.pose.matrix, "low", crowded.start["low"].pose.matrix, tolerance=0.0
+        )
 
 
 def test_only_what_is_worth_it_and_the_very_nearest_is_tried_in_physics():

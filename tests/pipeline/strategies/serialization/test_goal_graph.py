@@ -29,13 +29,19 @@ def test_what_an_object_shall_rest_on_stands_where_it_shall_be():
     assert only.goals == {"block": goals["block"], "tray": goals["tray"]}
 
 
+def resting_on_a_tray(shift):
+    """A block whose goal is on a tray that is so far from its own; a cube 22 cm from its goal."""
+    workspace = workspace_of(replace(TRAY, goal=At(Pose((shift, -0.3, 0.01)))), BLOCK, CUBE)
+    return replace(workspace, goals={**workspace.goals, "block": Placement(workspace.goals["block"].pose, ("tray",))})
+
+
 def test_the_farthest_from_its_goal_comes_first_but_after_what_that_rests_on():
-    tray = replace(TRAY, goal=At(Pose((0.02, -0.3, 0.01))))
-    workspace = workspace_of(tray, BLOCK, CUBE)
-    goals = {**workspace.goals, "block": Placement(workspace.goals["block"].pose, ("tray",))}
-    workspace = replace(workspace, goals=goals)
-    assert farthest_first(workspace, {"tray", "block", "cube"}) == ["tray", "block", "cube"]
-    assert farthest_first(workspace, {"tray", "cube"}) == ["cube", "tray"]
+    assert farthest_first(resting_on_a_tray(0.3), {"tray", "block", "cube"}) == ["tray", "block", "cube"]
+    assert farthest_first(resting_on_a_tray(0.02), {"tray", "cube"}) == ["cube", "tray"]
+
+
+def test_what_has_much_less_to_gain_than_what_shall_rest_on_it_comes_later():
+    assert farthest_first(resting_on_a_tray(0.1), {"tray", "block", "cube"}) == ["block", "cube", "tray"]
 
 
 def test_a_support_is_in_the_way_only_where_the_object_shall_stand_in_its_place():

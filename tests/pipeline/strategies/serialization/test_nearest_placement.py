@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -122,10 +123,33 @@ def looked_into(monkeypatch, places, serves):
     monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
     monkeypatch.setattr(nearness, "substitutes", lambda *args: iter(places))
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
-    asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False)
+    asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False, within=lambda share: nullcontext())
     asker.progress = SimpleNamespace(now=SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings())))
     assert not nearness._bring_near(asker, "object", (), ())
     return asked, looked
+
+
+def test_where_time_is_up_for_the_nearest_places_the_table_is_left(monkeypatch):
+    """What is under way to nowhere takes its share of the time, and no more."""
+    table = [Placement(Pose((x, 0.0, 0.025)), ("table",)) for x in (0.12, 0.13, 0.2)]
+    time, asked = [0.0], []
+
+    def settling(*args):
+        time[0] += 9.0
+        yield inside(0.0)
+
+    grips = SimpleNamespace(
+        grasps=("g",), fits=None, roomy=lambda place: (), serving=lambda place: table[2:].count(place)
+    )
+    monkeypatch.setattr("tamp.clock.now", lambda: time[0])
+    monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
+    monkeypatch.setattr(nearness, "substitutes", settling)
+    monkeypatch.setattr(nearness, "on_table", lambda *args: table)
+    monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append(place) or True)
+    state = SimpleNamespace(workspace=None, samplers={}, setup=SimpleNamespace(settings=Settings()))
+    asker = Asker(SimpleNamespace(now=state), seed=0, deadline=10.0, algorithm="adaptive")
+    assert nearness._bring_near(asker, "object", (), ())
+    assert asked == [table[2]]
 
 
 def inside(x, roll=0.0):
