@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from tamp import plugins
-from tamp.domains.domain import Domain, told
+from tamp.domains.domain import Domain
 from tamp.domains.samplers import Sampler, load_sampler
-from tamp.errors import DomainError
+from tamp.errors import DomainError, told
 from tamp.language import Stream
 from tamp.language.sexpr import suggest
 
@@ -85,13 +85,12 @@ def load_domain(name: str) -> Domain:
 def _module(module_name: str, name: str) -> Any:
     try:
         return importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name is None or not (module_name + ".").startswith(error.name + "."):
-            raise
-        raise DomainError(f"domain {name!r}: there is no module {error.name!r}") from None
     except DomainError:
         raise
     except Exception as error:
+        missing = error.name if isinstance(error, ModuleNotFoundError) else None
+        if missing is not None and f"{module_name}.".startswith(f"{missing}."):
+            raise DomainError(f"domain {name!r}: there is no module {missing!r}") from None
         raise DomainError(f"domain {name!r} cannot be imported: {told(error)}") from error
 
 

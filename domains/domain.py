@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,7 +13,7 @@ from typing import Any
 
 from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill
 from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
-from tamp.errors import DomainError, SamplerError, TampError, meant
+from tamp.errors import DomainError, SamplerError, TampError, meant, told
 from tamp.language import Domain as PDDLDomain
 from tamp.language import Stream, StreamFile, parse_domain, parse_streams
 from tamp.planning import GroundAction, Problem, StreamInfo
@@ -229,11 +228,3 @@ class Domain:
             if action in skill.words:
                 return skill
         raise ValueError(f"domain {self.name} has no timed action {action!r}")
-
-
-def told(error: Exception) -> str:
-    """An exception in one line, with the file and line that it comes from."""
-    if isinstance(error, SyntaxError):
-        return f"{type(error).__name__}: {error.msg} at {error.filename}:{error.lineno}"
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{' '.join(f'{type(error).__name__}: {error}'.split())} at {last.filename}:{last.lineno}"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from tamp import plugins
-from tamp.errors import SamplerError, meant
+from tamp.errors import SamplerError, TampError, meant, told
 
 Sampler = Callable[..., Any]
 
@@ -38,7 +38,7 @@ def load_sampler(address: str, stream: str) -> Sampler:
     Modules in folders of TAMP_SAMPLERS are found too; installed names are entry points of the group `tamp.samplers`.
 
     Raises:
-        SamplerError: says which part of the address is wrong.
+        SamplerError: says which part of the address is wrong, or where its module fails.
     """
     if ":" not in address and address in (named := plugins.addresses("samplers")):
         address = named[address]
@@ -49,10 +49,13 @@ def load_sampler(address: str, stream: str) -> Sampler:
     plugins.make_importable("samplers")
     try:
         module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name is None or not module_name.startswith(error.name):
-            raise
-        raise SamplerError(f"sampler for {stream}: there is no module {module_name!r}") from error
+    except TampError:
+        raise
+    except Exception as error:
+        missing = error.name if isinstance(error, ModuleNotFoundError) else None
+        if missing is not None and f"{module_name}.".startswith(f"{missing}."):
+            raise SamplerError(f"sampler for {stream}: there is no module {module_name!r}") from error
+        raise SamplerError(f"sampler for {stream}: {module_name} cannot be imported: {told(error)}") from error
     function = getattr(module, function_name, None)
     if not callable(function):
         hint = meant(function_name, dir(module))

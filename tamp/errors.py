@@ -1,6 +1,7 @@
 """The user's mistakes, and the outcome that there is no plan; bugs propagate as they are."""
 
 import difflib
+import traceback
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -17,6 +18,15 @@ def meant(word: object, valid: Iterable[str]) -> str:
     """The nearest valid name as a question, to stand before what is valid; nothing where none is near."""
     near = nearest(word, valid)
     return "" if near is None else f"did you mean {near!r}? "
+
+
+def told(error: BaseException) -> str:
+    """An exception in one line, with the file and line that it comes from."""
+    if isinstance(error, SyntaxError):
+        return f"{type(error).__name__}: {error.msg} at {error.filename}:{error.lineno}"
+    frames = traceback.extract_tb(error.__traceback__)
+    last = [frame for frame in frames if not frame.filename.startswith("<frozen ")][-1]  # those only import others
+    return f"{' '.join(f'{type(error).__name__}: {error}'.split())} at {last.filename}:{last.lineno}"
 
 
 class TampError(Exception):

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from tamp.errors import TampError, meant
+from tamp.errors import TampError, meant, told
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
@@ -51,11 +51,16 @@ def load_perceiver(name: str) -> Perceiver:
         valid = f"valid are {', '.join(PERCEIVERS)} and package.module:function"
         raise TampError(f"unknown perceiver {name!r}; {meant(name, PERCEIVERS)}{valid}")
     try:
-        found = getattr(importlib.import_module(module), function)
+        loaded = importlib.import_module(module)
     except ModuleNotFoundError as error:
         raise TampError(f"perceiver {name!r}: there is no module {error.name!r}") from error
-    except AttributeError:
-        raise TampError(f"perceiver {name!r}: the module {module!r} has no {function!r}") from None
+    except TampError:
+        raise
+    except Exception as error:
+        raise TampError(f"perceiver {name!r}: {module} cannot be imported: {told(error)}") from error
+    found = getattr(loaded, function, None)
+    if found is None:
+        raise TampError(f"perceiver {name!r}: the module {module!r} has no {function!r}")
     wrong = misfit(found)
     if wrong:
         raise TampError(f"perceiver {name!r}: {wrong}")

@@ -84,11 +84,22 @@ def test_a_bad_address_is_refused_in_one_sentence_that_names_its_stream(address,
     assert "\n" not in message
 
 
-def test_what_is_missing_inside_the_users_module_comes_out_as_it_is(tmp_path, monkeypatch):
-    (tmp_path / "needs_something.py").write_text("import something_that_is_absent\n")
+@pytest.mark.parametrize(
+    ("line", "complaint"),
+    [
+        ("import something_that_is_absent", "ModuleNotFoundError: No module named 'something_that_is_absent'"),
+        ("int('three')", "ValueError: invalid literal for int() with base 10: 'three'"),
+        ("def grasps(:", "SyntaxError: invalid syntax"),
+    ],
+)
+def test_what_fails_inside_the_users_module_is_said_with_its_line(line, complaint, tmp_path, monkeypatch):
+    name = f"fails_{len(line)}"
+    (tmp_path / f"{name}.py").write_text(f"\n{line}\n")
     monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ModuleNotFoundError, match="something_that_is_absent"):
-        load_sampler("needs_something:grasps", "sample-grasp")
+    with pytest.raises(SamplerError) as refused:
+        load_sampler(f"{name}:grasps", "sample-grasp")
+    where = tmp_path / f"{name}.py"
+    assert str(refused.value) == f"sampler for sample-grasp: {name} cannot be imported: {complaint} at {where}:2"
 
 
 def test_every_stream_of_the_tabletop_has_a_sampler_that_loads():
