@@ -30,11 +30,17 @@ CONFIGURATIONS = {
 }
 """Name -> Fast Downward's search; see its documentation of search algorithms and evaluators."""
 
-SMALL = 300
-"""Operators of a task of which a cheap plan is looked for first, where the configuration has a second one for it."""
+SMALL, MEDIUM = 300, 1000
+"""Operators of tasks of which cheaper plans are looked for first, where the configuration has other searches for it."""
 
-CHEAP = {"ff": _FF + "lazy_wastar([h], preferred=[h], w=1, boost=0, max_time=0.1{bound}))"}
-"""Name -> the search for small tasks: it sees more states for cheaper plans, for 0.1 s of processor time."""
+CHEAP = {
+    "ff": (
+        (SMALL, _FF + "lazy_wastar([h], preferred=[h], w=1, boost=0, max_time=0.1{bound}))"),
+        (MEDIUM, _FF + "eager_wastar([h], preferred=[h], w=2, boost=0, max_time=0.2{bound}))"),
+    )
+}
+"""Name -> the searches for tasks of at most so many operators: each sees more states than what follows, for cheaper
+plans, for 0.1 or 0.2 s of processor time."""
 
 MEMORY_KB = 2_000_000
 OUT_OF_TIME = 23
@@ -67,8 +73,8 @@ class FastDownward:
         if name not in CONFIGURATIONS:
             raise DomainError(f"unknown search {name!r}; there are: builtin, {', '.join(CONFIGURATIONS)}")
         self._search = CONFIGURATIONS[name]
-        self._cheap = CHEAP.get(name, "")
-        self._small = SMALL
+        self._cheap = CHEAP.get(name, ())
+        self._most = [most for most, _ in self._cheap]
 
     def __call__(
         self, task: GroundTask, timeout: float, bound: int | None = None, effort: float = math.inf
@@ -84,19 +90,25 @@ class FastDownward:
         text = write_sas(task)
         if text is None:
             return SearchResult(None, proven=True)
-        small = bool(self._cheap) and len(task.operators) <= self._small
-        if small:
-            code, plan = _plan(task, text, self._cheap.format(bound=limit), deadline - clock.now(), effort)
-            if plan is not None:
-                return SearchResult(plan)
+        in_vain: list[int] = []
+        for number, (_, search) in enumerate(self._cheap):
+            if len(task.operators) <= self._most[number]:
+                code, plan = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
+                if plan is not None:
+                    return self._found(task, plan, in_vain)
+                in_vain.append(number)
         code, plan = _plan(task, text, self._search.format(bound=limit), deadline - clock.now(), effort)
         if plan is not None:
-            if small:  # what is no smaller would take too long as well
-                self._small = len(task.operators) - 1
-            return SearchResult(plan)
+            return self._found(task, plan, in_vain)
         # 11 and 12: the whole space was seen; 12 also where a bound cut it, which proves nothing.
         timed_out = code in (None, OUT_OF_TIME, -signal.SIGXCPU)
         return SearchResult(None, proven=code in (11, 12) and bound is None, timed_out=timed_out)
+
+    def _found(self, task: GroundTask, plan: tuple[TaskOperator, ...], in_vain: list[int]) -> SearchResult:
+        """A plan, and the note that what is no smaller would take the cheap searches before it too long as well."""
+        for number in in_vain:
+            self._most[number] = min(self._most[number], len(task.operators) - 1)
+        return SearchResult(plan)
 
 
 def _plan(
