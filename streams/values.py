@@ -49,10 +49,18 @@ class Placement:
     Attributes:
         pose: T_world_object.
         on: names of what it rests on: "table" or objects, sorted.
+
+    Raises:
+        TypeError: where these are something else; a text would be taken for the names of its letters.
     """
 
     pose: Pose
     on: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.pose, Pose) and isinstance(self.on, tuple)):
+            found = f"{self.pose!r} and {self.on!r}"
+            raise TypeError(f"a Placement is a Pose and a tuple of names such as ('table',), found {found}")
 
 
 @dataclass(frozen=True, slots=True)
