@@ -7,7 +7,6 @@ those that the default samplers are annotated with.
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 import inspect
 from collections.abc import Iterator, Mapping
@@ -20,7 +19,7 @@ from typing import Any, get_args, get_type_hints
 from tamp import plugins
 from tamp.domains.domain import Domain
 from tamp.domains.samplers import Sampler, load_sampler
-from tamp.errors import DomainError, told
+from tamp.errors import DomainError
 from tamp.language import Stream
 from tamp.language.sexpr import suggest
 
@@ -73,25 +72,13 @@ def load_domain(name: str) -> Domain:
         own = "one of your own is named by its package, or as package.module:NAME"
         hint = suggest(name, installed, "installed domains")
         raise DomainError(f"unknown domain {name!r} ({own}){hint}")
-    domain = getattr(_module(module_name, name), attribute or "DOMAIN", None)
+    domain = getattr(plugins.imported(module_name, f"domain {name!r}", DomainError), attribute or "DOMAIN", None)
     if not isinstance(domain, Domain):
         found = "nothing" if domain is None else type(domain).__name__
         raise DomainError(f"domain {name!r}: {module_name}.{attribute or 'DOMAIN'} must be a Domain, found {found}")
     _ = domain.stream_file  # read now, so that mistakes show before anything runs
     _check_samplers(domain)
     return domain
-
-
-def _module(module_name: str, name: str) -> Any:
-    try:
-        return importlib.import_module(module_name)
-    except DomainError:
-        raise
-    except Exception as error:
-        missing = error.name if isinstance(error, ModuleNotFoundError) else None
-        if missing is not None and f"{module_name}.".startswith(f"{missing}."):
-            raise DomainError(f"domain {name!r}: there is no module {missing!r}") from None
-        raise DomainError(f"domain {name!r} cannot be imported: {told(error)}") from error
 
 
 def _check_samplers(domain: Domain) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from tamp import plugins
-from tamp.errors import SamplerError, TampError, meant, told
+from tamp.errors import SamplerError, meant
 
 Sampler = Callable[..., Any]
 
@@ -47,15 +46,7 @@ def load_sampler(address: str, stream: str) -> Sampler:
         others = f", nor an installed sampler: {', '.join(named)}" if ":" not in address and named else ""
         raise SamplerError(f"sampler for {stream}: {address!r} is not of the form package.module:function{others}")
     plugins.make_importable("samplers")
-    try:
-        module = importlib.import_module(module_name)
-    except TampError:
-        raise
-    except Exception as error:
-        missing = error.name if isinstance(error, ModuleNotFoundError) else None
-        if missing is not None and f"{module_name}.".startswith(f"{missing}."):
-            raise SamplerError(f"sampler for {stream}: there is no module {module_name!r}") from error
-        raise SamplerError(f"sampler for {stream}: {module_name} cannot be imported: {told(error)}") from error
+    module = plugins.imported(module_name, f"sampler for {stream}", SamplerError)
     function = getattr(module, function_name, None)
     if not callable(function):
         hint = meant(function_name, dir(module))

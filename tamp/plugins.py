@@ -12,14 +12,16 @@ All are the user's own choice, so what they bring counts as installed. Nothing h
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from types import ModuleType
 from typing import Literal
 
-from tamp.errors import TampError
+from tamp.errors import TampError, told
 
 Kind = Literal["domains", "samplers", "simulators"]
 
@@ -57,3 +59,25 @@ def make_importable(kind: Kind) -> None:
     for folder in folders(kind):
         if str(folder) not in sys.path:
             sys.path.append(str(folder))
+
+
+def imported(module: str, what: str, wrong: type[TampError]) -> ModuleType:
+    """A module of a user's.
+
+    Args:
+        module: its name.
+        what: it is imported for, as sentences begin.
+        wrong: the error that is raised.
+
+    Raises:
+        TampError: `wrong`, where there is no such module or where it fails, with the line; its own TampErrors pass.
+    """
+    try:
+        return importlib.import_module(module)
+    except TampError:
+        raise
+    except Exception as error:
+        missing = error.name if isinstance(error, ModuleNotFoundError) else None
+        if missing is not None and f"{module}.".startswith(f"{missing}."):
+            raise wrong(f"{what}: there is no module {missing!r}") from None
+        raise wrong(f"{what}: {module!r} cannot be imported: {told(error)}") from error

@@ -99,7 +99,7 @@ def test_what_fails_inside_the_users_module_is_said_with_its_line(line, complain
     with pytest.raises(SamplerError) as refused:
         load_sampler(f"{name}:grasps", "sample-grasp")
     where = tmp_path / f"{name}.py"
-    assert str(refused.value) == f"sampler for sample-grasp: {name} cannot be imported: {complaint} at {where}:2"
+    assert str(refused.value) == f"sampler for sample-grasp: {name!r} cannot be imported: {complaint} at {where}:2"
 
 
 def test_every_stream_of_the_tabletop_has_a_sampler_that_loads():

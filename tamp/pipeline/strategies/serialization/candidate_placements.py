@@ -198,8 +198,8 @@ def on_table(workspace: Workspace, name: str, fits: Callable[[Array], bool]) -> 
 
     Arguments as of `substitutes`; a hand fits at each.
     """
-    turns = [(R, steady) for R, steady in _orientations(workspace, name) if steady and fits(R)]
-    starts = [start for R, _ in turns for start in _starts(workspace, name, R, steady=True, fit=True)]
+    turns = [R for R, steady in _orientations(workspace, name) if steady and fits(R)]
+    starts = [start for R in turns for start in _starts(workspace, name, R, steady=True, fit=True)]
     enough = _error(workspace, name, workspace.start[name].pose) - GAIN
     poses = [
         replace(start.pose, xyz=(*start.pose.xyz[:2], start.least))

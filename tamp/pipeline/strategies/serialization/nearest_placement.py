@@ -206,8 +206,8 @@ def _put_on_table(asker: Asker, name: str, grips: Grips, kept: Collection[str], 
         beside = any(math.dist(place.pose.xyz, other.pose.xyz) < BESIDE and _alike(place, other) for other in vain)
         if beside or _covers(asker.workspace, name, place, free):
             continue
-        if serving := grips.serving(place):
-            return _put(asker, name, place, kept, serving)
+        if (serving := grips.serving(place)) and _put(asker, name, place, kept, serving):
+            return True
         vain.append(place)
     return False
 
