@@ -96,7 +96,16 @@ class NetBenefit(AllAtOnce):
     """The same with soft goals: a plan that reaches those which together take most off the task's error."""
 
     strategy = "net-benefit"
-    questions = ((UNLIMITED, False),)
+
+    def _answer(self) -> Solution:
+        """The best of what the questions bring, up to the first plan that gives up nothing."""
+        answers: list[Solution] = []
+        workspace = self._asker.workspace
+        for iterations, either in self.questions if workspace.goals else self.questions[-1:]:
+            answers.append(self._asker.ask(workspace, iterations, None, strategy=self.strategy, either=either))
+            if answers[-1].plan is not None and not answers[-1].forgone:
+                break
+        return min(reversed(answers), key=lambda answer: answer.cost)
 
     def _missed(self) -> dict[str, str]:
         now = self.progress.now

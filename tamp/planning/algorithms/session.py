@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from tamp.planning.algorithms.costs import Costs
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
@@ -84,18 +85,25 @@ class Found:
 def _seen(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
     """A problem as the search sees it, and the moves that are left out of it."""
     bounded = min(options.max_cost, options.success_cost) < math.inf
-    hide = options.connectors and (not bounded or options.unit_costs or not schema.domain.uses_costs)
+    by_values = bounded and not options.unit_costs and schema.domain.uses_costs
     forbidden = {str(p[0]).lower() for p in options.constraints.forbidden}
-    plain = Connectors(schema, hide)
+    plain = Connectors(schema, options.connectors)
     made = [(schema, plain)]
-    if hide and not plain.connectors:
+    if options.connectors and not plain.connectors:
         given = list(initial_facts(schema, objects, None))
         parts = [separated(schema, part, given) for part in separations(schema, given)]
         made = [(part, Connectors(part)) for part in parts] + made
     for part, connectors in made:
-        if connectors.connectors and not any(c.schema.name in forbidden for c in connectors.connectors):
+        hidden = [c.schema for c in connectors.connectors]
+        barred = any(action.name in forbidden or (by_values and not _constant(action.cost)) for action in hidden)
+        if hidden and not barred:
             return part, connectors
     return schema, Connectors(schema, enabled=False)
+
+
+def _constant(cost: tuple[Any, ...] | None) -> bool:
+    """Whether an action costs the same whatever its arguments are, so that the search knows what it leaves out."""
+    return all(isinstance(term, int | float) for term in cost or ())
 
 
 MOVES_IN_SEARCH = 4000

@@ -163,6 +163,8 @@ def _only_between_actions(schema: Schema, group: tuple[Connector, ...]) -> bool:
     outputs = {str(p[0]) for c in group for external, _ in c.streams for p in external.certified}
     spent = {str(e.atom[0]) for c in group for e in c.schema.effects} - {fluent}
     effects = [e.condition for a in schema.actions for e in a.effects]
+    if any(p[0] != fluent and p[0] in _lost(schema) for c in group for p in c.fluents.positive):
+        return False  # a move must come before what ends all moves, not just before the action that wants its value
     everywhere = [c.negative for c in group] + [schema.goal.negative]
     everywhere += [c.positive + c.negative for c in (*effects, *(axiom.condition for axiom in schema.axioms))]
     if any(p[0] == fluent for patterns in everywhere for p in patterns):
@@ -172,6 +174,13 @@ def _only_between_actions(schema: Schema, group: tuple[Connector, ...]) -> bool:
     if any(p[0] in outputs | spent for c in elsewhere for p in c.positive + c.negative):
         return False
     return all(_tolerates(action, fluent, spent) for action in others)
+
+
+def _lost(schema: Schema) -> set[str]:
+    """Predicates that actions make false and none makes true again."""
+    effects = [effect for action in schema.actions for effect in action.effects]
+    added = {str(effect.atom[0]) for effect in effects if effect.positive}
+    return {str(effect.atom[0]) for effect in effects if not effect.positive} - added
 
 
 def _private(schema: Schema, group: tuple[Connector, ...]) -> frozenset[str]:

@@ -8,11 +8,12 @@ and what the goals are worth that it forgoes, so that the cheapest one has the g
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from tamp.errors import DomainError
-from tamp.language import TRUE, Action, And, Atom, Domain, Effect, Not, Signature
+from tamp.language import TRUE, Action, And, Atom, Domain, Effect, Not, Signature, atoms
 from tamp.planning.options import Settings
 from tamp.planning.problem import Problem, Solution
 from tamp.planning.run import PlanningRun
@@ -59,7 +60,8 @@ def compiled(problem: Problem) -> Problem:
     """The problem without soft goals."""
     domain = problem.parsed_domain
     decided = [f"{DONE}{i}" for i in range(len(problem.soft_goals))]
-    actions = {action.name: _while_acting(action, domain) for action in domain.actions.values()}
+    weighed = _deciding(problem)
+    actions = {action.name: _while_acting(action, domain, weighed) for action in domain.actions.values()}
     ended = (Effect(Atom(MODE, ()), positive=False), Effect(Atom(ENDED, ())))
     actions[END] = Action(END, (), Atom(MODE, ()), ended, (0.0,))
     for i, (goal, utility) in enumerate(problem.soft_goal_formulas):
@@ -74,9 +76,25 @@ def compiled(problem: Problem) -> Problem:
     return replace(problem, domain=made, init=(*problem.init, (MODE,)), goal=("and", *wanted), soft_goals=())
 
 
-def _while_acting(action: Action, domain: Domain) -> Action:
-    """An action as long as nothing is decided; where the domain has no costs, it costs 1 as it does there."""
+def _deciding(problem: Problem) -> frozenset[str]:
+    """The predicates on which it depends whether soft goals hold."""
+    found = {atom.predicate for goal, _ in problem.soft_goal_formulas for atom in atoms(goal)}
+    size = -1
+    while size < (size := len(found)):
+        for axiom in problem.parsed_domain.axioms:
+            if axiom.predicate in found:
+                found.update(atom.predicate for atom in atoms(axiom.condition))
+    return frozenset(found)
+
+
+def _while_acting(action: Action, domain: Domain, weighed: Collection[str]) -> Action:
+    """An action as long as nothing is decided; where the domain has no costs, it costs 1 as it does there.
+
+    One that changes nothing of what soft goals are about, such as a move of an empty hand, may come later as well.
+    """
     cost = action.cost if domain.uses_costs else (1.0,)
+    if all(effect.atom.predicate not in weighed for effect in action.effects):
+        return replace(action, cost=cost)
     precondition = Atom(MODE, ()) if action.precondition == TRUE else And((Atom(MODE, ()), action.precondition))
     return replace(action, precondition=precondition, cost=cost)
 

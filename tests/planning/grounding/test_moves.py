@@ -5,7 +5,10 @@ from dataclasses import replace
 import pytest
 
 from tamp.planning import Problem, StreamInfo, solve
+from tamp.planning.algorithms.session import Session
 from tamp.planning.grounding import moves
+from tamp.planning.options import Options
+from tamp.planning.search.fast_downward import FastDownward
 from tests.planning.problems import costs
 from tests.planning.test_problems import check
 
@@ -107,3 +110,19 @@ def test_every_search_sees_the_price(search):
 def test_a_move_that_costs_nothing_has_no_price():
     problem = replace(errands(bound=0.0), goal=("Done", "a"))
     assert solve(problem, timeout=20.0).cost == 11.0
+
+
+@pytest.mark.parametrize(("move_cost", "hidden"), [("(increase (total-cost) 10)", True), (None, False)])
+def test_where_plans_must_be_cheap_moves_are_left_out_that_always_cost_the_same(move_cost, hidden):
+    problem = errands(home=True, **({"move_cost": move_cost} if move_cost else {}))
+    session = Session(problem, Options(success_cost=30.0), FastDownward("ff"), False, 0.0)
+    assert bool(session.connectors.connectors) == hidden
+    solution = solve(problem, success_cost=23.0, timeout=20.0)
+    assert solution.cost == 23.0
+    check(problem, solution)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_the_dearest_allowed_plan_is_found_with_moves_left_out(algorithm):
+    problem = errands(home=True, move_cost="(increase (total-cost) 10)")
+    assert solve(problem, algorithm=algorithm, max_cost=23.0, timeout=20.0).cost == 23.0

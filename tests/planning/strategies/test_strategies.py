@@ -5,7 +5,9 @@ import dataclasses
 import pytest
 
 from tamp.errors import DomainError
-from tamp.planning import Constraints, Problem, Serialized, solve
+from tamp.language import atoms
+from tamp.planning import Constraints, NetBenefit, Problem, Serialized, solve
+from tamp.planning.strategies.net_benefit import compiled
 from tamp.planning.strategies.serialized import conjuncts
 from tests.planning.problems import blocksworld, continuous, costs, ported, tabletop, unsolvable
 from tests.planning.test_problems import ALGORITHMS, check
@@ -97,6 +99,33 @@ def test_net_benefit_is_the_greatest(soft, cost, forgone):
     assert (solution.status, solution.cost, list(solution.forgone)) == ("solved", cost, forgone)
     assert all(action.name == "go" for action in solution.plan)
     assert solution.report.message.startswith(f"Forgone: {len(forgone)} of {len(soft)} soft goals.")
+
+
+def softened(problem, worth=100.0):
+    goals = conjuncts(problem.goal)
+    hard = ("and", *(goal for goal in goals if goal[0] in ("AtConf", "HandEmpty")))
+    return dataclasses.replace(problem, goal=hard, soft_goals=tuple((g, worth) for g in goals if g not in hard))
+
+
+def test_moves_are_left_out_of_the_search_where_soft_goals_are_weighed():
+    problem = softened(tabletop.permutation(4))
+    solution = solve(problem, strategy=NetBenefit(enough=40.0), timeout=60.0, max_iterations=20)
+    assert (solution.status, solution.forgone) == ("solved", ())
+    check(tabletop.permutation(4), solution)
+
+
+def test_a_soft_goal_of_where_the_hand_is_is_reached_before_the_acting_ends():
+    problem = dataclasses.replace(tabletop.sort(1), goal=None)
+    problem = dataclasses.replace(problem, soft_goals=((("AtConf", "home"), 50.0), (("AtGrasp", "o0", "unknown"), 1.0)))
+    solution = solve(problem, strategy=NetBenefit(enough=10.0), timeout=20.0)
+    assert solution.forgone == (("AtGrasp", "o0", "unknown"),)
+
+
+def test_only_what_changes_soft_goals_ends_with_the_acting():
+    actions = compiled(softened(tabletop.sort(2))).parsed_domain.actions
+    conditions = {name: {atom.predicate for atom in atoms(a.precondition)} for name, a in actions.items()}
+    acting = [name for name, predicates in conditions.items() if "net-benefit-acting" in predicates]
+    assert acting == ["pick", "unstack", "place", "net-benefit-end"]
 
 
 def test_hard_goals_come_first():
