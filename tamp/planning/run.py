@@ -108,8 +108,8 @@ class PlanningRun:
         if session.found.best is None:
             message = " ".join([message, *_strangers(session, problem.goal_formula)])
         else:
-            state = session.state_after(session.found.best)
-            self._reached = _Present(_values(session, state), len(session.knowledge.brought))
+            reached = _values(session, session.final_state())
+            self._reached = _Present(reached, len(session.found.basis.brought))
         return _solution(session, self.settings.algorithm, status, message)
 
     def commit(self) -> None:
@@ -252,10 +252,9 @@ def _strangers(session: Session, formula: Formula) -> Iterator[str]:
 
 def _certified(session: Session) -> Iterator[Fact]:
     """What holds at the start and what streams have certified, in the words of the file."""
-    knowledge = session.knowledge
-    yield from (
-        fact for fact in (*knowledge.real, *session.given_state, *knowledge.brought) if not fact[0].startswith(OWN_MARK)
-    )
+    knowledge, basis = session.knowledge, session.found.basis
+    facts = (*basis.real, *session.given_state, *basis.brought)
+    yield from (fact for fact in facts if not fact[0].startswith(OWN_MARK))
     for instance in knowledge.instances():
         for outputs in instance.results if instance.external.guarded else ():
             yield from (ground(pattern, instance.binding(outputs)) for pattern in instance.external.guarded)

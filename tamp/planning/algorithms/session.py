@@ -1,4 +1,4 @@
-"""One run of the planner: initial facts, what has been sampled so far, and the best plan found (the incumbent)."""
+"""One run of the planner: initial facts, and what has been sampled so far."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tamp.planning.algorithms.costs import Costs
+from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
-from tamp.planning.binding.attempt import Attempt, BoundStep, Budget
+from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.backjumping import Binder, progress
 from tamp.planning.binding.learning import Lessons
 from tamp.planning.binding.skeleton import Skeleton, make_skeleton
@@ -28,7 +29,7 @@ from tamp.planning.model.schema import Schema
 from tamp.planning.model.separation import separated, separations
 from tamp.planning.model.state import State
 from tamp.planning.model.transit_actions import Connectors
-from tamp.planning.options import Ended, Limits, Options, Restart
+from tamp.planning.options import Limits, Options, Restart
 from tamp.planning.problem import Problem
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
@@ -45,41 +46,6 @@ class Known:
     facts: tuple[Fact, ...]
     state: tuple[Fact, ...]
     brought: tuple[Fact, ...] = ()
-
-
-class Found:
-    """Keeps the best plan.
-
-    Attributes:
-        best: its bound actions; None where there is none yet.
-        cost: of the best plan.
-    """
-
-    def __init__(self, options: Options, costs: Costs) -> None:
-        self.best: tuple[BoundStep, ...] | None = None
-        self.cost = math.inf
-        self._options = options
-        self._costs = costs
-
-    def take(self, attempt: Attempt) -> None:
-        """Keep what an attempt gave where it is better.
-
-        Raises:
-            Ended: where it is good enough.
-        """
-        if attempt.steps is None:
-            return
-        cost = self._costs.of_plan(attempt.steps)
-        if cost <= self._options.max_cost and cost < self.cost:
-            self.best, self.cost = attempt.steps, cost
-            self._costs.prefer_cheap()
-        if self.best is not None and self.cost <= self._options.success_cost:
-            raise Ended("solved", "")
-
-    def bound(self) -> int | None:
-        """The search cost at which a plan can no longer be better than the best, or allowed; None where any may be."""
-        limit = min(self._options.max_cost, self.cost)
-        return None if limit == math.inf else math.ceil(self._costs.scale * limit) + (limit < self.cost)
 
 
 def _seen(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
@@ -154,7 +120,7 @@ class Session:
             self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, course, self.limits.deadline
         )
         self.lessons = Lessons(self.knowledge)
-        self.found = Found(options, self.costs)
+        self.found = Found(options, self.costs, self.knowledge)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
         self.searching = 0
@@ -237,10 +203,10 @@ class Session:
                 self.knowledge.show(handle)
             self.grounder.tell(fact)
 
-    def state_after(self, steps: Iterable[BoundStep]) -> tuple[Fact, ...]:
-        """What holds after a plan."""
-        state = State(self.knowledge.state)
-        for step in steps:
+    def final_state(self) -> tuple[Fact, ...]:
+        """What holds after the best plan."""
+        state = State(self.found.basis.state)
+        for step in self.found.best or ():
             state = progress(self.evaluator, step.schema, step.binding, state)
         return tuple(state)
 

@@ -59,3 +59,26 @@ def test_what_is_simplified_in_the_search_does_not_bar_a_proof(seed, features, a
     """Atoms that no test can be asked about, and moves to what nothing leads to, were planned with again and again."""
     solution = solve(chance.problem(seed, streams=True, features=features), algorithm=algorithm, timeout=20.0, seed=0)
     assert (solution.plan, solution.status) == (None, "infeasible")
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("features", [set(), {"transit"}, {"robots", "transit"}, {"effects", "told"}, {"exogenous"}])
+def test_no_better_plan_is_said_of_cheapest_plans(features, seed, algorithm):
+    """Each action costs 1, so that a shortest plan of the second opinion is a cheapest one of what it has sampled."""
+    problem = chance.problem(seed, streams=True, features=features)
+    problem = replace(problem, goal=wander(problem, 4, seed))
+    plan, _ = search(problem, rounds=5, calls=3, limit=300)
+    for bound in ("max_cost", "success_cost") if plan is not None else ():
+        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0, **{bound: len(plan)})
+        assert (solution.status, solution.cost <= len(plan)) == ("solved", True), str(solution.report)
+        check(problem, solution)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "incremental"])
+def test_what_streams_say_of_the_start_after_a_plan_was_found_is_no_part_of_it(algorithm):
+    problem = chance.problem(70015, streams=True, features={"wild"})
+    problem = replace(problem, goal=("and", ("q", "ta-0"), ("q", "tc-0")))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0, success_cost=0.0)
+    assert solution.cost == 2.0
+    check(problem, solution)
