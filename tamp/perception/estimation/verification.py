@@ -94,7 +94,8 @@ def verify(
     verified = {}
     for row, (i, column) in enumerate(zip(seen, columns, strict=True)):
         fit, own = fits[row, column], owns[column]
-        pose = polished(scene.cloud, models[i], fit.pose, own)
+        # A pose that was fitted to all points would only drift where they leave it free.
+        pose = polished(scene.cloud, models[i], fit.pose, own) if len(own) >= 2 * POINTS else fit.pose
         verified[i] = Verified(fit.candidate, pose, own, _lead(fits, costs, columns, row) / max(1, len(own)))
     return verified
 
