@@ -104,6 +104,7 @@ def polished(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.i
     """A pose, shape (4, 4), moved until measured points lie on the model: point-to-plane ICP the other way round.
 
     What was measured of an object must all lie on it, whereas not all of its surface was measured: this comes last.
+    Where the points leave a motion free, as the roll of what is round, the pose stays near what it was.
 
     Args:
         cloud: what was measured.
@@ -124,12 +125,20 @@ def polished(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.i
         if weight.sum() < 12:
             return pose
         rows = np.column_stack([np.cross(measured - t, normals), normals])
-        damping = 0.001 * weight.sum() * np.diag([(model.diameter / 4) ** 2] * 3 + [1.0] * 3)
-        step = np.linalg.solve((rows * weight[:, None]).T @ rows + damping, rows.T @ (weight * gap))
+        prior = 0.001 * weight.sum() * np.diag([(model.diameter / 4) ** 2] * 3 + [1.0] * 3)
+        pull = rows.T @ (weight * gap) - prior @ _displacement(pose, T)
+        step = np.linalg.solve((rows * weight[:, None]).T @ rows + prior, pull)
         moved = T[None]
         _move(moved, step[None])
         T = moved[0]
     return T
+
+
+def _displacement(before: Array, after: Array) -> Array:
+    """Rotation vector, for turns below a quarter, and shift from one pose (4, 4) to another, shape (6,)."""
+    R = after[:3, :3] @ before[:3, :3].T
+    turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    return np.concatenate([turn, after[:3, 3] - before[:3, 3]])
 
 
 def explained(cloud: Cloud, model: ObjectModel, pose: Array) -> tuple[NDArray[np.int64], Array]:
