@@ -76,7 +76,7 @@ def imported(module: str, what: str, wrong: type[TampError]) -> ModuleType:
         return importlib.import_module(module)
     except TampError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a script without a guard ends itself, not this program
         missing = error.name if isinstance(error, ModuleNotFoundError) else None
         if missing is not None and f"{module}.".startswith(f"{missing}."):
             raise wrong(f"{what}: there is no module {missing!r}") from None

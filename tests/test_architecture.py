@@ -30,7 +30,9 @@ ALLOWED = {
     "world": {"clock", "compiled", "task", "errors"},
     "scoring": {"results", "task", "errors", "frozen"},
     "formats": {"versions", "world", "task", "errors"},
-    "perception": {"clock", "compiled", "versions", "execution", "streams", "world", "task", "errors", "frozen"},
+    "perception": {
+        "clock", "compiled", "plugins", "versions", "execution", "streams", "world", "task", "errors", "frozen",
+    },
     "robots": set(),
     "scenarios": {"task", "errors"},
     "checking": {"compiled", "task", "language", "errors"},

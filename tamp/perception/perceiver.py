@@ -6,16 +6,16 @@ return {name: Estimate(pose, confidence) for name in objects}
 
 from __future__ import annotations
 
-import importlib
 import inspect
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from tamp.errors import TampError, meant, told
+from tamp.errors import TampError, meant
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
+from tamp.plugins import imported
 from tamp.task.model import Table
 from tamp.task.pose import Pose
 
@@ -43,22 +43,14 @@ def load_perceiver(name: str) -> Perceiver:
     """A perceiver by an installed name or as "package.module:function".
 
     Raises:
-        TampError: where there is none, or it cannot be called as a perceiver is.
+        TampError: where there is none, its module fails, with the line, or it cannot be called as a perceiver is.
     """
     address = PERCEIVERS.get(name, name)
     module, colon, function = address.partition(":")
-    if not colon:
+    if not (colon and function and all(module.split("."))):
         valid = f"valid are {', '.join(PERCEIVERS)} and package.module:function"
         raise TampError(f"unknown perceiver {name!r}; {meant(name, PERCEIVERS)}{valid}")
-    try:
-        loaded = importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        raise TampError(f"perceiver {name!r}: there is no module {error.name!r}") from error
-    except TampError:
-        raise
-    except Exception as error:
-        raise TampError(f"perceiver {name!r}: {module} cannot be imported: {told(error)}") from error
-    found = getattr(loaded, function, None)
+    found = getattr(imported(module, f"perceiver {name!r}", TampError), function, None)
     if found is None:
         raise TampError(f"perceiver {name!r}: the module {module!r} has no {function!r}")
     wrong = misfit(found)

@@ -90,6 +90,7 @@ def test_a_bad_address_is_refused_in_one_sentence_that_names_its_stream(address,
         ("import something_that_is_absent", "ModuleNotFoundError: No module named 'something_that_is_absent'"),
         ("int('three')", "ValueError: invalid literal for int() with base 10: 'three'"),
         ("def grasps(:", "SyntaxError: invalid syntax"),
+        ("raise SystemExit(0)", "SystemExit: 0"),
     ],
 )
 def test_what_fails_inside_the_users_module_is_said_with_its_line(line, complaint, tmp_path, monkeypatch):

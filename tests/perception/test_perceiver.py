@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator, Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -72,6 +73,8 @@ def test_perceivers_have_names(name: str) -> None:
     ("name", "said"),
     [
         ("eyes", "unknown perceiver 'eyes'; valid are fit and package.module:function"),
+        ("eyes:", "unknown perceiver 'eyes:'; "),
+        ("..eyes:f", "unknown perceiver '..eyes:f'; "),
         ("no_such_module:f", "there is no module 'no_such_module'"),
         (f"{__name__}:nothing", "has no 'nothing'"),
         (f"{__name__}:narrow", r"must take \(frames, objects, \*, table, seed\)"),
@@ -81,6 +84,23 @@ def test_perceivers_have_names(name: str) -> None:
 def test_what_is_no_perceiver_is_refused(name: str, said: str) -> None:
     with pytest.raises(TampError, match=said):
         load_perceiver(name)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("import torch_that_is_absent", "ModuleNotFoundError: No module named 'torch_that_is_absent'"),
+        ("weights = open('/nowhere/weights')", "FileNotFoundError: .*: '/nowhere/weights'"),
+    ],
+)
+def test_what_fails_inside_the_users_module_is_said_with_its_line(
+    line: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"eyes_{len(line)}"
+    (tmp_path / f"{name}.py").write_text(f"\n{line}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(TampError, match=rf"^perceiver .*: {name!r} cannot be imported: {said} at .*{name}\.py:2$"):
+        load_perceiver(f"{name}:see")
 
 
 @pytest.mark.parametrize(

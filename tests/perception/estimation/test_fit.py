@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tamp.perception.estimation.fit import agreement, glance, refine
+from tamp.perception.estimation.fit import agreement, glance, polished, refine
 from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.matching import distinct
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import plain
-from tamp.task import Box, Pose
+from tamp.task import Box, Cylinder, Pose
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -69,6 +69,25 @@ def test_poses_move_on_to_what_was_measured(volume: Volume, brick: ObjectModel) 
     assert np.linalg.norm(moved[:, :3, 3] - TRUE[:3, 3], axis=1).max() < 0.001
     turned = np.einsum("nij,ij->n", moved[:, :3, :3], TRUE[:3, :3])
     assert turned.min() > 1 + 2 * np.cos(0.01)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_last_fit_moves_but_does_not_roll_a_thin_round_thing(seed: int) -> None:
+    """A marker: points say nothing of the roll about its axis, and their noise must not be taken for it."""
+    marker = object_model(plain(Cylinder(0.009, 0.13)))
+    lying = Pose.from_rpy((0.1, -0.05, 0.009), (np.pi / 2, 0.0, 0.4)).matrix
+    rng = np.random.default_rng(seed)
+    points, normals = marker.points @ lying[:3, :3].T + lying[:3, 3], marker.normals @ lying[:3, :3].T
+    points += 0.0008 * rng.normal(size=(len(points), 1)) * normals
+    seen = np.flatnonzero(normals[:, 2] > -0.2)
+    normals += 0.15 * rng.normal(size=normals.shape)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    start = lying @ Pose.from_rpy((0.002, 0.0, 0.004), (0.03, 0.02, 0.0)).matrix
+    found = polished(Cloud(points, normals, marker.colors), marker, start, seen)
+    assert np.linalg.norm(found[:3, 3] - lying[:3, 3]) < 0.0005 < np.linalg.norm(start[:3, 3] - lying[:3, 3])
+    assert found[:3, 2] @ lying[:3, 2] > np.cos(0.01) > start[:3, 2] @ lying[:3, 2]
+    turn = start[:3, :3].T @ found[:3, :3]
+    assert abs(np.degrees(np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1]))) < 3
 
 
 def test_poses_near_an_earlier_one_are_left_out() -> None:

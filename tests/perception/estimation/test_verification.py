@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tamp.perception.estimation.candidates import Candidate
-from tamp.perception.estimation.fit import explained
+from tamp.perception.estimation.fit import explained, polished
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.verification import Verified, verify
 from tamp.perception.estimation.volume import Volume
 from tamp.perception.rendering.surface import Surface, plain
-from tamp.task import Box, Pose
+from tamp.task import Box, Cylinder, Pose
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -92,3 +92,11 @@ def test_candidates_of_one_pose_are_one() -> None:
 
 def test_what_is_not_chosen_is_not_verified() -> None:
     assert _verified(_seen((LOW, HERE)), [LOW, TALL], [[HERE], []], [0, -1]).keys() == {0}
+
+
+def test_what_was_fitted_to_all_of_its_points_is_not_fitted_again() -> None:
+    marker = object_model(plain(Cylinder(0.009, 0.13)))
+    lying = Pose.from_rpy((0.1, -0.05, 0.009), (np.pi / 2, 0.0, 0.4)).matrix
+    scene = _seen((marker, lying))
+    found = _verified(scene, [marker], [[lying]], [0])[0]
+    assert (found.pose == polished(scene.cloud, marker, lying, found.own)).all()
