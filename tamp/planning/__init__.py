@@ -4,15 +4,6 @@ from tamp.language import Stream
 from tamp.planning.constraints import Constraints
 from tamp.planning.context import Certified, Context
 from tamp.planning.options import Options, Reuse, Settings
-from tamp.planning.pddlstream import (
-    from_fn,
-    from_gen_fn,
-    from_list_fn,
-    from_list_gen_fn,
-    from_sampler,
-    from_stream_map,
-    from_test,
-)
 from tamp.planning.problem import GroundAction, Problem, Solution, StreamInfo
 from tamp.planning.report import Report, SkeletonReport, StreamReport, combined
 from tamp.planning.run import PlanningRun
@@ -22,6 +13,15 @@ from tamp.planning.strategies.all_at_once import AllAtOnce
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.planning.strategies.serialized import Serialized
 from tamp.planning.strategies.strategy import Strategy
+from tamp.planning.wrappers import (
+    from_fn,
+    from_gen_fn,
+    from_list_fn,
+    from_list_gen_fn,
+    from_sampler,
+    from_stream_map,
+    from_test,
+)
 
 __all__ = [
     "AllAtOnce", "Certified", "Constraints", "Context", "GroundAction", "NetBenefit", "Options", "PlanningRun",

@@ -49,6 +49,7 @@ class Options:
         success_cost: a plan that costs at most this ends the run; otherwise a better one is looked for.
         max_iterations: searches before giving up.
         max_memory: resident memory of the process at which to give up [MB].
+        max_search_s: time of one search, after which more is sampled instead [s].
         connectors: whether moves may be left out of the search.
         lazy_tests: whether tests are only asked when a plan rests on them.
         every_stream: whether also streams are called whose promises no plan needs, as some certify more.
@@ -63,6 +64,7 @@ class Options:
     unit_costs: bool = False
     max_iterations: int = 1_000_000
     max_memory: float = math.inf
+    max_search_s: float = math.inf
     connectors: bool = True
     lazy_tests: bool = True
     every_stream: bool = False

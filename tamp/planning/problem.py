@@ -6,7 +6,7 @@ import inspect
 import math
 import numbers
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -27,8 +27,8 @@ from tamp.language import (
     parse_init,
     parse_streams,
 )
-from tamp.planning.pddlstream import DEBUG, SHARED_DEBUG, Adapted, debug_samplers
 from tamp.planning.report import Report
+from tamp.planning.wrappers import DEBUG, SHARED_DEBUG, Adapted, debug_samplers
 
 
 def check_samplers(streams: StreamFile, samplers: Mapping[str, Callable[..., Any]], info: Mapping[str, Any]) -> None:
@@ -95,7 +95,7 @@ class StreamInfo:
     Attributes:
         eager: call it for all inputs at once, before any search.
         p_success: how likely one call yields something, in [0, 1]; rarer streams are used more reluctantly. 0 counts as
-            one in a thousand.
+            one in a thousand, None as 1.
         cost: how expensive a call is, in units of a cheap one; expensive streams are used more reluctantly.
         defer: bind its outputs after everything else in a plan; None defers exactly the streams with `:fluents`.
         fresh: whether its outputs are never equal to an object known before, as draws from a continuum are not; some
@@ -104,8 +104,10 @@ class StreamInfo:
             from a continuum, or tries so often, ends without proof: no problem is called infeasible for it.
         bound: what a function is assumed to return before it was called, a lower bound.
         overhead: the cost by its name in PDDLStream; None for what `cost` says.
-        opt_gen_fn, negate, effort_fn, simultaneous, verbose: accepted for PDDLStream's sake, and without effect: what
-            is hoped for needs no value here, every test may be planned with negated, and efforts are learnt.
+        defer_fn: what PDDLStream has for `defer`, which it sets unless it is called `never_defer`.
+        opt_gen_fn, use_unique, negate, effort, effort_fn, simultaneous, verbose: accepted for PDDLStream's sake, and
+            without effect, as a warning says where it matters: what is hoped for needs no value here and belongs to one
+            instance, every test may be planned with negated, and efforts are learnt.
     """
 
     eager: bool = False
@@ -118,6 +120,9 @@ class StreamInfo:
     opt_gen_fn: Any = None
     negate: bool = False
     overhead: float | None = None
+    use_unique: bool = False
+    defer_fn: Any = None
+    effort: float | None = None
     effort_fn: Any = None
     simultaneous: bool = False
     verbose: bool = True
@@ -125,6 +130,14 @@ class StreamInfo:
     def __post_init__(self) -> None:
         if self.overhead is not None:
             object.__setattr__(self, "cost", self.overhead)
+        if self.p_success is None:
+            object.__setattr__(self, "p_success", 1.0)
+        if self.defer is None and getattr(self.defer_fn, "__name__", "never_defer") != "never_defer":
+            object.__setattr__(self, "defer", True)
+        without = [name for name in ("opt_gen_fn", "effort", "effort_fn") if getattr(self, name) is not None]
+        if without:
+            message = f"StreamInfo: no effect here has {', '.join(without)}; p_success and cost are what is looked at"
+            warnings.warn(message, DomainWarning, stacklevel=3)
         if not 0.0 <= self.p_success <= 1.0:
             raise DomainError(f"StreamInfo: p_success must lie in [0, 1], found {self.p_success!r}")
         for name in ("cost", "bound"):
@@ -224,10 +237,14 @@ class GroundAction:
     name: str
     args: tuple[Any, ...]
 
+    def __iter__(self) -> Iterator[Any]:
+        """Name and arguments, for `name, args = action`."""
+        return iter((self.name, self.args))
+
 
 @dataclass(frozen=True)
 class Solution:
-    """What a run of the planner found.
+    """What a run of the planner found; `plan, cost, certified = solution` takes it apart.
 
     Attributes:
         plan: the actions in order; None where no plan was found.
@@ -253,3 +270,7 @@ class Solution:
     def solved(self) -> bool:
         """Whether there is a plan."""
         return self.plan is not None
+
+    def __iter__(self) -> Iterator[Any]:
+        """Plan, cost and certified facts, as PDDLStream's solvers return them."""
+        return iter((self.plan, self.cost, self.certified))

@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 from tamp.errors import DomainError
 from tamp.planning.constraints import Constraints
+from tamp.planning.keywords import (
+    SERIALIZED,
+    PDDLProblem,
+    PlanConstraints,
+    algorithm_of,
+    constraints_of,
+    problem_of,
+    search_of,
+    understood,
+)
 from tamp.planning.options import Options, Reuse, Settings
 from tamp.planning.problem import Problem, Solution
 from tamp.planning.search.best_first import Search
@@ -21,7 +32,7 @@ STRATEGIES: dict[str, type[AllAtOnce] | type[Serialized] | type[NetBenefit]] = {
 
 
 def solve(
-    problem: Problem,
+    problem: Problem | PDDLProblem,
     *,
     algorithm: str = "adaptive",
     timeout: float = 60.0,
@@ -32,32 +43,45 @@ def solve(
     search: str | Search = "ff",
     max_iterations: int = 1_000_000,
     max_memory: float = math.inf,
-    constraints: Constraints | None = None,
+    constraints: Constraints | PlanConstraints | None = None,
     reuse: Reuse | None = None,
     strategy: str | Strategy = "all-at-once",
+    **pddlstream: Any,
 ) -> Solution:
     """Plan.
 
     Args:
-        problem: what to solve.
-        algorithm: "adaptive", "binding", "focused" or "incremental".
+        problem: what to solve; a `PDDLProblem` as well.
+        algorithm: "adaptive", "binding", "focused" or "incremental", or by PDDLStream's names.
         timeout: when to end [s]; the best plan found by then is returned.
         seed: decides every random choice.
         max_cost: plans that cost more do not count.
         success_cost: a plan that costs at most this ends the run; above it, better ones are looked for.
         unit_costs: let each action cost 1, whatever the domain says.
-        search: "builtin", one of Fast Downward's configurations by name, or any function that fits `Search`.
+        search: "builtin", one of Fast Downward's configurations by name, or any function that fits `Search`; also one
+            of PDDLStream's planners.
         max_iterations: how many searches may be run.
         max_memory: resident memory of this process at which to end [MB]; Fast Downward's own is bounded apart from it.
-        constraints: a skeleton to follow, actions to avoid.
+        constraints: a skeleton to follow, actions to avoid; `PlanConstraints` as well.
         reuse: what to keep of an earlier plan, see `Reuse.after`; algorithm "adaptive" tries its actions first.
         strategy: "all-at-once", "serialized" (goal by goal) or "net-benefit" (soft goals), or one with its options,
             such as `Serialized(ladder=(0.1, 0.5))`; anything that fits `Strategy`.
+        pddlstream: what PDDLStream's solvers take: `planner` for `search`, `max_time` for `timeout`, `stream_info` for
+            what is `info` of a problem, `max_planner_time` [s] for each search, `verbose` to print the report; a
+            warning names those that have no effect here.
 
     Raises:
         DomainError: for an unknown algorithm, search or strategy, or what a strategy cannot respect.
         SamplerError: where a sampler's output does not fit its stream.
+        TypeError: for a keyword that neither this planner nor PDDLStream has.
     """
+    keywords = understood(pddlstream)
+    problem = problem_of(problem, keywords.get("stream_info"))
+    timeout = keywords.get("max_time", timeout)
+    search = keywords.get("planner", search)
+    constraints, most = constraints_of(constraints)
+    if algorithm == SERIALIZED:
+        algorithm, strategy = "adaptive", SERIALIZED
     if isinstance(strategy, str):
         if strategy not in STRATEGIES:
             raise DomainError(f"unknown strategy {strategy!r}; there are: {', '.join(STRATEGIES)}")
@@ -67,13 +91,18 @@ def solve(
     options = Options(
         seed,
         timeout,
-        max_cost,
+        min(max_cost, most),
         success_cost,
         unit_costs,
         max_iterations,
         max_memory,
+        max_search_s=keywords.get("max_planner_time", math.inf),
         constraints=constraints or Constraints(),
         reuse=reuse,
     )
-    solution = strategy(problem, Settings(algorithm, search, options))
-    return replace(solution, report=replace(solution.report, strategy=record(strategy)))
+    search = search_of(search) if isinstance(search, str) else search
+    solution = strategy(problem, Settings(algorithm_of(algorithm), search, options))
+    solution = replace(solution, report=replace(solution.report, strategy=record(strategy)))
+    if keywords.get("verbose", False):
+        print(solution.report)
+    return solution

@@ -286,7 +286,8 @@ def test_attempts_that_are_counted_prove_nothing():
 
 
 def test_options_of_streams_have_their_names_of_there():
-    info = StreamInfo(p_success=0, overhead=3.0, opt_gen_fn=empty_gen(), negate=True, effort_fn=None, verbose=False)
+    with pytest.warns(DomainWarning, match="opt_gen_fn"):
+        info = StreamInfo(p_success=0, overhead=3.0, opt_gen_fn=empty_gen(), negate=True, verbose=False)
     assert (info.cost, info.p_success) == (3.0, 0)
     with pytest.raises(DomainError, match="cost must be 0 or more and finite, found -1"):
         StreamInfo(overhead=-1)

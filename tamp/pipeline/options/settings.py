@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Samplers = Mapping[str, "str | Callable[..., Any]"]
 
 
-SEARCHES = ("ff", "ff-greedy", "ff-eager", "add", "cea", "astar", "builtin")
+SEARCHES = ("ff", "ff-greedy", "ff-eager", "add", "cea", "astar", "astar-max", "astar-lmcut", "builtin")
 MOTION_PLANNERS = (
     "portfolio", "rrtconnect", "rrt", "kpiece", "bkpiece", "lbkpiece", "rrtstar", "informed-rrtstar", "fmt", "bfmt",
     "bitstar", "aorrtc",

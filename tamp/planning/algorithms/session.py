@@ -246,7 +246,8 @@ class Session:
             return SearchResult(None, proven=True)
         bound = self.found.bound()
         with self.stopwatch.timed("search"):
-            result = self.symbolic.run(task, self.limits.left, bound, novel or sure)
+            left = min(self.limits.left, self.options.max_search_s)
+            result = self.symbolic.run(task, left, bound, novel or sure)
         self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()
         return result

@@ -255,7 +255,8 @@ class _Normaliser:
         inner = tuple(Parameter(renaming[p.variable], p.types) for p in effect.parameters)
         formula = And((*type_conditions(inner), rename(effect.condition, renaming)))
         atom = put(self.pattern(rename_atom(effect.atom, renaming)), sigma)
-        names = tuple(p.variable.name for p in inner)
+        # What neither the atom nor the condition names makes the same effect for each object.
+        names = tuple(name for p in inner if (name := p.variable.name) in atom)
         for choice in self.conditions(formula):
             condition, more = self.closed(put_condition(choice, sigma), names, outer=parameters)
             yield EffectSchema(put(atom, more), effect.positive, condition)

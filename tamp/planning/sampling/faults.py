@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any
 
 from tamp.errors import SamplerError
-from tamp.planning.pddlstream import Adapted
+from tamp.planning.wrappers import Adapted
 
 
 def written(sampler: Callable[..., Any]) -> Callable[..., Any]:

@@ -21,9 +21,9 @@ from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance
-from tamp.planning.pddlstream import UnfitOutputsError
 from tamp.planning.report import StreamReport
 from tamp.planning.sampling import faults
+from tamp.planning.wrappers import UnfitOutputsError
 
 T = TypeVar("T")
 

@@ -27,6 +27,8 @@ CONFIGURATIONS = {
     "add": "let(h, add(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
     "cea": "let(h, cea(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
     "astar": "astar(blind(){bound})",
+    "astar-max": "astar(hmax(axioms=approximate_negative){bound})",
+    "astar-lmcut": "astar(lmcut(){bound})",
 }
 """Name -> Fast Downward's search; see its documentation of search algorithms and evaluators."""
 
@@ -41,6 +43,9 @@ CHEAP = {
 }
 """Name -> the searches for tasks of at most so many operators: each sees more states than what follows, for cheaper
 plans, for 0.1 or 0.2 s of processor time."""
+
+IN_PLACE = {"astar-lmcut": "astar-max"}
+"""Name -> what is searched by in its place where its heuristic knows neither axioms nor conditional effects."""
 
 MEMORY_KB = 2_000_000
 OUT_OF_TIME = 23
@@ -73,6 +78,7 @@ class FastDownward:
         if name not in CONFIGURATIONS:
             raise DomainError(f"unknown search {name!r}; there are: builtin, {', '.join(CONFIGURATIONS)}")
         self._search = CONFIGURATIONS[name]
+        self._in_place = CONFIGURATIONS[IN_PLACE.get(name, name)]
         self._cheap = CHEAP.get(name, ())
         self._most = [most for most, _ in self._cheap]
 
@@ -97,7 +103,9 @@ class FastDownward:
                 if plan is not None:
                     return self._found(task, plan, in_vain)
                 in_vain.append(number)
-        code, plan = _plan(task, text, self._search.format(bound=limit), deadline - clock.now(), effort)
+        conditional = any(e.positive or e.negative for op in task.operators for e in op.effects)
+        search = self._in_place if task.axioms or conditional else self._search
+        code, plan = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
         if plan is not None:
             return self._found(task, plan, in_vain)
         # 11 and 12: the whole space was seen; 12 also where a bound cut it, which proves nothing.

@@ -1,0 +1,222 @@
+"""What PDDLStream's keywords, planners and algorithms mean here; `solve` takes them beside its own.
+
+A keyword that has no meaning here is accepted: where it asks for something else than it does there by default, a
+warning says what this planner does instead.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from math import inf
+from typing import Any, NamedTuple
+
+from tamp.errors import DomainError, DomainWarning, meant
+from tamp.planning.constraints import Constraints
+from tamp.planning.problem import Problem, StreamInfo
+from tamp.planning.wrappers import from_stream_map
+
+PLANNERS = {
+    "dijkstra": "astar",
+    "max-astar": "astar-max",
+    "lmcut-astar": "astar-lmcut",
+    "goal": "ff-greedy",
+    "goal-lazy": "ff-greedy",
+    "ff-lazy": "ff-greedy",
+    "ff-lazy-tiebreak": "ff-greedy",
+    "ff-lazy-pref": "ff-greedy",
+    "ff-ehc": "ff-greedy",
+    "ff-astar": "ff",
+    "ff-astar2": "ff",
+    "ff-eager-tiebreak": "ff-eager",
+    "ff-eager-pref": "ff-eager",
+    "ff-wastar1": "ff",
+    "ff-wastar2": "ff",
+    "ff-wastar3": "ff",
+    "ff-wastar4": "ff",
+    "ff-wastar5": "ff",
+    "ff-x": "ff",
+    "lama": "ff",
+    "cerberus": "ff",
+    "add-random-lazy": "add",
+    "cea-wastar1": "cea",
+    "cea-wastar3": "cea",
+    "cea-wastar5": "cea",
+}
+"""Planner of PDDLStream -> the search that stands for it. `ff` chooses its weight by the size of the task."""
+
+ALGORITHMS = {
+    "abstract": "focused",
+    "abstract_adaptive": "adaptive",
+    "abstract_binding": "binding",
+    "abstract_focused": "focused",
+    "current": "adaptive",
+    "hierarchical": "adaptive",
+    "optimistic": "focused",
+}
+"""Algorithm of PDDLStream -> the one that stands for it, where its name is another."""
+
+SERIALIZED = "serialized"
+"""An algorithm of PDDLStream that is a strategy here."""
+
+_BUDGETS = "budgets grow by themselves"
+_WHOLE = "a plan is bound as a whole"
+_NO_FILES = "no files are left behind"
+
+WITHOUT_MEANING: Mapping[str, tuple[tuple[Any, ...], str]] = {
+    "initial_complexity": ((0,), _BUDGETS),
+    "complexity_step": ((1,), _BUDGETS),
+    "max_complexity": ((inf,), _BUDGETS),
+    "max_skeletons": ((inf, None), _BUDGETS),
+    "search_sample_ratio": ((0, 1), "search and sampling share the time by the work that they do"),
+    "bind": ((True,), _WHOLE),
+    "max_failures": ((0, inf), _BUDGETS),
+    "unit_efforts": ((False,), "efforts are learnt from what streams give"),
+    "max_effort": ((inf,), "streams that take much effort are used reluctantly, never left out"),
+    "effort_weight": ((None,), "efforts only decide between plans that are equal otherwise"),
+    "reorder": ((True,), "streams are ordered by what fails first"),
+    "replan_actions": ((), _WHOLE),
+    "hierarchy": ((), "the whole domain is planned with at once"),
+    "max_restarts": ((0,), "a run does not end before its time, so that nothing is begun anew; try another seed"),
+    "iteration_time": ((inf,), "a run does not end before its time, so that nothing is begun anew"),
+    "abort": ((True, False), ""),
+    "visualize": ((False,), "solution.picture is the plan as graphviz text"),
+    "debug": ((False,), "solution.report says what was tried and what failed"),
+    "clean": ((True, False), ""),
+    "temp_dir": ((None,), _NO_FILES),
+    "use_unique": ((False,), "each stream instance has values of its own to hope for"),
+    "prohibit_predicates": ((), "use constraints=Constraints(forbidden=[...]) for actions that must not occur"),
+}
+"""Keyword of PDDLStream's solvers without a meaning here -> values that ask for nothing, and what is done instead."""
+
+
+class PDDLProblem(NamedTuple):
+    """A problem as PDDLStream's scripts write it; `solve` takes one in place of a `Problem`."""
+
+    domain_pddl: Any
+    constant_map: Any
+    stream_pddl: Any
+    stream_map: Any
+    init: Any
+    goal: Any
+
+
+WILD = "*"
+
+
+@dataclass(frozen=True)
+class PlanConstraints:
+    """What a plan must look like, in PDDLStream's words: its actions with arguments, `WILD` or "?x" for any of them.
+
+    Attributes:
+        skeletons: one list of pairs such as `("pick", ["a", WILD, "?g"])`; None leaves the plan free.
+        groups: not supported.
+        exact: whether there are no other actions between those of the skeleton.
+        hint: not supported: a skeleton is always followed.
+        max_cost: plans that cost more do not count.
+    """
+
+    skeletons: Any = None
+    groups: Mapping[str, Any] = field(default_factory=dict)
+    exact: bool = True
+    hint: bool = False
+    max_cost: float = inf
+
+
+def problem_of(given: Any, stream_info: Mapping[str, StreamInfo] | None = None) -> Problem:
+    """The problem of a `PDDLProblem`, or of any six values in its order; a `Problem` with what is known of its streams.
+
+    Raises:
+        DomainError: where something else is given.
+        SamplerError: where the stream map does not fit the streams.
+    """
+    problem = given
+    if not isinstance(problem, Problem):
+        if not isinstance(given, tuple | list) or len(given) != 6:
+            names = ", ".join(PDDLProblem._fields)
+            raise DomainError(f"expected a Problem, or a PDDLProblem of ({names}), found {type(given).__name__}")
+        domain, constants, streams, stream_map, init, goal = given
+        samplers = from_stream_map({} if stream_map is None else stream_map)
+        problem = Problem(domain, streams, samplers, init, goal, constants=constants or {})
+    if stream_info:
+        problem = replace(problem, info={**problem.info, **_known(problem, stream_info)})
+    return problem
+
+
+def _known(problem: Problem, stream_info: Mapping[str, StreamInfo]) -> Mapping[str, StreamInfo]:
+    parsed = problem.parsed_streams
+    names = {s.name for s in parsed.streams} | {f.name for f in parsed.functions} | {p.name for p in parsed.predicates}
+    for name in sorted(stream_info.keys() - names):
+        if name.lower() not in names:
+            _warn(f"stream_info names {name!r}, which is no stream and is ignored; {meant(name, names)}".rstrip("; "))
+    return {name: info for name, info in stream_info.items() if name.lower() in names}
+
+
+def search_of(planner: str) -> str:
+    """The search that a name stands for, which may be one of PDDLStream's planners."""
+    return PLANNERS.get(planner, planner)
+
+
+def algorithm_of(name: str) -> str:
+    """The algorithm that a name stands for, which may be one of PDDLStream's."""
+    return ALGORITHMS.get(name.replace("-", "_"), name)
+
+
+def constraints_of(given: Any) -> tuple[Constraints | None, float]:
+    """Our constraints of PDDLStream's, and the most that a plan may cost by them.
+
+    Raises:
+        DomainError: for several skeletons, or groups of objects.
+    """
+    if given is None or isinstance(given, Constraints):
+        return given, inf
+    skeletons = list(given.skeletons or ())
+    if len(skeletons) > 1 or given.groups:
+        raise DomainError("constraints: expected one skeleton without groups; plan for each skeleton by itself")
+    if getattr(given, "hint", False):
+        _warn("PlanConstraints: hint has no effect, the skeleton is followed")
+    if not skeletons:
+        return None, given.max_cost
+    return Constraints(skeleton=tuple(_patterns(skeletons[0], given.exact))), given.max_cost
+
+
+def _patterns(skeleton: Any, exact: bool) -> Iterator[Any]:
+    for name, args in skeleton:
+        yield from () if exact else (...,)
+        yield (name, *(... if isinstance(arg, str) and arg == WILD else arg for arg in args))
+    yield from () if exact else (...,)
+
+
+def understood(given: Mapping[str, Any]) -> dict[str, Any]:
+    """PDDLStream's keywords that have a meaning here, after a warning about each of the others.
+
+    Raises:
+        TypeError: for a keyword that neither knows.
+    """
+    meaningful = {}
+    for name, value in given.items():
+        if name in MEANINGFUL:
+            meaningful[name] = value
+        elif name not in WITHOUT_MEANING:
+            names = (*MEANINGFUL, *WITHOUT_MEANING, *OWN)
+            raise TypeError(f"solve: unexpected keyword {name!r}; {meant(name, names)}there are: {', '.join(OWN)}")
+        else:
+            usual, instead = WITHOUT_MEANING[name]
+            if not (value in usual or (hasattr(value, "__len__") and not len(value))):
+                _warn(f"{name}={value!r} has no effect here: {instead}" if instead else f"{name} has no effect here")
+    return meaningful
+
+
+MEANINGFUL = ("planner", "max_time", "max_planner_time", "stream_info", "verbose")
+"""Keywords of PDDLStream's solvers that `solve` knows by another name, or beside its own."""
+
+OWN = (
+    "algorithm", "timeout", "seed", "max_cost", "success_cost", "unit_costs", "search", "max_iterations", "max_memory",
+    "constraints", "reuse", "strategy",
+)  # fmt: skip
+"""The keywords of `solve` itself."""
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, DomainWarning, stacklevel=5)
