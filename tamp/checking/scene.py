@@ -89,6 +89,19 @@ def _solid(name: str, pieces: tuple[Part, ...]) -> Solid:
     return Solid.of(name, pieces)
 
 
+@dataclass(frozen=True, eq=False)
+class Given:
+    """How an object gave way, by less than counts as moving, when something that held it left.
+
+    Attributes:
+        pose: where that takes it, T_world_object, shape (4, 4).
+        on: the bodies that have carried it since.
+    """
+
+    pose: Array
+    on: frozenset[str]
+
+
 @dataclass
 class State:
     """What steps change.
@@ -103,6 +116,7 @@ class State:
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
         turned: object -> the same of how far it was turned [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
+        given: object -> how it gave way within tolerance when something left, until the hand moves it.
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
         facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
     """
@@ -117,6 +131,7 @@ class State:
     strayed: dict[str, float] = field(default_factory=dict)
     turned: dict[str, float] = field(default_factory=dict)
     nudged: dict[str, float] = field(default_factory=dict)
+    given: dict[str, Given] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
     def without(self, name: str) -> State:

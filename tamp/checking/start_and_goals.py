@@ -129,7 +129,8 @@ def _check_at(replay: Replay, plan: Plan, name: str, settled: Mapping[str, Pose]
         if astray > allow.reached:
             sentence = f"the plan's goal of {name} is {1000 * astray:.0f} mm from the task's"
             replay.report("goal", sentence, (name,), astray)
-    missed = scene.displacement(name, replay.state.poses[name], meant.matrix)
+    given = replay.state.given.get(name)
+    missed = scene.displacement(name, replay.state.poses[name] if given is None else given.pose, meant.matrix)
     if missed > allow.reached:
         replay.report("goal", f"{name} ends {1000 * missed:.0f} mm from its goal", (name,), missed)
 

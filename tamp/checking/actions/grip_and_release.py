@@ -259,9 +259,21 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
         if name not in touching.bodies and balanced(scene, state, other, touching, allow) < allow.balance:
             continue  # it leans on nothing: it was no better off before
         slumped.add(other)
-        if not slumps(scene, state, other, name, allow):
+        given = slumps(scene, state, other, name, allow)
+        if given is None:
             verb = "stands" if name in touching.bodies else "leans"
             report("precondition", f"{other} {verb} on {name}, which is taken away", bodies=(name, other))
+        else:
+            state.given[other] = given
+    for other in sorted(state.given.keys() - {name, *slumped}):
+        if name not in state.given[other].on:
+            continue
+        if (given := slumps(scene, state, other, name, allow)) is None:
+            sentence = f"{other}, which has given way to {name}, falls when that is taken away too"
+            report("precondition", sentence, bodies=(name, other))
+        else:
+            state.given[other] = given
+    state.given.pop(name, None)
     rest = state.without(name)
     steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
     for sentence, bodies, depth in upset(scene, state, rest, steady, allow):

@@ -177,6 +177,18 @@ def _rolls(scene: Scene, state: State, name: str, below: Mapping[str, Array], ax
     return all(rise < RISES for rise in tilted)
 
 
+def round_axes(scene: Scene, state: State, name: str) -> list[Array]:
+    """The level axes about which a body would roll on a plane: tilted by a little either way, it rises by nothing."""
+    corners = scene.solids[name].hull.part.vertices @ state.poses[name][:3, :3].T + state.poses[name][:3, 3]
+    arms = corners - scene.center_of_mass(name, state.poses[name])
+    flat = -arms[:, 2].min()
+    return [
+        axis
+        for axis in _level_axes(scene, state, name)
+        if all(-(arms @ rotation(axis, side * tilt)[2]).min() - flat < RISES for tilt in TILTS for side in (1, -1))
+    ]
+
+
 def _level_axes(scene: Scene, state: State, name: str) -> Iterator[Array]:
     """Level unit vectors along the principal axes of a body, and across them: what is round rolls about one."""
     points = scene.solids[name].hull.part.vertices @ state.poses[name][:3, :3].T

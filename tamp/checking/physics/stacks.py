@@ -15,6 +15,7 @@ import numpy as np
 
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import Contacts, Patch
+from tamp.checking.physics.perching import round_axes
 from tamp.checking.physics.support import patch_between
 from tamp.checking.scene import TABLE
 
@@ -27,6 +28,11 @@ if TYPE_CHECKING:
     from tamp.checking.tolerances import Tolerances
 
     Array = NDArray[np.float64]
+
+ENDWISE = 0.3
+"""Sine of the angle between a contact normal and an axis up to which a body is touched at an end of it."""
+ALIKE = 0.9
+"""Cosine between contact normals from which on they are those of one round face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +81,9 @@ def upset(
 ) -> Iterator[tuple[str, tuple[str, ...], float]]:
     """Which bodies lose their balance by a change to the stacks of certain bodies: sentence, bodies, depth [m].
 
-    What was off balance before, as far as anybody can tell, is not what the change is to blame for; what was so within
-    tolerance was not, so that many small changes do not add up. What tips by no more than `allow.slack` until something
-    else carries it has not lost its balance.
+    What tips by no more than `allow.slack` until something else carries it has not lost its balance. What had lost it
+    before, as far as anybody can tell, is not what the change is to blame for; what had not, but for tolerances, had
+    its balance, so that many small changes do not add up.
     """
     wider = replace(allow, standing=allow.standing + allow.slack)
     waiting = sorted(names)
@@ -92,7 +98,8 @@ def upset(
         for name, far in wrong.items():
             was = 0.0
             if name in before.poses:
-                was = off_balance(scene, before, stack_of(scene, before, name, allow)).get(name, 0.0)
+                began = replace(before, touching={})
+                was = off_balance(scene, began, stack_of(scene, began, name, wider)).get(name, 0.0)
             if far > (was if was > allow.balance else 0.0) + allow.balance:
                 how = "slides" if np.isinf(far) else "tips over"
                 yield f"{name} {how} with what it stands among ({', '.join(stack.names)})", (name,), min(far, 1.0)
@@ -103,9 +110,9 @@ def off_balance(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
 
     Infinite for all of them where no place of the centres of mass would help: they slide.
     """
+    if not stack.touching:
+        return {}  # what is in the air is judged by itself
     below = {name: stack.below(name) for name in stack.names}
-    if all(set(carrying) <= {TABLE} for carrying in below.values()):
-        return {}  # what stands on the table alone is judged by itself
     return {} if _each_on_one(scene, state, below) else _least_shifts(scene, state, stack)
 
 
@@ -134,6 +141,23 @@ def _each_on_one(scene: Scene, state: State, below: Mapping[str, Mapping[str, Pa
     return True
 
 
+def _on_line(patch: Patch, center: Array, axes: Iterable[Array]) -> Patch:
+    """Where a body touches another that is round about axes through its centre of mass: pushes do not turn it there.
+
+    A patch is of points within a tolerance of each other: of what is round it is a strip that would keep it from
+    rolling, with the normals of several facets, where there is a line with one.
+    """
+    points, normals = patch.points, patch.normals
+    for axis in axes:
+        normals = (patch.normals @ patch.normals.T > ALIKE) @ patch.normals
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        along = np.cross(axis, normals)
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        along = np.where(length > ENDWISE, along / np.maximum(length, ENDWISE), 0.0)
+        points = points - ((points - center) * along).sum(axis=1, keepdims=True) * along
+    return Patch(points, normals)
+
+
 def _weighted(scene: Scene, state: State, name: str) -> tuple[float, Array]:
     return scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
 
@@ -148,7 +172,10 @@ def _least_shifts(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
     mean = float(np.mean([mass for mass, _ in bodies.values()]))
     row = {name: 6 * index for index, name in enumerate(bodies)}
     pushes = []
+    axes = {name: round_axes(scene, state, name) for name in bodies}
     for (a, b), patch in stack.touching.items():
+        for name in (name for name in (a, b) if name in bodies):
+            patch = _on_line(patch, bodies[name][1], axes[name])
         kept = equilibrium.outermost(patch.points, patch.normals)
         points, normals = patch.points[kept], patch.normals[kept]
         mu = np.full(len(kept), scene.friction(a) * scene.friction(b))

@@ -11,7 +11,7 @@ import numpy as np
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.contacts import Contacts, Patch, contacts
-from tamp.checking.scene import TABLE, State
+from tamp.checking.scene import TABLE, Given, State
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -189,8 +189,8 @@ STEP = 0.001
 """How far the fastest side of a slumping object moves between two looks [m]."""
 
 
-def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerances) -> bool:
-    """Whether an object that `leaving` carried tilts by no more than `allow.slump` until the rest carries it.
+def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerances) -> Given | None:
+    """How an object that `leaving` carried tilts until the rest carries it; None where that is by over `allow.slump`.
 
     It gives by no more than `allow.slack` until something near carries it, as a plate does in a rack; or it tilts over
     the edge of what still carries it, to where its centre of mass lies, as every body does at first.
@@ -198,27 +198,28 @@ def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerance
     """
     without = State({o: T for o, T in state.poses.items() if o != leaving}, state.q)
     if _carries(scene, without, name, allow):
-        return False
+        return None
     wider = replace(allow, standing=allow.standing + allow.slack)
     near = carriers(scene, replace(without, touching={}), name, wider)
-    if balanced(scene, without, name, near, allow) >= allow.balance:
-        return True
     T = state.poses[name]
+    if balanced(scene, without, name, near, allow) >= allow.balance:
+        return Given(T, frozenset(near.patches))
     found = _tipping(carriers(scene, without, name, allow), scene.center_of_mass(name, T))
     if found is None:
-        return False
+        return None
     pivot, axis = found
     angle = STEP / scene.solids[name].radius
     for k in range(1, int(np.pi / angle)):
         tilted = _turned(T, pivot, axis, k * angle)
         if scene.displacement(name, T, tilted) > allow.slump:
-            return False
+            return None
         without.poses[name] = tilted
         if any(True for _ in overlaps(scene, without, name, allow)):
-            return False
-        if balanced(scene, without, name, carriers(scene, without, name, allow), allow) >= allow.balance:
-            return True
-    return False
+            return None
+        touching = carriers(scene, without, name, allow)
+        if balanced(scene, without, name, touching, allow) >= allow.balance:
+            return Given(tilted, frozenset(touching.patches))
+    return None
 
 
 def _carries(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
