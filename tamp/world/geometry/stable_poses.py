@@ -114,14 +114,16 @@ def _resting_facet(hull: Part, center: Vector, normals: Matrix, neighbours: Indi
     inward /= np.maximum(np.linalg.norm(inward, axis=2), 1e-300)[..., None]
     inside = np.einsum("mij,mij->mi", inward, center - start)
     inside[facet[neighbours] == facet[:, None]] = np.inf  # an edge within a facet holds nothing back
+    height = np.einsum("ij,ij->i", normals, start[:, 0] - center)
     onto = facet.copy()
     worst = np.full(len(facet), -1e-9)
     for triangle, edge in np.argwhere(inside < -1e-9):
-        f = facet[triangle]
-        if inside[triangle, edge] < worst[f]:
+        f, other = facet[triangle], facet[neighbours[triangle, edge]]
+        if inside[triangle, edge] < worst[f] and height[other] < height[f]:
             worst[f] = inside[triangle, edge]
-            onto[f] = facet[neighbours[triangle, edge]]
-    # Every toppling lowers the centre of mass, so that following it ends.
+            onto[f] = other
+    # Every toppling lowers the centre of mass, so that following it ends; slivers, whose normals are all rounding, may
+    # seem to topple upwards.
     while not np.array_equal(following := onto[onto], onto):
         onto = following
     return onto
