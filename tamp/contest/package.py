@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import stat
 import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -23,6 +24,11 @@ CHUNK = 1 << 16
 
 PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """How entries may be packed; of others, Python unpacks whole pieces of any size into memory."""
+
+UNREADABLE = (
+    zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, NotImplementedError, EOFError, ValueError, RuntimeError,
+)  # fmt: skip
+"""What Python raises where a zip is damaged, or made by another program's rules."""
 
 ENTRY_BYTES = 2048
 """What an entry may take in a zip's directory, its name and extra fields included."""
@@ -108,7 +114,7 @@ def _unzip(source: Path, folder: Path, limits: Uploads) -> None:
         raise PackageError(f"{source.name}: larger than {limits.size_kb} KiB")
     try:
         if _directory_size(source) > limits.files * ENTRY_BYTES:
-            raise PackageError(f"{source.name}: holds more than {limits.files} files")
+            raise PackageError(f"{source.name}: holds more than {limits.files} files and folders")
         with zipfile.ZipFile(source) as archive:
             entries = archive.infolist()
             targets = _checked(source.name, entries, limits)
@@ -116,7 +122,7 @@ def _unzip(source: Path, folder: Path, limits: Uploads) -> None:
             for entry, target in zip(entries, targets, strict=True):
                 if not entry.is_dir():
                     total = _write(archive, entry, folder / target, total, limits, source.name)
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, ValueError, RuntimeError) as error:
+    except UNREADABLE as error:
         raise PackageError(f"{source.name}: is no zip that can be read: {error}") from None
     except (FileExistsError, NotADirectoryError, IsADirectoryError):
         raise PackageError(f"{source.name}: a file has the name of a folder") from None
@@ -126,7 +132,7 @@ def _directory_size(source: Path) -> int:
     """The size of a zip's directory [bytes]: it is read into memory whole, an object an entry.
 
     Raises:
-        PackageError: where there is none, or one for more than 4 GiB, which no package needs.
+        PackageError: where there is none, or one for more than 4 GiB or 65,535 files, which no package needs.
     """
     size = source.stat().st_size
     with source.open("rb") as file:
@@ -137,14 +143,15 @@ def _directory_size(source: Path) -> int:
     if at < 0 or len(tail) - at < END_SIZE:
         raise PackageError(f"{source.name}: is no zip that can be read: it has no directory")
     if tail[max(0, at - END_64_SIZE) : at].startswith(END_64):
-        raise PackageError(f"{source.name}: is a zip for more than 4 GiB (ZIP64); pack it anew without")
+        raise PackageError(f"{source.name}: is a zip for more than 4 GiB or 65,535 files (ZIP64); pack it anew without")
     return int.from_bytes(tail[at + 12 : at + 16], "little")
 
 
 def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> list[PurePosixPath]:
-    """Where each entry goes; nothing has been written yet."""
+    """Where each entry goes; nothing has been written yet. Folders are made, and count, as files do."""
     _within(name, sum(entry.file_size for entry in entries), len(entries), limits)
-    seen: set[str] = set()
+    seen: dict[str, str] = {}
+    folders: set[PurePosixPath] = set()
     targets = []
     for entry in entries:
         path, mode = PurePosixPath(entry.filename), entry.external_attr >> 16
@@ -161,12 +168,15 @@ def _checked(name: str, entries: Sequence[zipfile.ZipInfo], limits: Uploads) -> 
             wrong = "is encrypted"
         elif entry.compress_type not in PACKINGS:
             wrong = "is neither stored nor deflated"
-        elif str(path).casefold() in seen:
-            wrong = "comes twice"
+        elif (other := seen.get(str(path).casefold())) is not None:
+            wrong = "comes twice" if other == str(path) else f"differs from {other!r} by capitals only"
         if wrong:
             raise PackageError(f"{name}: {entry.filename[:LONGEST]!r} {wrong}; nothing was unpacked")
-        seen.add(str(path).casefold())
+        seen[str(path).casefold()] = str(path)
         targets.append(path)
+        if not entry.is_dir():
+            folders.update(list(path.parents)[:-1])  # the last one is the package's own
+            _within(name, 0, len(targets) + len(folders), limits)
     return targets
 
 
@@ -187,4 +197,4 @@ def _within(name: str, total: int, count: int, limits: Uploads) -> None:
     if total > limits.unpacked_kb << 10:
         raise PackageError(f"{name}: unpacked it is larger than {limits.unpacked_kb} KiB")
     if count > limits.files:
-        raise PackageError(f"{name}: holds more than {limits.files} files")
+        raise PackageError(f"{name}: holds more than {limits.files} files and folders")

@@ -24,7 +24,7 @@ class Uploads:
     Attributes:
         size_kb: of a package [KiB].
         unpacked_kb: of what is in it [KiB].
-        files: how many are in it.
+        files: how many files are in it, and in a zip folders.
         a_month: submissions to the contest set by a team in a calendar month (UTC).
         trials_a_month: the same to the trial set.
         a_minute: attempts of a team to upload.

@@ -58,6 +58,7 @@ def test_any_bytes_are_a_message_or_refused(header: bytes, body: bytes) -> None:
     ("header", "body"),
     [
         (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","f8",[2147483647,2147483647]]]}', b""),
+        (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","f8",[0,2147483647,2147483647]]]}', b""),
         (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","f8",[-1]]]}', b""),
         (b'{"kind":"state","number":1,"fields":{},"arrays":[["q","O",[1]]]}', b"12345678"),
         (b'{"kind":"state","number":true,"fields":{},"arrays":[]}', b""),

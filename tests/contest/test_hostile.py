@@ -7,6 +7,7 @@ import os
 import re
 import socket
 import threading
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +26,7 @@ TIGHTER |= {name: {"processor_s": 1.0} for name in ("burns_processor", "hidden_p
 
 LIMITED = ("burns_processor", "eats_memory", "many_eat_memory", "endless_output", "sleeps", "never_reads", "huge_frame")
 LIMITED += ("huge_header", "deep_json", "lies", "invents_calls", "slow_frame", "closes_socket", "leaves_unsaid")
+LIMITED += ("fills_sockets", "page_tables", "prints_slowly", "impossible_array")
 LIMITED += ("escapes_terminal", "raises_in_words", "half_characters", "far_away", "begins_again", "hidden_processor")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
@@ -57,6 +59,57 @@ def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> N
     assert set(children(os.getpid())) <= before
     assert len(output) <= 64 << 10
     assert ending.message.isprintable(), "what a solution says goes to terminals and pages"
+
+
+@pytest.mark.parametrize("name", ["fills_sockets", "page_tables"])
+def test_memory_that_the_kernel_takes_is_seen_without_control_groups(
+    name: str, sandbox: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if sandbox.name != "namespaces" and not Namespaces().missing():
+        pytest.skip("processes are looked at in the same way in every sandbox")
+    monkeypatch.setattr(cgroups, "make", lambda _: None)
+    limits = replace(QUICK, wall_s=20.0)
+    ending, output = run_in(sandbox, Path(__file__).parent / "hostile" / f"{name}.py", tmp_path, limits)
+    assert ending.reason == "memory", (ending, output)
+
+
+def test_modules_of_its_own_take_no_place_of_others(sandbox: Sandbox, tmp_path: Path) -> None:
+    """A package may hold what is called as libraries are, as the API, and as what Python runs at its start."""
+    code = "raise RuntimeError('was imported')\n"
+    names = ("numpy/__init__.py", "tamp/__init__.py", "json.py", "sitecustomize.py", "usercustomize.py", "setup.py")
+    with zipfile.ZipFile(tmp_path / "own.zip", "w") as archive:
+        for name in names:
+            archive.writestr(name, code)
+        archive.writestr("own.pth", f"import os; {code}")
+        archive.writestr("own-1.0.dist-info/entry_points.txt", "[console_scripts]\npython = setup:main\n")
+        archive.writestr(
+            "solution.py",
+            "import json, numpy, tamp.contest.api.client\n\nclass Solution:\n    def run(self, goal, robot):\n"
+            "        assert numpy.__file__.startswith('/site/'), numpy.__file__\n        robot.arm.state()\n",
+        )
+    ending, output = run_in(sandbox, tmp_path / "own.zip", tmp_path / "run")
+    assert ending.reason == "finished", output
+
+
+def test_a_solution_that_is_called_as_a_library_is_told_so(sandbox: Sandbox, tmp_path: Path) -> None:
+    (tmp_path / "numpy.py").write_text("class Solution:\n    def run(self, goal, robot): ...\n")
+    with zipfile.ZipFile(tmp_path / "own.zip", "w") as archive:
+        archive.write(tmp_path / "numpy.py", "numpy.py")
+    ending, _ = run_in(sandbox, tmp_path / "own.zip", tmp_path / "run")
+    assert ending.reason == "raised"
+    assert "another module is called 'numpy'; call it 'solution'" in ending.message
+
+
+def test_reaches_no_socket_without_a_path(sandbox: Sandbox, tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text(
+        "import socket\n\nclass Solution:\n    def run(self, goal, robot):\n"
+        "        socket.socket(socket.AF_UNIX).connect('\\0tamp-test-hostile')\n"
+    )
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind("\0tamp-test-hostile")
+        server.listen()
+        ending, _ = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
+    assert "ConnectionRefusedError" in ending.message
 
 
 def test_reaches_no_server_on_this_machine(sandbox: Sandbox, tmp_path: Path) -> None:

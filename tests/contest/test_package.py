@@ -128,12 +128,32 @@ def test_packings_whose_bombs_go_off_in_memory_are_refused(tmp_path: Path, packi
 
 
 def test_the_same_name_twice_and_no_module_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(PackageError, match="comes twice"):
-        unpack(_zip(tmp_path / "twice.zip", {"solution.py": CODE, "SOLUTION.py": CODE}), tmp_path / "out")
+    with pytest.raises(PackageError, match=r"'SOLUTION.py' differs from 'solution.py' by capitals only"):
+        unpack(_zip(tmp_path / "capitals.zip", {"solution.py": CODE, "SOLUTION.py": CODE}), tmp_path / "out")
+    with pytest.raises(PackageError, match="'data//x' comes twice"):
+        unpack(_zip(tmp_path / "twice.zip", {"solution.py": CODE, "data/x": "", "data//x": ""}), tmp_path / "out")
     with pytest.raises(PackageError, match=r"expected a module solution\.py"):
         unpack(_zip(tmp_path / "two.zip", {"a.py": CODE, "b.py": CODE}), tmp_path / "out2")
     with pytest.raises(PackageError, match="has the name of a folder"):
         unpack(_zip(tmp_path / "clash.zip", {"solution.py": CODE, "solution.py/x": "y"}), tmp_path / "out3")
+
+
+def test_folders_count_as_files_do(tmp_path: Path) -> None:
+    deep = {f"{number}/{'a/' * 90}x": "" for number in range(2)}
+    with pytest.raises(PackageError, match="more than 20 files and folders"):
+        unpack(_zip(tmp_path / "deep.zip", {"solution.py": CODE, **deep}), tmp_path / "out", SMALL)
+    assert list((tmp_path / "out").iterdir()) == []
+    flat = {f"f{i}": "" for i in range(SMALL.files - 1)}
+    assert unpack(_zip(tmp_path / "flat.zip", {"solution.py": CODE, **flat}), tmp_path / "out2", SMALL)
+
+
+def test_damaged_pieces_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    whole = _zip(tmp_path / "whole.zip", {"solution.py": CODE * 50}).read_bytes()
+    for place in range(41, len(whole) - 100):  # behind the header of the only file
+        source = tmp_path / "damaged.zip"
+        source.write_bytes(whole[:place] + bytes([whole[place] ^ 0x55]) + whole[place + 1 :])
+        with pytest.raises(PackageError):
+            unpack(source, tmp_path / f"out{place}")
 
 
 @given(st.binary(max_size=400))

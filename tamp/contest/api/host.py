@@ -77,6 +77,8 @@ def load(folder: Path, module: str) -> Any:
     """The class `Solution` of a module in a folder; an agent as OCRTOC 2024 has it is made into one."""
     sys.path.insert(0, str(folder))
     loaded = importlib.import_module(module)
+    if folder not in Path(getattr(loaded, "__file__", None) or "/").parents:
+        raise TypeError(f"another module is called {module!r}; call it 'solution'")
     found = getattr(loaded, "Solution", None)
     if isinstance(found, type) and callable(getattr(found, "run", None)):
         return found

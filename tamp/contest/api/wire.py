@@ -29,6 +29,7 @@ TYPES: Mapping[str, np.dtype[Any]] = {"u1": np.dtype("u1"), "f4": np.dtype("<f4"
 
 MOST_ARRAYS = 8
 MOST_DIMENSIONS = 3
+MOST_IN_DIMENSION = 1 << 20
 
 
 class ProtocolError(Exception):
@@ -189,7 +190,8 @@ def decode(header: bytes | bytearray, body: bytes | bytearray) -> Message:
 def _description(entry: Any) -> tuple[str, np.dtype[Any], tuple[int, ...]]:
     match entry:
         case [str(name), str(word), list(shape)] if word in TYPES and len(shape) <= MOST_DIMENSIONS:
-            if all(type(n) is int and 0 <= n < 1 << 31 for n in shape):
+            # No more than NumPy takes, which minds the other sizes also where one of them is zero.
+            if all(type(n) is int and 0 <= n <= MOST_IN_DIMENSION for n in shape):
                 dtype: np.dtype[Any] = TYPES[word]
                 return name, dtype, tuple(shape)
     raise ProtocolError(f"an array is described by its name, one of {', '.join(TYPES)}, and its shape")

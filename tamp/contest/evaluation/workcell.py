@@ -188,7 +188,9 @@ class Workcell:
 
     def follow(self, times: Array, positions: Array, velocities: Array | None) -> None:
         """Follow a trajectory."""
-        if positions.shape != (len(times), len(self._spec.joints)) or not len(times):
+        if not len(times):
+            raise Refusal("the trajectory has no points")
+        if positions.shape != (len(times), len(self._spec.joints)):
             raise Refusal(f"positions have shape {positions.shape}, not ({len(times)}, {len(self._spec.joints)})")
         if velocities is not None and velocities.shape != positions.shape:
             raise Refusal(f"velocities have shape {velocities.shape}, not that of positions, {positions.shape}")

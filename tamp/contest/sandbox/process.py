@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 
@@ -24,6 +25,9 @@ END_S = 5.0
 
 MOST_FILES = 100_000
 """In a temporary folder; an empty one takes a kilobyte of the kernel's memory, which no process is charged for."""
+
+QUEUE = Path("/proc/sys/net/core/wmem_default")
+"""What a socket may hold of what was sent and not read [bytes]: memory that no process is charged for."""
 
 TICKS = os.sysconf("SC_CLK_TCK")
 
@@ -176,13 +180,15 @@ class SandboxedProcess:
 def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
     """Processes and threads, processor time [s] with that of children that have ended, and memory [bytes].
 
-    Memory that processes share counts once: their proportional set sizes are added.
+    Memory that processes share counts once: their proportional set sizes are added, the kernel's tables of their pages,
+    and for each socket as much as its queue may hold.
 
     Args:
         pids: processes.
         spent: of all that were seen before; changed. A parent that ignores its children's end is not charged for them.
     """
     count, processor, memory = 0, 0, 0
+    sockets: set[str] = set()
     for pid in pids:
         with suppress(OSError, ValueError, IndexError):
             words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
@@ -190,8 +196,9 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
             spent[pid, words[19]] = own
             processor += own + of_children
             count += int(words[17])
-            memory += _proportional(pid)
-    return count, max(processor, sum(spent.values())) / TICKS, memory
+            memory += _memory(pid)
+            sockets |= _sockets(pid)
+    return count, max(processor, sum(spent.values())) / TICKS, memory + len(sockets) * _queue()
 
 
 def _files_made(pid: int) -> int:
@@ -204,8 +211,25 @@ def _files_made(pid: int) -> int:
     return 0
 
 
-def _proportional(pid: int) -> int:
-    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines():
-        if line.startswith("Pss:"):
-            return int(line.split()[1]) << 10
-    return 0
+def _memory(pid: int) -> int:
+    """A process's share of memory, what is swapped out and the tables of its pages included [bytes]."""
+    kib = 0
+    for name, fields in (("smaps_rollup", ("Pss:", "SwapPss:")), ("status", ("VmPTE:",))):
+        for line in Path(f"/proc/{pid}/{name}").read_text().splitlines():
+            if line.startswith(fields):
+                kib += int(line.split()[1])
+    return kib << 10
+
+
+def _sockets(pid: int) -> set[str]:
+    """The sockets that a process holds, by what the kernel calls them."""
+    found = set()
+    for entry in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(OSError):  # it has just been closed
+            found.add(str(entry.readlink()))
+    return {name for name in found if name.startswith("socket:")}
+
+
+@cache
+def _queue() -> int:
+    return int(QUEUE.read_text())

@@ -1,8 +1,10 @@
 """System calls that a solution does not get: what outlives it, leads out of it, or only widens what could be broken.
 
 Namespaces do not reach everything: keys in the kernel's keyrings stay when a process has gone and are seen by the next
-one; sockets to the machine that a virtual machine runs on know no network namespace; memory in files without a name
-counts for nobody. A filter in the language of the Berkeley packet filter refuses these calls with EPERM.
+one; sockets to the machine that a virtual machine runs on know no network namespace; memory in files without a name, in
+pages lent to pipes and in sets of rules counts for nobody. A filter in the language of the Berkeley packet filter
+refuses these calls with EPERM. What sockets there are lie between a solution's own processes, with queues of the usual
+length.
 """
 
 from __future__ import annotations
@@ -20,17 +22,21 @@ Instruction = tuple[int, int, int, int]
 """Code, jump where true, jump where false, operand; see linux/filter.h."""
 
 LOAD, EQUAL, AT_LEAST, RETURN = 0x20, 0x15, 0x35, 0x06
-NUMBER, ARCHITECTURE, FIRST_ARGUMENT = 0, 4, 16
+NUMBER, ARCHITECTURE, ARGUMENTS = 0, 4, (16, 24, 32)
 """Where they are in what the kernel shows the filter (struct seccomp_data; both machines are little-endian)."""
 ALLOW, KILL, REFUSE = 0x7FFF0000, 0x80000000, 0x00050000 | errno.EPERM
 
-FAMILIES = (socket.AF_UNIX, socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK)
-"""Sockets that a network namespace shuts in."""
+FAMILIES = (socket.AF_UNIX,)
+"""Sockets that there are: there is no network, and what its sockets keep for themselves counts for nobody."""
+
+SO_SNDBUFFORCE = 32
+QUEUES = (socket.SO_SNDBUF, SO_SNDBUFFORCE)
+"""Options of sockets that make their queues longer than `tamp.contest.sandbox.process` takes them to be."""
 
 NEW = {
     "io_uring_setup": 425, "io_uring_enter": 426, "io_uring_register": 427, "open_tree": 428, "move_mount": 429,
     "fsopen": 430, "fsconfig": 431, "fsmount": 432, "fspick": 433, "pidfd_getfd": 438, "mount_setattr": 442,
-    "quotactl_fd": 443, "memfd_secret": 447,
+    "quotactl_fd": 443, "landlock_create_ruleset": 444, "memfd_secret": 447,
 }  # fmt: skip
 """Calls that have the same number on all machines."""
 
@@ -43,12 +49,14 @@ class Machine:
         audit: what the kernel calls it (linux/audit.h).
         refused: name -> number of each call that is refused.
         sockets: numbers of socket and socketpair.
+        options: number of setsockopt.
         highest: calls from this number on are of another convention, and refused; None where there is none.
     """
 
     audit: int
     refused: Mapping[str, int]
     sockets: tuple[int, int]
+    options: int
     highest: int | None = None
 
 
@@ -60,28 +68,32 @@ MACHINES: Mapping[str, Machine] = MappingProxyType(
                 "shmget": 29, "semget": 64, "msgget": 68, "ptrace": 101, "syslog": 103, "personality": 135,
                 "pivot_root": 155, "chroot": 161, "acct": 163, "mount": 165, "umount2": 166, "swapon": 167,
                 "swapoff": 168, "reboot": 169, "init_module": 175, "delete_module": 176, "quotactl": 179,
-                "mq_open": 240, "kexec_load": 246, "add_key": 248, "request_key": 249, "keyctl": 250,
-                "inotify_init": 253, "migrate_pages": 256, "unshare": 272, "move_pages": 279, "inotify_init1": 294,
+                "io_setup": 206, "mq_open": 240, "kexec_load": 246, "add_key": 248, "request_key": 249, "keyctl": 250,
+                "inotify_init": 253, "migrate_pages": 256, "unshare": 272, "vmsplice": 278, "move_pages": 279,
+                "inotify_init1": 294,
                 "perf_event_open": 298, "fanotify_init": 300, "open_by_handle_at": 304, "setns": 308,
                 "process_vm_readv": 310, "process_vm_writev": 311, "kcmp": 312, "finit_module": 313,
                 "memfd_create": 319, "kexec_file_load": 320, "bpf": 321, "userfaultfd": 323, **NEW,
             },
             (41, 53),
+            54,
             highest=0x40000000,
         ),
         "aarch64": Machine(
             0xC00000B7,
             {
-                "inotify_init1": 26, "umount2": 39, "mount": 40, "pivot_root": 41, "chroot": 51, "quotactl": 60,
-                "acct": 89, "personality": 92, "unshare": 97, "kexec_load": 104, "init_module": 105,
-                "delete_module": 106, "syslog": 116, "ptrace": 117, "reboot": 142, "mq_open": 180, "msgget": 186,
-                "semget": 190, "shmget": 194, "add_key": 217, "request_key": 218, "keyctl": 219, "swapon": 224,
-                "swapoff": 225, "migrate_pages": 238, "move_pages": 239, "perf_event_open": 241, "fanotify_init": 262,
+                "io_setup": 0, "inotify_init1": 26, "umount2": 39, "mount": 40, "pivot_root": 41, "chroot": 51,
+                "quotactl": 60, "vmsplice": 75, "acct": 89, "personality": 92, "unshare": 97, "kexec_load": 104,
+                "init_module": 105, "delete_module": 106, "syslog": 116, "ptrace": 117, "reboot": 142, "mq_open": 180,
+                "msgget": 186, "semget": 190, "shmget": 194, "add_key": 217, "request_key": 218, "keyctl": 219,
+                "swapon": 224, "swapoff": 225, "migrate_pages": 238, "move_pages": 239, "perf_event_open": 241,
+                "fanotify_init": 262,
                 "open_by_handle_at": 265, "setns": 268, "process_vm_readv": 270, "process_vm_writev": 271,
                 "kcmp": 272, "finit_module": 273, "memfd_create": 279, "bpf": 280, "userfaultfd": 282,
                 "kexec_file_load": 294, **NEW,
             },
             (198, 199),
+            208,
         ),
     }
 )  # fmt: skip
@@ -108,6 +120,12 @@ def call_filter(machine: str | None = None) -> list[Instruction]:
     for number in known.refused.values():
         program += [(EQUAL, 0, 1, number), (RETURN, 0, 0, REFUSE)]
     families = [(EQUAL, len(FAMILIES) - place, 0, int(family)) for place, family in enumerate(FAMILIES)]
-    asked = [(LOAD, 0, 0, FIRST_ARGUMENT), *families, (RETURN, 0, 0, REFUSE)]
-    of_sockets = [(EQUAL, 1, 0, known.sockets[0]), (EQUAL, 0, len(asked), known.sockets[1])]
-    return [*program, *of_sockets, *asked, (RETURN, 0, 0, ALLOW)]
+    asked = [(LOAD, 0, 0, ARGUMENTS[0]), *families, (RETURN, 0, 0, REFUSE), (RETURN, 0, 0, ALLOW)]
+    of_sockets = [(EQUAL, 1, 0, known.sockets[0]), (EQUAL, 0, len(asked), known.sockets[1]), *asked]
+    refused = [(EQUAL, len(QUEUES) - place, 0, option) for place, option in enumerate(QUEUES)]
+    asked = [
+        (LOAD, 0, 0, ARGUMENTS[1]), (EQUAL, 0, 1 + len(QUEUES), socket.SOL_SOCKET), (LOAD, 0, 0, ARGUMENTS[2]),
+        *refused, (RETURN, 0, 0, ALLOW), (RETURN, 0, 0, REFUSE),
+    ]  # fmt: skip
+    of_options = [(EQUAL, 0, len(asked), known.options), *asked]
+    return [*program, *of_sockets, *of_options, (RETURN, 0, 0, ALLOW)]
