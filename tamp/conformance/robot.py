@@ -17,6 +17,7 @@ import numpy as np
 from tamp.checking.robot.kinematics import KinematicTree
 from tamp.checking.robot.links import Links, read_links
 from tamp.conformance.findings import Finding
+from tamp.conformance.robot_hints import described, free_home, often_touching
 from tamp.conformance.standing import stand
 from tamp.errors import RobotError, TaskError
 from tamp.execution.simulators import installed
@@ -29,7 +30,6 @@ from tamp.world.geometry.convex_union import separation, solid
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.robot.hand import hand_poses
 from tamp.world.robot.model import RobotModel, robot_model
-from tamp.world.robot.urdf import link_shapes
 from tamp.world.scene import Scene
 from tamp.world.world import World
 
@@ -44,6 +44,7 @@ HITS = 0.95  # least share of reachable poses that inverse kinematics finds
 OPENINGS = 9  # at which the pads are looked at
 PADS = 0.002  # how far the fingers' hulls may be from where the opening says [m]
 ASIDE = 0.001  # how far the pads' middle may be beside the tool's axis, and pads may reach beyond the fingers [m]
+HOME = 0.02  # how far the arm keeps from everything in a home that is proposed [m]
 FAT = 3.0  # a hull of so many times its mesh's volume is worth a note
 RINGS = np.arange(0.2, 1.3, 0.05)  # distances from the base's axis at which the hand comes straight down [m]
 HEIGHTS = (0.03, 0.15)  # of the tool over the table there [m]
@@ -96,7 +97,7 @@ def check_robot(spec: RobotSpec, *, seed: int = 0) -> RobotJudgement:
     """
     findings: list[Finding] = []
     try:
-        findings += _described(spec)
+        findings += described(spec)
         trial = _Trial(spec, robot_model(spec), read_links(spec), np.random.default_rng(seed))
     except (RobotError, TaskError) as error:
         return RobotJudgement(spec.name, (*findings, Finding("description", "wrong", str(error))))
@@ -110,23 +111,6 @@ def check_robot(spec: RobotSpec, *, seed: int = 0) -> RobotJudgement:
     except RobotError as error:
         findings.append(Finding(check.__name__, "wrong", str(error)))
     return RobotJudgement(spec.name, tuple(findings), trial.numbers)
-
-
-def _described(spec: RobotSpec) -> Iterator[Finding]:
-    """What there is, and where the fingers' surfaces are: who looks for `gripper.pads` finds them there."""
-    shapes = link_shapes(spec)
-    movable = len(spec.joints) + len(spec.gripper.joints)
-    yield Finding("description", "ok", f"{spec.urdf.name}, {movable} joints, {len(shapes)} hulls")
-    for finger in spec.gripper.fingers:
-        points = np.concatenate([np.empty((0, 3)), *(s.hull.vertices for s in shapes if s.link == finger)])
-        if not len(points):
-            yield Finding("fingers", "wrong", f"{finger} has no collision geometry; name the links that have the pads")
-            continue
-        spans = (
-            f"{axis} {low:.4f} to {high:.4f}"
-            for axis, low, high in zip("xyz", points.min(0), points.max(0), strict=True)
-        )
-        yield Finding("fingers", "ok", f"{finger} spans {', '.join(spans)} m in its own frame")
 
 
 @dataclass
@@ -315,10 +299,18 @@ class _Trial:
             "ok" if pairs else "note",
             f"{len(pairs)} pairs of links can meet, as sampled (--json has them)",
         )
-        checker = World(self.robot, {}, Table()).checker(Scene(opening=self.spec.gripper.stroke), margin=0.002)
+        world, opened = World(self.robot, {}, Table()), Scene(opening=self.spec.gripper.stroke)
+        checker = world.checker(opened, margin=0.002)
+        often = often_touching(self.robot, checker)
+        self.numbers["often_touching"] = dict(often)
+        if often:
+            told = _some([f"{pair} at {share:.0%}" for pair, share in often])
+            text = f"links that are in each other at so many of all configurations: {told}; where the real ones are"
+            yield Finding("collisions", "note", f"{text} not, give disable_collisions, or cut their meshes")
         if not checker.free(self.robot.home):
-            met = checker.contact(self.robot.home)
-            yield Finding("collisions", "wrong", f"at home: {met}; choose another home, or lift the base")
+            met, home = checker.contact(self.robot.home), free_home(self.robot, world.checker(opened, margin=HOME))
+            told = "" if home is None else f"; free is [{', '.join(f'{v:.2f}' for v in home)}]"
+            yield Finding("collisions", "wrong", f"at home: {met}; choose another home, or lift the base{told}")
 
     def inverse(self) -> Iterator[Finding]:
         """Tool poses that the arm can take are found again."""

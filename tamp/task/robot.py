@@ -81,6 +81,7 @@ class RobotSpec:
         T_parent_tool: tool frame in that link: z the approach direction, the pads' middle on its axis.
         gripper: the gripper.
         still: the URDF's other movable joints, which nothing drives, and where each stands [rad or m].
+        disabled_collisions: pairs of links that are not looked at against each other, each pair in order.
     """
 
     name: str
@@ -100,3 +101,8 @@ class RobotSpec:
     T_parent_tool: Pose
     gripper: Gripper
     still: tuple[tuple[str, float], ...] = ()
+    disabled_collisions: tuple[tuple[str, str], ...] = ()
+
+    def may_touch(self, one: str, other: str) -> bool:
+        """Whether two links are not looked at against each other, since the robot's file says so."""
+        return (min(one, other), max(one, other)) in self.disabled_collisions

@@ -18,7 +18,7 @@ from tamp.errors import RobotError
 from tamp.task import Pose, RobotSpec, load_robot
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.model import robot_model
-from tests.task.swinging import write
+from tests.task.swinging import ARM, ROBOT, write
 
 
 def trial(spec: RobotSpec) -> _Trial:
@@ -153,3 +153,39 @@ def test_motors_that_cannot_carry_the_arm_are_told_by_the_simulators(tmp_path: P
     spec = read_robot(written(tmp_path, "  acceleration:", "  effort: 1.0\n  acceleration:"))
     found = wrong(list(trial(spec).simulation()))
     assert any(re.match(r"\w+: panda_joint\d is .* off home after 1 s: are masses and effort limits", t) for t in found)
+
+
+def test_where_the_fingers_faces_are_is_told_whatever_pads_say(tmp_path: Path) -> None:
+    pads = "pads: [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]"
+    robot = ROBOT.replace(pads, "pads: [[0.0, 0.02, 0.0], [0.0, -0.02, 0.0]]")
+    assert robot != ROBOT
+    judgement = check_robot(read_robot(write(tmp_path / "swinging", robot)))
+    told = [f.text for f in judgement.findings if f.check == "faces"]
+    assert not judgement.fits and told[-1].endswith("[[0.0000, 0.0000, 0.0000], [0.0000, 0.0000, 0.0000]]")
+
+
+def test_round_fingertips_are_noted(tmp_path: Path) -> None:
+    path = write(tmp_path / "swinging")
+    hand = tmp_path / "swinging" / "urdf" / "hand.urdf"
+    hand.write_text(hand.read_text().replace('box size="0.01 0.004 0.02"', 'cylinder radius="0.002" length="0.02"'))
+    (note,) = [f.text for f in check_robot(read_robot(path)).findings if (f.check, f.outcome) == ("faces", "note")]
+    assert re.search(r"flat over [\d.]+ by 20.0 mm, gripper.pad says 10 by 18", note)
+
+
+def test_a_free_home_is_proposed_where_the_one_given_is_not() -> None:
+    spec = load_robot("panda")
+    low = replace(spec, home=(0.0, 1.2, 0.0, -1.2, 0.0, 2.4, 0.785))
+    (text,) = wrong(list(trial(low).collisions()))
+    found = re.search(r"free is \[(.*)\]$", text)
+    assert found is not None
+    assert not wrong(list(trial(replace(spec, home=tuple(map(float, found[1].split(", "))))).collisions()))
+
+
+def test_links_whose_hulls_are_often_in_each_other_are_noted_and_may_be_left_out(tmp_path: Path) -> None:
+    folder, fat = tmp_path / "swinging", ARM.replace('sphere radius="0.01"', 'sphere radius="0.26"')
+    spec = read_robot(write(folder, arm=fat))
+    noted = [f.text for f in trial(spec).collisions() if f.outcome == "note"]
+    assert any("boom and flag at" in text and "disable_collisions" in text for text in noted)
+    left = replace(spec, disabled_collisions=(("boom", "flag"),))
+    assert not any("boom and flag" in f.text for f in trial(left).collisions())
+    assert {"boom", "flag"} not in [{a.name, b.name} for a, b in trial(left).links.pairs]

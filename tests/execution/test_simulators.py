@@ -17,7 +17,7 @@ from tamp.execution.simulator import GRAVITY, STEP, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
 from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
 from tamp.task.files.robot.robot_file import read_robot
-from tests.task.swinging import ARM, write
+from tests.task.swinging import ARM, ROBOT, write
 
 SINGLE = 1e-6  # engines may count in single precision
 BOX = Object("box", Box((0.05, 0.05, 0.08)), Pose((0.1, 0.2, 0.04)), mass=0.3)
@@ -183,3 +183,29 @@ def test_mujoco_warns_through_the_log_and_writes_nothing_where_the_user_stands(t
         simulator.step()
     assert "MuJoCo: " in caplog.text
     assert not list(tmp_path.iterdir())
+
+
+def idle_driver(folder):
+    """The swinging robot with a hand whose driver is a knob beside the fingers, which both mimic."""
+    path = write(folder, ROBOT.replace("joints: [h_left_swing]", "joints: [h_crank]"))
+    hand = folder / "urdf" / "hand.urdf"
+    text = hand.read_text().replace('<mimic joint="left_swing"/>', '<mimic joint="crank"/>')
+    text = re.sub(r'(name="left_swing" .*?<limit[^>]*/>)', r'\1<mimic joint="crank"/>', text, count=1, flags=re.DOTALL)
+    knob = """<link name="knob"/><joint name="crank" type="revolute"><parent link="palm"/><child link="knob"/>
+      <axis xyz="1 0 0"/><limit lower="0" upper="0.8" effort="9" velocity="2"/></joint></robot>"""
+    hand.write_text(text.replace("</robot>", knob))
+    return read_robot(path)
+
+
+def test_fingers_that_mimic_an_idle_link_press_no_harder_than_told(simulator, tmp_path):
+    spec = idle_driver(tmp_path / "idle")
+    assert spec.gripper.joints[0] == "h_crank" and len(spec.gripper.joints) == 5
+    with make_simulator(simulator, (), robot=spec) as world:
+        tool = world.robot.tool()
+    block = Object("block", Box((0.03, 0.036, 0.03)), tool, mass=0.05)
+    with make_simulator(simulator, (block,), robot=spec) as world:
+        world.robot.squeeze(10.0)
+        world.step(48)
+        assert all(world.robot.touching("block"))
+        world.step(48)
+        assert world.robot.opening() == pytest.approx(0.036, abs=0.0015)

@@ -120,14 +120,16 @@ def _pairs(
 ) -> tuple[tuple[Solid, Solid], ...]:
     """Pairs of links to check against each other.
 
-    Left out are links that no arm joint moves against each other, links joined by a joint, and those that overlap
-    almost always: their hulls meet by construction, not by motion.
+    Left out are links that no arm joint moves against each other, links joined by a joint, those that overlap almost
+    always, since their hulls meet by construction and not by motion, and those that the robot's file leaves out.
     """
     joined = {frozenset((joint.parent, joint.child)) for joint in tree.joints}
     candidates = [
         (a, b)
         for a, b in combinations(solids, 2)
-        if above[a.name] != above[b.name] and frozenset((a.name, b.name)) not in joined
+        if above[a.name] != above[b.name]
+        and frozenset((a.name, b.name)) not in joined
+        and not tree.spec.may_touch(a.name, b.name)
     ]
     spec, rng = tree.spec, np.random.default_rng(0)
     q = np.vstack([spec.home, rng.uniform(spec.lower, spec.upper, size=(SAMPLES, len(spec.joints)))])

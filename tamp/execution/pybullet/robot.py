@@ -43,6 +43,7 @@ class RobotBody:
         id: PyBullet's number of the robot.
         arm, fingers: PyBullet's numbers of the joints of arm and gripper.
         pads: PyBullet's numbers of the links that carry the pads.
+        leader: which of `fingers` presses where links swing: the joint that carries all of the first finger.
         drive: what the gripper's motors do for an opening.
         tool_parent: PyBullet's number of the link that carries the tool frame.
         effort: largest torque of each arm joint [N m].
@@ -55,6 +56,7 @@ class RobotBody:
     arm: tuple[int, ...]
     fingers: tuple[int, ...]
     pads: tuple[int, ...]
+    leader: int
     drive: GripperDrive
     tool_parent: int
     effort: tuple[float, ...]
@@ -105,17 +107,15 @@ class RobotBody:
     def open_to(self, opening: float) -> None:
         """Send the fingers to `opening` [m]; they push gently."""
         speeds = self.drive.velocities(FINGER_SPEED, opening)
-        driven = zip(
-            self.fingers, self.drive.joints(opening), self._forces(GENTLE_FORCE, opening), speeds, strict=False
-        )
-        for joint, at, force, speed in driven:
+        targets = self.drive.joints(opening)
+        for k, force in self._forces(GENTLE_FORCE, opening).items():
             pybullet.setJointMotorControl2(
                 self.id,
-                joint,
+                self.fingers[k],
                 pybullet.POSITION_CONTROL,
-                targetPosition=at,
-                force=abs(force),
-                maxVelocity=abs(speed),
+                targetPosition=targets[k],
+                force=force,
+                maxVelocity=abs(speeds[k]),
                 physicsClientId=self.client,
             )
 
@@ -123,39 +123,46 @@ class RobotBody:
         """Close the fingers until told otherwise, each with `force` [N]."""
         opening = self.opening()
         speeds = self.drive.velocities(-FINGER_SPEED / 2, opening)
-        for joint, most, speed in zip(self.fingers, self._forces(force, opening), speeds, strict=False):
+        for k, most in self._forces(force, opening).items():
             pybullet.setJointMotorControl2(
                 self.id,
-                joint,
+                self.fingers[k],
                 pybullet.VELOCITY_CONTROL,
-                targetVelocity=speed,
-                force=abs(most),
+                targetVelocity=speeds[k],
+                force=most,
                 physicsClientId=self.client,
             )
 
-    def _forces(self, force: float, opening: float) -> Vector:
+    def _forces(self, force: float, opening: float) -> dict[int, float]:
         """Of the joints that have motors of their own, with which each finger presses by `force` [N]: all, or one."""
-        forces = self.drive.forces(force, opening)
-        return forces if self.spec.gripper.pads is None else forces[:1] * (self.drive.multipliers**2).sum() / 2
+        forces = np.abs(self.drive.forces(force, opening))
+        if self.spec.gripper.pads is None:
+            return dict(enumerate(forces.tolist()))
+        multipliers = self.drive.multipliers
+        return {self.leader: float(forces[self.leader] * (multipliers**2).sum() / (2 * multipliers[self.leader] ** 2))}
 
     def follow(self) -> None:
-        """Let the links of a gripper that swing follow the driver, for the next step.
+        """Let the links of a gripper that swing follow the one that presses, for the next step.
 
-        PyBullet's gears, which couple fingers that slide, give way where thin links press from the side. So the driver
-        presses for its own finger, and motors that do not yield keep all others where it is.
+        PyBullet's gears, which couple fingers that slide, give way where thin links press from the side. So the leader
+        presses for its own finger, and motors that do not yield keep all others where it is. What the URDF calls the
+        driver may be a link beside the fingers, that feels nothing of what they hold: it follows like the others.
         """
         if self.spec.gripper.pads is None:
             return
-        driver, *others = self.fingers
-        position, velocity, *_ = pybullet.getJointState(self.id, driver, physicsClientId=self.client)
-        drive = self.drive
-        for joint, multiplier, offset in zip(others, drive.multipliers[1:], drive.offsets[1:], strict=True):
+        state = pybullet.getJointState(self.id, self.fingers[self.leader], physicsClientId=self.client)
+        multipliers, offsets = self.drive.multipliers, self.drive.offsets
+        position = (state[0] - offsets[self.leader]) / multipliers[self.leader]
+        velocity = state[1] / multipliers[self.leader]
+        for k, joint in enumerate(self.fingers):
+            if k == self.leader:
+                continue
             pybullet.setJointMotorControl2(
                 self.id,
                 joint,
                 pybullet.POSITION_CONTROL,
-                targetPosition=multiplier * position + offset,
-                targetVelocity=multiplier * velocity,
+                targetPosition=multipliers[k] * position + offsets[k],
+                targetVelocity=multipliers[k] * velocity,
                 positionGain=POSITION_GAIN,
                 velocityGain=1.0,
                 force=COUPLING_FORCE,
@@ -224,14 +231,18 @@ def load_robot_body(
     for name, known in (*named, *((link, links) for link in (spec.tool_parent, *spec.gripper.fingers))):
         if name not in known:
             raise RobotError(f"{spec.urdf}: there is no {name!r}; the URDF has {', '.join(sorted(known))}")
-    arm = tuple(joints[name] for name in spec.joints)
+    arm, fingers = (tuple(joints[name] for name in names) for names in (spec.joints, spec.gripper.joints))
+    way = [links[spec.gripper.fingers[0]]]  # a joint has its child's number
+    while infos[way[-1]][16] >= 0:
+        way.append(infos[way[-1]][16])
     body = RobotBody(
         spec=spec,
         client=client,
         id=robot,
         arm=arm,
-        fingers=tuple(joints[name] for name in spec.gripper.joints),
+        fingers=fingers,
         pads=tuple(links[name] for name in spec.gripper.fingers),
+        leader=fingers.index(next(joint for joint in reversed(way) if joint in fingers)),
         drive=gripper_drive(spec),
         tool_parent=links[spec.tool_parent],
         effort=tuple(float(infos[joint][10]) for joint in arm),

@@ -27,6 +27,9 @@ STEPS = 128
 CLOSED = 0.002
 """Pads that come no nearer to each other than this do not close [m]."""
 
+PARALLEL = 0.05
+"""How far pads may turn against the tool on the way from closed to open [rad]."""
+
 ALONG = 0.99
 """Fingers part along the gripper's axis where the cosine of the angle between is no less."""
 
@@ -71,8 +74,9 @@ class Linkage:
 
     def per_driver(self, opening: float) -> float:
         """How fast the pads part as the driver moves, at an opening [m]; [m/rad or m/m], its sign included."""
-        step = 0.01 * self.gripper.stroke
-        low, high = max(float(self.openings[0]), opening - step), min(float(self.openings[-1]), opening + step)
+        step, least, most = 0.01 * self.gripper.stroke, float(self.openings[0]), float(self.openings[-1])
+        opening = min(max(opening, least), most)  # pads may stop short of closing, and go beyond the stroke
+        low, high = max(least, opening - step), min(most, opening + step)
         return (high - low) / (self.driver(high) - self.driver(low))
 
 
@@ -95,13 +99,16 @@ def linkage(spec: RobotSpec) -> Linkage:
         _check_axis(spec, pad_points(spec, ends / 2))
         return Linkage(gripper, ends, ends / 2, np.zeros(2), ends)
     drivers = np.linspace(*gripper.limits, SAMPLES)
-    pads = pad_points(spec, drivers)
+    frames = finger_frames(spec, drivers)
+    pads = _pads(gripper, frames)
     _check_axis(spec, pads)
     apart = (pads[:, 1] - pads[:, 0]) @ np.array(gripper.axis)
     apart = apart * np.sign(apart[np.abs(apart).argmax()])
     if apart[0] > apart[-1]:
         drivers, pads, apart = drivers[::-1], pads[::-1], apart[::-1]
+        frames = frames[::-1]
     _check(spec, apart)
+    _check_parallel(spec, frames[apart <= gripper.stroke])
     return Linkage(gripper, apart, drivers, pads[:, :, 2].mean(axis=1), np.linspace(0.0, gripper.stroke, STEPS + 1))
 
 
@@ -110,10 +117,21 @@ def _check(spec: RobotSpec, apart: Array) -> None:
     if (np.diff(apart) <= 0.0).any():
         raise RobotError(f"{name}: the pads turn back between the gripper's limits; give limits without that")
     if apart[0] > CLOSED:
-        told = "fingers that do not close are not supported; is gripper.pads right?"
+        told = "fingers that do not close are not supported; are gripper.pads and gripper.limits right?"
         raise RobotError(f"{name}: the pads come no nearer than {apart[0]:.4f} m to each other; {told}")
     if apart[-1] < stroke - 1e-4:
         raise RobotError(f"{name}: the pads part by {apart[-1]:.4f} m at most, less than the stroke of {stroke:g} m")
+
+
+def _check_parallel(spec: RobotSpec, frames: Array) -> None:
+    """Refuse fingers (n, 2, 4, 4) that turn against the tool on the way from closed to the stroke, as pliers do."""
+    turned = np.einsum("nkij,kij->nk", frames[..., :3, :3], frames[0, :, :3, :3])  # traces: 1 + 2 cos of each turn
+    turn = float(np.arccos(np.clip((turned.min() - 1) / 2, -1.0, 1.0)))
+    if turn > PARALLEL:
+        raise RobotError(
+            f"robot {spec.name}: the fingers turn by {turn:.2g} rad on the way from closed to open; only pads that "
+            "stay parallel are supported: name the links that do, in gripper.fingers, if there are any"
+        )
 
 
 def _check_axis(spec: RobotSpec, pads: Array) -> None:
@@ -135,16 +153,26 @@ def pad_points(spec: RobotSpec, drivers: Array) -> Array:
 
     Where the file names no pads, the origins of the fingers' links stand for them.
     """
+    return _pads(spec.gripper, finger_frames(spec, drivers))
+
+
+def _pads(gripper: Gripper, frames: Array) -> Array:
+    pads = np.array(gripper.pads or np.zeros((2, 3)))
+    found: Array = np.einsum("nkij,kj->nki", frames[..., :3, :3], pads) + frames[..., :3, 3]
+    return found
+
+
+def finger_frames(spec: RobotSpec, drivers: Array) -> Array:
+    """`T_tool_finger` of both fingers for positions of the driver (n,); shape (n, 2, 4, 4)."""
     gripper = spec.gripper
     model = pin.buildModelFromXML(without_shapes(spec.description))
     data, q = model.createData(), pin.neutral(model)
     frames = [model.getFrameId(name) for name in (spec.tool_parent, *gripper.fingers)]
     index = [model.joints[model.getJointId(name)].idx_q for name in gripper.joints]
-    found = np.empty((len(drivers), 2, 3))
+    found = np.empty((len(drivers), 2, 4, 4))
     for i, driver in enumerate(drivers):
         q[index] = driver * np.array(gripper.multipliers) + np.array(gripper.offsets)
         pin.framesForwardKinematics(model, data, q)
         T_tool_world = (data.oMf[frames[0]] * pin.SE3(spec.T_parent_tool.matrix)).inverse()
-        for k, pad in enumerate(gripper.pads or np.zeros((2, 3))):
-            found[i, k] = (T_tool_world * data.oMf[frames[1 + k]]).act(np.array(pad))
+        found[i] = [(T_tool_world * data.oMf[frame]).homogeneous for frame in frames[1:]]
     return found

@@ -49,6 +49,7 @@ def _sample_pairs(robot: RobotModel) -> NDArray[np.int64]:
         for i in range(j)
         if robot.bodies[i].joint not in (robot.model.parents[robot.bodies[j].joint], robot.bodies[j].joint)
         and not {i, j} <= hand
+        and not robot.spec.may_touch(robot.bodies[i].name, robot.bodies[j].name)
     ]
     for i, j in candidates:
         geometry.addCollisionPair(pin.CollisionPair(i, j))

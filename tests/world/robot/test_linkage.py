@@ -120,3 +120,19 @@ def test_a_stroke_beyond_the_joints_is_refused() -> None:
     wide = dataclasses.replace(spec, gripper=dataclasses.replace(spec.gripper, stroke=0.1))
     with pytest.raises(RobotError, match=r"a stroke of 0.1 m needs joints that slide from 0 to half of it"):
         linkage(wide)
+
+
+def test_fingers_that_turn_as_in_pliers_are_refused(tmp_path) -> None:
+    path = write(tmp_path / "pliers")
+    hand = tmp_path / "pliers" / "urdf" / "hand.urdf"
+    hand.write_text(hand.read_text().replace('multiplier="-1"', 'multiplier="-0.5"'))
+    with pytest.raises(RobotError, match=r"the fingers turn by .* rad on the way from closed to open"):
+        linkage(read_robot(path))
+
+
+def test_pads_that_stop_just_short_of_closing_have_a_rate_there_too(tmp_path) -> None:
+    spec = read_robot(write(tmp_path / "short", ROBOT.replace("limits: [0.0, 0.5]", "limits: [0.0, 0.49]", 1)))
+    link = linkage(spec)
+    assert 0.0004 < link.openings[0] < 0.002
+    assert link.per_driver(0.0) == pytest.approx(link.per_driver(float(link.openings[0])))
+    assert gripper_drive(spec).velocities(0.1, 0.0).shape == (4,)

@@ -30,6 +30,11 @@ def misfits(model: RobotModel, urdf: Urdf) -> Iterator[Misfit]:
     yield from _gripper(model, urdf, mimics)
     yield from _hand(model, urdf, mimics)
     yield from _posture(model, urdf, mimics)
+    for index, (one, other) in enumerate(model.disable_collisions):
+        urdf.require_link(one)
+        urdf.require_link(other)
+        if one == other:
+            yield ("disable_collisions", index), f"{one} is named twice; name two links"
 
 
 def moving(model: RobotModel, mimics: dict[str, Mimic]) -> tuple[str, ...]:

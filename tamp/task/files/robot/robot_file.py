@@ -85,6 +85,7 @@ class _Reader:
             T_parent_tool=Pose.from_rpy(tool.xyz, tool.rpy),
             gripper=gripper,
             still=urdf.still(driven, model.posture),
+            disabled_collisions=tuple(sorted({(min(pair), max(pair)) for pair in model.disable_collisions})),
         )
 
     def _urdf(self, model: schema.RobotModel) -> Urdf:
@@ -127,7 +128,7 @@ class _Reader:
             raise self._refused(
                 ("gripper",),
                 "needs pads, the middle of each pad's surface in its finger link's frame: its joints do not all slide "
-                "by half of the opening",
+                "by half of the opening. With [[0, 0, 0], [0, 0, 0]] there `tamp robots check` says where they are",
             )
         ends = model.limits or urdf.limits(driver)
         if ends is None or not ends[0] < ends[1]:

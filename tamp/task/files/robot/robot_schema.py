@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 from typing_extensions import Self
@@ -92,6 +93,18 @@ class GripperModel(_Model):
     depths: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=10)] | None = None
     fingertip: Positive | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _two_fingers(cls, value: Any) -> Any:
+        fingers = value.get("fingers", ()) if isinstance(value, Mapping) else None
+        if isinstance(fingers, Sequence) and not isinstance(fingers, str) and len(fingers) != 2:
+            told = f"{len(fingers)} fingers" if fingers else "no fingers"
+            raise ValueError(
+                f"has {told}; name the two links between whose pads it grips. Suction cups, one moving jaw, and hands "
+                "that grip with more than two fingers are not supported"
+            )
+        return value
+
     @model_validator(mode="after")
     def _pads_that_part(self) -> Self:
         if self.stroke < LEAST_STROKE:
@@ -109,6 +122,7 @@ class RobotModel(_Model):
     tool: ToolModel
     gripper: GripperModel
     posture: dict[Text, Number] = {}
+    disable_collisions: Annotated[tuple[tuple[Text, Text], ...], Field(max_length=1000)] = ()
 
     @model_validator(mode="after")
     def _room_to_work(self) -> Self:

@@ -50,3 +50,30 @@ def test_a_joint_that_moves_with_the_arm_may_be_held_still(tmp_path: Path) -> No
 
 def test_joints_that_nothing_drives_are_told(tmp_path: Path) -> None:
     assert read_robot(write(tmp_path / "swinging")).still == (("wave", 0.5),)
+
+
+@pytest.mark.parametrize("fingers", ["[]", "[h_left_tip]", "[h_left_tip, h_right_tip, h_palm]"])
+def test_hands_that_do_not_grip_between_two_fingers_are_refused(tmp_path: Path, fingers: str) -> None:
+    robot = ROBOT.replace("[h_left_tip, h_right_tip]", fingers)
+    with pytest.raises(RobotError, match=r"gripper: has .* finger.*[Ss]uction cups"):
+        read_robot(write(tmp_path / "swinging", robot))
+
+
+def test_a_suction_cup_is_refused_by_its_name(tmp_path: Path) -> None:
+    robot = ROBOT[: ROBOT.index("gripper:")] + "gripper: {suction: true}\n"
+    with pytest.raises(RobotError, match=r"has no fingers; .*Suction cups"):
+        read_robot(write(tmp_path / "swinging", robot))
+
+
+def test_who_leaves_out_pads_is_told_how_to_find_them(tmp_path: Path) -> None:
+    robot = "".join(line for line in ROBOT.splitlines(keepends=True) if not line.startswith("  pads:"))
+    with pytest.raises(RobotError, match=r"needs pads.*With \[\[0, 0, 0\], \[0, 0, 0\]\] there"):
+        read_robot(write(tmp_path / "swinging", robot))
+
+
+def test_links_that_may_touch_are_two_that_there_are(tmp_path: Path) -> None:
+    spec = read_robot(write(tmp_path / "swinging", ROBOT + "disable_collisions: [[flag, boom], [boom, flag]]\n"))
+    assert spec.disabled_collisions == (("boom", "flag"),) and spec.may_touch("flag", "boom")
+    for pair, told in (("[flag, flag]", r"disable_collisions\[0\]: flag is named twice"), ("[flag, f]", "no link 'f'")):
+        with pytest.raises(RobotError, match=told):
+            read_robot(write(tmp_path / "wrong", ROBOT + f"disable_collisions: [{pair}]\n"))
