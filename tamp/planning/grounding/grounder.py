@@ -256,7 +256,8 @@ class Grounder:
                 continue
             if self._visible.may_hurt(effect):
                 effect = replace(effect, condition=self._visible.doubting(effect.condition))
-            body = tuple(dict.fromkeys(condition.positive + effect.condition.positive))
+            wanted = tuple(p for p in effect.condition.positive if p[0] != "=")
+            body = tuple(dict.fromkeys(condition.positive + wanted))
             names = tuple(dict.fromkeys((*variables, *_variables(effect.condition))))
             unequal = condition.unequal + effect.condition.unequal
             yield JoinRule(names, body, unequal, self._effect_rule(index, schema, effect, names, len(variables)))
@@ -264,9 +265,12 @@ class Grounder:
     def _effect_rule(
         self, index: int, schema: ActionSchema, effect: EffectSchema, names: tuple[str, ...], count: int
     ) -> Callable[[tuple[int, ...]], None]:
+        equal = [p for p in effect.condition.positive if p[0] == "="]  # of parameters, which the action's condition binds
+
         def on_match(values: tuple[int, ...]) -> None:
-            operator = self._operator(index, schema, values[:count])
-            self._add_effect(operator, effect, dict(zip(names, values, strict=True)))
+            binding = dict(zip(names, values, strict=True))
+            if all(a == b for _, a, b in (ground(pair, binding) for pair in equal)):
+                self._add_effect(self._operator(index, schema, values[:count]), effect, binding)
 
         return on_match
 
