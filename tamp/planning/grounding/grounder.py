@@ -265,7 +265,7 @@ class Grounder:
     def _effect_rule(
         self, index: int, schema: ActionSchema, effect: EffectSchema, names: tuple[str, ...], count: int
     ) -> Callable[[tuple[int, ...]], None]:
-        equal = [p for p in effect.condition.positive if p[0] == "="]  # of parameters, which the action's condition binds
+        equal = [p for p in effect.condition.positive if p[0] == "="]  # of parameters, which are bound
 
         def on_match(values: tuple[int, ...]) -> None:
             binding = dict(zip(names, values, strict=True))
