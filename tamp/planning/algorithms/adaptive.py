@@ -200,8 +200,13 @@ def _next_skeleton(session: Session) -> Skeleton | None:
 
 
 def _deepen(session: Session) -> bool:
-    """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything."""
-    return session.grounder.deepen(most=AHEAD + 1 + session.rounds.count // 2, patient=True)
+    """Hope for one more stream in a row, unless sampling should catch up first; whether that brought anything.
+
+    What is hoped for is never an object that the goal names: where no fact does, only a call can bring it.
+    """
+    rounds = session.rounds.count
+    most = rounds if session.goal_names_unknown else AHEAD + 1 + rounds // 2
+    return session.grounder.deepen(most=most, patient=True)
 
 
 def _replace_hopes(session: Session) -> None:

@@ -94,6 +94,7 @@ class Session:
         self.sampling = Sampling(self.knowledge, options.seed, started + options.timeout)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
         self.given_state: list[Fact] = []
+        self._named: set[int] = set()
         self._search = search
         self._eager = eager
         self._invariants = find_invariants(self.schema, self.connectors.fluent)
@@ -124,7 +125,7 @@ class Session:
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
         self.searching = 0
-        self._by_key: dict[tuple[tuple[str, tuple[int, ...]], ...], Skeleton] = {}
+        self._skeletons: dict[tuple[GroundOperator, ...], Skeleton] = {}
         builder = TaskBuilder(
             self.knowledge,
             lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
@@ -160,6 +161,9 @@ class Session:
         inner = self.schema.inner
         given = (inner(given_fact(atom, self.objects)) for atom in self.schema.problem.initial_state.facts)
         self.given_state = [fact for fact in given if fact[0] in self.schema.fluents]
+        facts = (fact for fact in (*self.knowledge.real, *self.knowledge.state) if fact[0] != "object")
+        self._named = {handle for fact in facts for handle in fact[1:]}
+        self._named |= {self.objects.intern(c.value) for c in self.schema.domain.constants.values()}
 
     def freeze(self, frozen: frozenset[int]) -> None:
         """Let no action delete a fact that has one of these objects as its first argument."""
@@ -222,6 +226,12 @@ class Session:
         return self.skeleton(found) if len(found) == len(steps) else None
 
     @property
+    def goal_names_unknown(self) -> bool:
+        """Whether the goal wants something of an object that nothing given names and no stream has given."""
+        wanted = {term for pattern in self.schema.goal.positive for term in pattern[1:] if isinstance(term, int)}
+        return any(self.knowledge.source(handle) is None for handle in wanted - self._named)
+
+    @property
     def work(self) -> int:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
         return self.sampling.calls + len(self.knowledge.templates) + self.searching
@@ -257,9 +267,14 @@ class Session:
         return self.skeleton(step.source for step in plan if step.source is not None)
 
     def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
-        """The skeleton of a symbolic plan; the same object for the same plan."""
-        made = make_skeleton(operators, self.schema, self.knowledge, self.connectors)
-        return self._by_key.setdefault(made.key, made)
+        """The skeleton of a symbolic plan; the same object for the same operators.
+
+        Operators that have only their actions' arguments in common rest on different facts, each to be tried.
+        """
+        steps = tuple(operators)
+        if steps not in self._skeletons:
+            self._skeletons[steps] = make_skeleton(steps, self.schema, self.knowledge, self.connectors)
+        return self._skeletons[steps]
 
     def lifted(self, skeleton: Skeleton) -> Skeleton:
         """A skeleton with sampled values left open again, as far as each comes from a stream of its own.

@@ -55,26 +55,19 @@ Item = Choose | Check | Apply | Connect | Rewind
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """A symbolic plan and the items that bind it.
-
-    Attributes:
-        key: what two skeletons have in common that would be bound in the same way.
-    """
+    """A symbolic plan and the items that bind it."""
 
     steps: tuple[GroundOperator, ...]
     items: tuple[Item, ...]
-    key: tuple[tuple[str, tuple[int, ...]], ...]
 
 
 def make_skeleton(
     steps: Iterable[GroundOperator], schema: Schema, knowledge: Knowledge, connectors: Connectors
 ) -> Skeleton:
     """Order a plan's choices and checks: in plan order, each check as soon as its objects are known, deferred last."""
-    steps = tuple(steps)
-    key = tuple((step.schema.name, step.args) for step in steps)
-    steps = tuple(_one_choice_each(steps, knowledge))
+    steps = tuple(_one_choice_each(tuple(steps), knowledge))
     planner = _Planner(schema, knowledge, connectors, steps)
-    return Skeleton(steps, tuple(planner.items()), key)
+    return Skeleton(steps, tuple(planner.items()))
 
 
 def _one_choice_each(steps: tuple[GroundOperator, ...], knowledge: Knowledge) -> Iterable[GroundOperator]:

@@ -82,3 +82,20 @@ def test_what_streams_say_of_the_start_after_a_plan_was_found_is_no_part_of_it(a
     solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0, success_cost=0.0)
     assert solution.cost == 2.0
     check(problem, solution)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_the_same_actions_may_rest_on_other_facts(algorithm):
+    """An action that some object made possible, whichever it was, was tried with the first one only."""
+    problem = chance.problem(7700615, streams=True, features={"effects", "exogenous", "wild"})
+    agree(replace(problem, goal=("s",)), algorithm)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_hopes_do_not_run_ahead_where_the_goal_names_what_only_a_stream_can_bring(algorithm):
+    """Chains of hopes that could never be that object were grounded first, by the hundred."""
+    problem = chance.problem(7700878, streams=True, features={"exogenous", "transit"})
+    problem = replace(problem, goal=("and", ("at", "spot-tb-0"), ("q", "spot-ta-1"), ("s",)))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=0)
+    check(problem, solution)
+    assert solution.report.counts["instances"] < 100
