@@ -125,7 +125,7 @@ class Session:
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
         self.searching = 0
-        self._skeletons: dict[tuple[GroundOperator, ...], Skeleton] = {}
+        self._skeletons: dict[tuple[tuple[int, ...], ...], Skeleton] = {}
         builder = TaskBuilder(
             self.knowledge,
             lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
@@ -267,14 +267,15 @@ class Session:
         return self.skeleton(step.source for step in plan if step.source is not None)
 
     def skeleton(self, operators: Iterable[GroundOperator]) -> Skeleton:
-        """The skeleton of a symbolic plan; the same object for the same operators.
+        """The skeleton of a symbolic plan; the same object for the same schemas with the same objects.
 
         Operators that have only their actions' arguments in common rest on different facts, each to be tried.
         """
         steps = tuple(operators)
-        if steps not in self._skeletons:
-            self._skeletons[steps] = make_skeleton(steps, self.schema, self.knowledge, self.connectors)
-        return self._skeletons[steps]
+        key = tuple((id(step.schema), *step.binding.values()) for step in steps)
+        if key not in self._skeletons:
+            self._skeletons[key] = make_skeleton(steps, self.schema, self.knowledge, self.connectors)
+        return self._skeletons[key]
 
     def lifted(self, skeleton: Skeleton) -> Skeleton:
         """A skeleton with sampled values left open again, as far as each comes from a stream of its own.

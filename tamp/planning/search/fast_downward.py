@@ -6,9 +6,11 @@ import contextlib
 import importlib.util
 import math
 import os
+import re
 import signal
 import subprocess
 import tempfile
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -32,24 +34,52 @@ CONFIGURATIONS = {
 }
 """Name -> Fast Downward's search; see its documentation of search algorithms and evaluators."""
 
-SMALL, MEDIUM = 300, 1000
-"""Operators of tasks of which cheaper plans are looked for first, where the configuration has other searches for it."""
+
+@dataclass(frozen=True)
+class Cheap:
+    """A search for cheaper plans, which comes first where a task is small enough for it.
+
+    How much it may see is counted in states, so that its outcome does not depend on the machine: Fast Downward itself
+    can only be given a time, after which the states are counted, and which is doubled where they were too few.
+
+    Attributes:
+        search: how, with places for `bound` and `seconds`.
+        most: operators of a task.
+        work: states that may be evaluated, times operators.
+        seconds: processor time that this usually takes at most [s].
+    """
+
+    search: str
+    most: int
+    work: int
+    seconds: float
+
+    def states(self, operators: int) -> int:
+        """How many states of a task with so many operators may be evaluated."""
+        return min(STATES, self.work // max(1, operators))
+
+
+STATES = 10_000
+"""States that a cheap search may evaluate, however few operators there are."""
 
 CHEAP = {
     "ff": (
-        (SMALL, _FF + "lazy_wastar([h], preferred=[h], w=1, boost=0, max_time=0.1{bound}))"),
-        (MEDIUM, _FF + "eager_wastar([h], preferred=[h], w=2, boost=0, max_time=0.2{bound}))"),
+        Cheap(_FF + "lazy_wastar([h], preferred=[h], w=1, boost=0, max_time={seconds}{bound}))", 300, 1_200_000, 0.1),
+        Cheap(_FF + "eager_wastar([h], preferred=[h], w=2, boost=0, max_time={seconds}{bound}))", 1000, 2_000_000, 0.2),
     )
 }
-"""Name -> the searches for tasks of at most so many operators: each sees more states than what follows, for cheaper
-plans, for 0.1 or 0.2 s of processor time."""
+"""Name -> the searches for small tasks: each sees more states than what follows, for cheaper plans."""
 
 IN_PLACE = {"astar-lmcut": "astar-max"}
 """Name -> what is searched by in its place where its heuristic knows neither axioms nor conditional effects."""
 
 MEMORY_KB = 2_000_000
-OUT_OF_TIME = 23
-"""Fast Downward's exit status where its processor time ran out."""
+UNSOLVABLE, UNSOLVED, OUT_OF_TIME = 11, 12, 23
+"""Fast Downward's exit status where it knows at once that there is no plan; where its search has ended without one, at
+its time or after the whole space; and where its processor time ran out."""
+
+EXHAUSTED = b"Completely explored state space"
+"""What it prints where the whole space was seen."""
 
 
 @cache
@@ -80,7 +110,7 @@ class FastDownward:
         self._search = CONFIGURATIONS[name]
         self._in_place = CONFIGURATIONS[IN_PLACE.get(name, name)]
         self._cheap = CHEAP.get(name, ())
-        self._most = [most for most, _ in self._cheap]
+        self._most = [cheap.most for cheap in self._cheap]
 
     def __call__(
         self, task: GroundTask, timeout: float, bound: int | None = None, effort: float = math.inf
@@ -97,20 +127,22 @@ class FastDownward:
         if text is None:
             return SearchResult(None, proven=True)
         in_vain: list[int] = []
-        for number, (_, search) in enumerate(self._cheap):
+        for number, cheap in enumerate(self._cheap):
             if len(task.operators) <= self._most[number]:
-                code, plan = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
-                if plan is not None:
-                    return self._found(task, plan, in_vain)
+                end = _seen_cheaply(task, text, cheap, limit, deadline, effort)
+                if end.plan is not None:
+                    return self._found(task, end.plan, in_vain)
+                if end.exhausted:
+                    return SearchResult(None, proven=bound is None)
                 in_vain.append(number)
         conditional = any(e.positive or e.negative for op in task.operators for e in op.effects)
         search = self._in_place if task.axioms or conditional else self._search
-        code, plan = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
-        if plan is not None:
-            return self._found(task, plan, in_vain)
-        # 11 and 12: the whole space was seen; 12 also where a bound cut it, which proves nothing.
-        timed_out = code in (None, OUT_OF_TIME, -signal.SIGXCPU)
-        return SearchResult(None, proven=code in (11, 12) and bound is None, timed_out=timed_out)
+        end = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
+        if end.plan is not None:
+            return self._found(task, end.plan, in_vain)
+        timed_out = end.code in (None, OUT_OF_TIME, -signal.SIGXCPU)
+        # Where a bound cut the space, that it was seen proves nothing.
+        return SearchResult(None, proven=end.code in (UNSOLVABLE, UNSOLVED) and bound is None, timed_out=timed_out)
 
     def _found(self, task: GroundTask, plan: tuple[TaskOperator, ...], in_vain: list[int]) -> SearchResult:
         """A plan, and the note that what is no smaller would take the cheap searches before it too long as well."""
@@ -119,21 +151,48 @@ class FastDownward:
         return SearchResult(plan)
 
 
-def _plan(
-    task: GroundTask, text: str, search: str, timeout: float, effort: float
-) -> tuple[int | None, tuple[TaskOperator, ...] | None]:
-    """The exit code of a run, and its plan."""
+@dataclass(frozen=True)
+class _End:
+    """How a run ended: its exit code, None where time ran out; its plan; how many states it has evaluated.
+
+    Attributes:
+        exhausted: whether there is no plan below the bound, for sure.
+    """
+
+    code: int | None
+    plan: tuple[TaskOperator, ...] | None = None
+    states: int = 0
+    exhausted: bool = False
+
+
+def _seen_cheaply(task: GroundTask, text: str, cheap: Cheap, limit: str, deadline: float, effort: float) -> _End:
+    """What a cheap search finds among the states that it may evaluate."""
+    most, seconds = cheap.states(len(task.operators)), cheap.seconds
+    while True:
+        search = cheap.search.format(bound=limit, seconds=seconds)
+        end = _plan(task, text, search, deadline - clock.now(), effort)
+        if end.plan is not None:
+            return end if end.states <= most else replace(end, plan=None)
+        if end.exhausted or end.code != UNSOLVED or end.states >= most or clock.now() >= deadline:
+            return end
+        seconds *= 2.0
+
+
+def _plan(task: GroundTask, text: str, search: str, timeout: float, effort: float) -> _End:
+    """Run the binary once."""
     with tempfile.TemporaryDirectory(prefix="tamp-") as folder:
-        code = _run(text, search, folder, max(0.01, timeout), effort)
+        code, output = _run(text, search, folder, max(0.01, timeout), effort)
+        counted = re.search(rb"Evaluated (\d+) state", output)
+        states = int(counted[1]) if counted else 0
         plan = Path(folder) / "plan"
         if code is None or not plan.is_file():
-            return code, None
+            return _End(code, None, states, code == UNSOLVABLE or EXHAUSTED in output)
         names = [line[1:-1].split() for line in plan.read_text().splitlines() if line.startswith("(")]
-        return code, tuple(task.operators[int(name[0][1:])] for name in names)
+        return _End(code, tuple(task.operators[int(name[0][1:])] for name in names), states)
 
 
-def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> int | None:
-    """Run the binary in its own process group; its exit code, or None where time ran out."""
+def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> tuple[int | None, bytes]:
+    """Run the binary in its own process group; its exit code, or None where time ran out, and what it printed."""
     # `ulimit` bounds the child's memory and processor time without code between fork and exec.
     seconds = "unlimited" if effort == math.inf else math.ceil(effort)
     script = f'ulimit -v {MEMORY_KB}; ulimit -S -t {seconds}; exec "$0" "$@"'
@@ -148,10 +207,10 @@ def _run(text: str, search: str, folder: str, timeout: float, effort: float) -> 
         env={**os.environ, "LC_ALL": "C"},
     ) as process:
         try:
-            process.communicate(text.encode(), timeout=min(timeout, clock.FOREVER_S))
-            return process.returncode
+            output, _ = process.communicate(text.encode(), timeout=min(timeout, clock.FOREVER_S))
+            return process.returncode, output
         except subprocess.TimeoutExpired:
-            return None
+            return None, b""
         finally:
             if process.poll() is None:
                 with contextlib.suppress(ProcessLookupError):

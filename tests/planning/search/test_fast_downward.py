@@ -4,10 +4,11 @@ import pytest
 
 from tamp.planning.grounding.ground_task import GroundTask, TaskEffect, TaskOperator
 from tamp.planning.search import fast_downward
-from tamp.planning.search.fast_downward import FastDownward
+from tamp.planning.search.fast_downward import Cheap, FastDownward
 
 NEVER = "let(h, ff(), lazy_greedy([h], max_time=0{bound}))"
 BEST = "astar(blind(){bound})"
+SLOW = "let(h, blind(), eager(single(h), max_time={seconds}{bound}))"
 
 
 def line(n: int) -> GroundTask:
@@ -27,7 +28,7 @@ def asked(monkeypatch):
         return run(text, search, *rest)
 
     monkeypatch.setattr(fast_downward, "_run", note)
-    monkeypatch.setitem(fast_downward.CHEAP, "ff", ((9, NEVER), (99, BEST)))
+    monkeypatch.setitem(fast_downward.CHEAP, "ff", (Cheap(NEVER, 9, 0, 0.0), Cheap(BEST, 99, 10_000, 0.1)))
     return found
 
 
@@ -47,3 +48,42 @@ def test_what_was_in_vain_is_not_tried_on_what_is_no_smaller(asked):
 def test_large_tasks_get_no_cheap_search(asked):
     assert len(FastDownward("ff")(line(100), 10.0).plan or ()) == 100
     assert asked == [fast_downward.CONFIGURATIONS["ff"].format(bound="")]
+
+
+def grid(n: int, side: int) -> GroundTask:
+    """A counter in each of n places, which goes up by steps of 1 to a last number that is wanted."""
+    atoms = tuple(("p", i, k) for i in range(n) for k in range(side))
+    number = {atom: i for i, atom in enumerate(atoms)}
+    steps = []
+    for i in range(n):
+        for k in range(side - 1):
+            before, after = number["p", i, k], number["p", i, k + 1]
+            effects = (TaskEffect(before, False), TaskEffect(after, True))
+            steps.append(TaskOperator(None, (before,), (), effects, 1))
+    initial = frozenset(number["p", i, 0] for i in range(n))
+    goal = tuple(number["p", i, side - 1] for i in range(n))
+    groups = tuple(tuple(number["p", i, k] for k in range(side)) for i in range(n))
+    return GroundTask(atoms, initial, goal, (), tuple(steps), (), groups)
+
+
+@pytest.mark.parametrize(("work", "cheaply"), [(10**9, True), (100, False)])
+def test_states_are_counted_so_that_the_machine_does_not_matter(monkeypatch, asked, work, cheaply):
+    """Whatever time it is given first, what a cheap search finds depends on the states alone that it may see."""
+    monkeypatch.setattr(fast_downward, "STATES", work)
+    plans = set()
+    for seconds in (0.0005, 5.0):
+        asked.clear()
+        monkeypatch.setitem(fast_downward.CHEAP, "ff", (Cheap(SLOW, 99, work, seconds),))
+        plans.add(FastDownward("ff")(grid(3, 16), 60.0).plan)
+        assert (asked[-1] == fast_downward.CONFIGURATIONS["ff"].format(bound="")) != cheaply
+    assert len(plans) == 1
+
+
+def test_what_a_cheap_search_has_exhausted_is_not_searched_again(asked, monkeypatch):
+    monkeypatch.setitem(fast_downward.CHEAP, "ff", (Cheap(BEST, 9, 10_000, 0.1), Cheap(BEST, 99, 10_000, 0.1)))
+    task = line(4)
+    barred = TaskOperator(None, (3,), (0,), (TaskEffect(4, True),), 1)
+    end = FastDownward("ff")(
+        GroundTask(task.atoms, task.initial, (4,), (), (*task.operators[:3], barred), (), ()), 10.0
+    )
+    assert (end.plan, end.proven, len(asked)) == (None, True, 1)
