@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Sequence
+import logging
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from sqlalchemy import select
@@ -16,21 +19,35 @@ from tamp.report.rendering.film import render_execution
 from tamp.results import from_json
 from tamp.task import Pose, Task
 
+LOG = logging.getLogger(__name__)
+
 MOST_FRAMES = 60
 """Of a film; a longer run is shown with fewer frames a second."""
 
 
 def keep(data: Path, trial: int, frames: Sequence[Frame]) -> None:
-    """Keep the frames of a run."""
+    """Keep the frames of a run: all of them, or, where the disk has no room, none."""
     if len(frames) < 2:
         return
     place = data / "frames" / f"{trial}.json.gz"
-    place.parent.mkdir(exist_ok=True)
     rows = [
         [f.time, {name: [*p.xyz, *p.quat] for name, p in f.poses.items()}, f.configuration, f.opening] for f in frames
     ]
-    with gzip.open(place, "wt", encoding="utf-8") as file:
-        json.dump(rows, file)
+    try:
+        with _unfinished(place) as part, gzip.open(part, "wt", encoding="utf-8") as file:
+            json.dump(rows, file)
+    except OSError as error:
+        LOG.warning("the frames of run %d cannot be kept: %s", trial, error)
+
+
+@contextmanager
+def _unfinished(place: Path) -> Iterator[Path]:
+    """Where to write a file that takes its place when it is whole; no other process writes there."""
+    place.parent.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=place.parent) as folder:
+        part = Path(folder) / place.name
+        yield part
+        part.replace(place)
 
 
 def film_path(data: Path, trial: int) -> Path:
@@ -65,12 +82,16 @@ def make_one(store: Store, contest: Contest, data: Path) -> bool:
         chosen = () if row is None else shown(store, row.submission)
         if row is None or not chosen:
             continue  # its submission is not done
-        if trial in chosen and not film_path(data, trial).exists():
+        drawn = trial in chosen and not film_path(data, trial).exists()
+        if drawn:
             kind: Kind = row.kind
-            _draw(contest.entry(kind, row.task).task, frames, film_path(data, trial))
-            frames.unlink(missing_ok=True)
-            return True
+            try:
+                _draw(contest.entry(kind, row.task).task, frames, film_path(data, trial))
+            except Exception as error:  # a film that cannot be drawn must keep nothing else waiting
+                LOG.warning("run %d has no film: %s: %s", trial, type(error).__name__, error)
         frames.unlink(missing_ok=True)
+        if drawn:
+            return True
     return False
 
 
@@ -84,10 +105,8 @@ def _draw(task: Task, source: Path, path: Path) -> None:
         Frame(time, {name: Pose(tuple(v[:3]), tuple(v[3:])) for name, v in poses.items()}, tuple(q), opening)
         for time, poses, q, opening in rows
     ]
-    path.parent.mkdir(exist_ok=True)
-    unfinished = path.with_suffix(".part.gif")
-    render_execution(task, frames, unfinished)
-    unfinished.replace(path)
+    with _unfinished(path) as part:
+        render_execution(task, frames, part)
 
 
 def submission_of(store: Store, trial: int) -> str | None:
