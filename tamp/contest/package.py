@@ -54,30 +54,31 @@ class Package:
     module: str
 
 
-def unpack(source: Path, folder: Path, limits: Uploads | None = None) -> Package:
+def unpack(source: Path, folder: Path, limits: Uploads | None = None, called: str | None = None) -> Package:
     """Copy a solution into an empty folder.
 
     Args:
         source: a .py file, a folder, a .zip or a .whl.
         folder: made where it is absent.
         limits: of size and number of files; links and paths that lead elsewhere are refused in any case.
+        called: what its owner calls it, for messages; as the source is called where it is None.
 
     Raises:
         PackageError: where it cannot be accepted.
     """
-    limits = limits or Uploads()
+    limits, name = limits or Uploads(), called or source.name
     folder.mkdir(parents=True, exist_ok=True)
     if source.is_dir():
         _copy(source, folder, limits)
     elif source.suffix == ".py" and source.is_file():
         if source.stat().st_size > limits.size_kb << 10:
-            raise PackageError(f"{source.name}: larger than {limits.size_kb} KiB")
+            raise PackageError(f"{name}: larger than {limits.size_kb} KiB")
         shutil.copyfile(source, folder / f"{ENTRY}.py")
     elif source.suffix in (".zip", ".whl") and source.is_file():
-        _unzip(source, folder, limits)
+        _unzip(source, folder, limits, name)
     else:
-        raise PackageError(f"{source}: expected a .py file, a folder, a .zip or a .whl that exists")
-    return Package(folder, _entry(source.name, folder))
+        raise PackageError(f"{called or source}: expected a .py file, a folder, a .zip or a .whl that exists")
+    return Package(folder, _entry(name, folder))
 
 
 def _entry(name: str, folder: Path) -> str:
@@ -109,26 +110,26 @@ def _copy(source: Path, folder: Path, limits: Uploads) -> None:
         shutil.copyfile(path, target)
 
 
-def _unzip(source: Path, folder: Path, limits: Uploads) -> None:
+def _unzip(source: Path, folder: Path, limits: Uploads, name: str) -> None:
     if source.stat().st_size > limits.size_kb << 10:
-        raise PackageError(f"{source.name}: larger than {limits.size_kb} KiB")
+        raise PackageError(f"{name}: larger than {limits.size_kb} KiB")
     try:
-        if _directory_size(source) > limits.files * ENTRY_BYTES:
-            raise PackageError(f"{source.name}: holds more than {limits.files} files and folders")
+        if _directory_size(source, name) > limits.files * ENTRY_BYTES:
+            raise PackageError(f"{name}: holds more than {limits.files} files and folders")
         with zipfile.ZipFile(source) as archive:
             entries = archive.infolist()
-            targets = _checked(source.name, entries, limits)
+            targets = _checked(name, entries, limits)
             total = 0
             for entry, target in zip(entries, targets, strict=True):
                 if not entry.is_dir():
-                    total = _write(archive, entry, folder / target, total, limits, source.name)
+                    total = _write(archive, entry, folder / target, total, limits, name)
     except UNREADABLE as error:
-        raise PackageError(f"{source.name}: is no zip that can be read: {error}") from None
+        raise PackageError(f"{name}: is no zip that can be read: {error}") from None
     except (FileExistsError, NotADirectoryError, IsADirectoryError):
-        raise PackageError(f"{source.name}: a file has the name of a folder") from None
+        raise PackageError(f"{name}: a file has the name of a folder") from None
 
 
-def _directory_size(source: Path) -> int:
+def _directory_size(source: Path, name: str) -> int:
     """The size of a zip's directory [bytes]: it is read into memory whole, an object an entry.
 
     Raises:
@@ -141,9 +142,9 @@ def _directory_size(source: Path) -> int:
     # The same record that Python's zipfile takes: one without a comment, else the last one there is.
     at = len(tail) - END_SIZE if tail[-END_SIZE:-18] == END and tail[-2:] == b"\0\0" else tail.rfind(END)
     if at < 0 or len(tail) - at < END_SIZE:
-        raise PackageError(f"{source.name}: is no zip that can be read: it has no directory")
+        raise PackageError(f"{name}: is no zip that can be read: it has no directory")
     if tail[max(0, at - END_64_SIZE) : at].startswith(END_64):
-        raise PackageError(f"{source.name}: is a zip for more than 4 GiB or 65,535 files (ZIP64); pack it anew without")
+        raise PackageError(f"{name}: is a zip for more than 4 GiB or 65,535 files (ZIP64); pack it anew without")
     return int.from_bytes(tail[at + 12 : at + 16], "little")
 
 

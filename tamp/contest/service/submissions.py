@@ -25,6 +25,9 @@ from tamp.errors import TampError
 
 SUFFIXES = (".py", ".zip", ".whl")
 
+LONGEST_NAME = 100
+"""Of a file, as it is shown [characters]: the end of a longer one."""
+
 STALE_S = 3600.0
 """No upload takes so long: what is older was left behind [s]."""
 
@@ -90,7 +93,7 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
     upload.replace(named)
     try:
         with tempfile.TemporaryDirectory(dir=data / "incoming") as folder:
-            unpack(named, Path(folder) / "solution", contest.rules.uploads)
+            unpack(named, Path(folder) / "solution", contest.rules.uploads, Path(name).name[-LONGEST_NAME:])
         digest = hashlib.sha256(named.read_bytes()).hexdigest()
         with store.change() as connection:
             _lock(connection, team)
@@ -153,7 +156,7 @@ def _refuse_surplus(connection: Connection, contest: Contest, team: Team, kind: 
 
 def _insert(connection: Connection, contest: Contest, team: Team, kind: Kind, name: str, digest: str) -> str:
     number = uuid.uuid4().hex
-    shown = Path(name).name[-100:]
+    shown = Path(name).name[-LONGEST_NAME:]
     row = {"id": number, "team": team.id, "kind": kind, "file": shown, "sha256": digest, "created": time.time()}
     connection.execute(insert(SUBMISSIONS).values(row))
     runs: list[Mapping[str, Any]] = [

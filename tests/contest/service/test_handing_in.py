@@ -154,3 +154,8 @@ def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: p
 
     assert anyio.run(hand_in) == 408
     assert not list((service.data / "incoming").iterdir())
+
+
+def test_a_refusal_calls_the_file_as_its_team_does(service: Service) -> None:
+    answer = service.hand_in(service.ours, b"no zip", "our best.zip")
+    assert answer.json()["detail"] == "our best.zip: is no zip that can be read: it has no directory"
