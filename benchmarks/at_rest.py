@@ -19,6 +19,8 @@ import numpy as np
 from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA
 from benchmarks.unseen_tables import family, write_tables
+from tamp.checking.physics.perching import on_rollers, perched
+from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import carriers, unrest
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
@@ -65,7 +67,7 @@ def judged(path: Path) -> Row:
         scene = Scene.of(task)
         state = State({name: pose.matrix for name, pose in rest.poses.items()}, np.zeros(0))
         for name in rest.poses:
-            said = next(unrest(scene, state, name, DEFAULT), None)
+            said = next(_refusals(scene, state, name), None)
             counts["objects"] += 1
             counts["refused"] += said is not None
             if said is not None:
@@ -74,6 +76,17 @@ def judged(path: Path) -> Row:
             counts["pairs"] += len(pairs := [carrier for above, carrier in rest.supports if above == name])
             counts["unseen"] += sum(carrier not in below for carrier in pairs)
     return counts
+
+
+def _refusals(scene: Scene, state: State, name: str) -> Iterator[tuple[str, ...]]:
+    """What the checker would say of an object that a plan put where it is, as far as that is about it alone."""
+    yield from ((sentence,) for sentence, _, _ in unrest(scene, state, name, DEFAULT))
+    yield from ((sentence,) for sentence, _ in perched(scene, state, name, DEFAULT))
+    yield from ((sentence,) for sentence, _ in on_rollers(scene, state, name, DEFAULT))
+    stack = stack_of(scene, state, name, DEFAULT)
+    for other, far in off_balance(scene, state, stack).items():
+        if other == name and far > DEFAULT.balance:
+            yield (f"{name} is {1000 * far:.0f} mm off balance among {', '.join(stack.names)}",)
 
 
 def _options() -> argparse.ArgumentParser:

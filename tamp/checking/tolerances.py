@@ -18,6 +18,7 @@ class Tolerances:
         grasp: distance between where an object lies and where a grip says it lies.
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
+        flush: displacement by which pads turn what they close on, until it lies flush between them.
         drop: how far down a released object may go until it stands.
         slump: how far an object may tilt when something it leaned on leaves (displacement of the score's cube).
         strayed: how far shifts within tolerance, at grips, releases and pushes, may take an object aside in a plan.
@@ -73,6 +74,7 @@ class Tolerances:
     grasp: float = 0.002
     grasp_angle: float = 0.02
     pad: float = 0.002
+    flush: float = 0.012
     drop: float = 0.015
     slump: float = 0.015
     strayed: float = 0.005

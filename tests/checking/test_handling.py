@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.checking.geometry.pad_region import between_pads
+from tamp.checking.scene import Scene
 from tamp.task import (
     Action,
     At,
@@ -29,6 +31,7 @@ from tamp.task import (
 )
 from tamp.task.mesh.parts import Part, convex_hull, parts
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
+from tests.checking.handmade import tree as handmade_tree
 from tests.checking.mutations.editing import shifted
 
 BOX, START, GOAL = Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), Pose((0.05, 0.2, 0.04))
@@ -227,3 +230,25 @@ def test_nothing_stays_on_several_that_all_roll_the_same_way(turned, wrong):
     actions = carry(Hand(HOME), "red", start, goal, 0.05, ("table", "can0"))
     found = judged([Object("red", Box((0.16, 0.05, 0.02)), start, At(goal)), *cans], actions)
     assert ("red does not stay on can0 and can1, which all roll the same way" in found) == wrong, found
+
+
+@pytest.mark.parametrize(("askew", "friction", "turns"), [(0.05, 0.5, False), (0.4, 0.5, True), (0.4, 1.0, False)])
+def test_pads_that_touch_a_box_by_its_corners_turn_it_where_friction_does_not_hold_it(askew, friction, turns):
+    """In PyBullet the second box comes to lie flush between the pads, the others stay as they are."""
+    tool = Pose.from_rpy((0.0, 0.0, 0.005), (np.pi, 0.0, askew))
+    red = Object("red", BOX, START, At(GOAL), friction=friction)
+    tree = handmade_tree()
+    solid = Scene.of(Task("box", (red,))).solids["red"]
+    found = between_pads(solid, tool.inverse().matrix, tree.spec.gripper, OPEN, tree.pad_depth(0.05))
+    width, held, hand = found[1] - found[0], Attachment("red", tool.inverse()), Hand(HOME)
+    go = Move("transit", hand.free(above(START @ tool)), OPEN)
+    reach = Move("approach", hand.line(START @ tool), OPEN)
+    lift = Move("lift", hand.line(above(START @ tool)), width, held, TOUCHING)
+    carried = Move("transfer", hand.free(above(GOAL @ tool)), width, held)
+    lower = Move("lower", hand.line(GOAL @ tool), width, held, TOUCHING)
+    leave = Move("retreat", hand.line(above(GOAL @ tool)), OPEN)
+    pick = Action("pick", ("red",), (reach, Grip(held, width), lift))
+    place = Action("place", ("red",), (lower, Release("red", GOAL, OPEN), leave))
+    said = judged([red], [Action("move", (), (go,)), pick, Action("move", ("red",), (carried,)), place])
+    assert ("lies flush" in said) == turns, said
+    assert turns or not said

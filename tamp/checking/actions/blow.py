@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.geometry.transforms import rotation
+from tamp.checking.physics.contacts import Contacts
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.scene import TABLE
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from tamp.checking.physics.contacts import Contacts
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 ALIKE = 0.05  # masses that differ by such a share are one
 PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
+
+RECOIL = 0.37  # of its weight, with which a rod that falls over pushes back where it stands, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +127,25 @@ def struck_aside(
         energy = scene.task.object(name).mass * drop
         least = min(_passed(scene, state, (name, other), (turn, edge[::-1]), at, each) for each in lower)
         if PASSED * energy * least > needed:
+            yield other
+
+
+def pushed_back(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> Iterator[str]:
+    """What an object stands on with its edge, and pushes over behind it as it begins to turn `ahead`, shape (3,).
+
+    The edge pushes back as the centre of mass gets faster ahead, by no more than friction bears.
+    """
+    back = -ahead * (1.0, 1.0, 0.0) / max(float(np.hypot(ahead[0], ahead[1])), 1e-9)
+    mass = scene.task.object(name).mass
+    for other, points in sorted(carriers(scene, state, name, allow).points.items()):
+        touching = Contacts({}) if other == TABLE else carriers(scene, state, other, allow).without(name)
+        base = np.concatenate([np.zeros((0, 3)), *touching.points.values()])
+        if not len(base) or any((held.normals @ back < -HELD).any() for held in touching.patches.values()):
+            continue
+        at, edge = points.mean(axis=0), base[(base @ back).argmax()]
+        push = min(scene.friction(name) * scene.friction(other), RECOIL) * float(at[2] - edge[2])
+        inside = float((edge - scene.center_of_mass(other, state.poses[other])) @ back)
+        if scene.task.object(other).mass * inside + mass * (float((edge - at) @ back) - push) < 0.0:
             yield other
 
 

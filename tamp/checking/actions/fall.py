@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.blow import knocked_over, struck_aside
+from tamp.checking.actions.blow import knocked_over, pushed_back, struck_aside
 from tamp.checking.actions.grip_and_release import check_rest, check_strayed
+from tamp.checking.actions.way_down import met_on_the_way
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
+from tamp.checking.physics.perching import rolls_away
 from tamp.checking.physics.support import carriers, height_above, stays_after
-from tamp.checking.robot.sweep import Mover, standing, touches, travelled
+from tamp.checking.robot.sweep import Mover, touches, travelled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,6 +50,9 @@ def check_fall(
     turning = _not_turning(scene, state, name, after, farthest, allow)
     for sentence in _not_dropping(name, before, after, allow) if straight else turning:
         report("fall", sentence, bodies=(name,))
+    ahead = scene.center_of_mass(name, after) - scene.center_of_mass(name, before)
+    for other in () if straight else pushed_back(scene, state, name, ahead, allow):
+        report("fall", f"{other} tips over backwards as {name} turns over on it", bodies=(other, name))
     if straight:
         check_strayed(scene, state, name, before, after, allow, report)
     touched = set(carriers(scene, state, name, allow).patches)
@@ -59,24 +64,22 @@ def check_fall(
             report("fall", f"{name} is said to fall so far that nobody can look at its way", bodies=(name,), depth=step)
             return
         path = _turned(before, after, 2 * len(path))
-    body = Mover(scene.solids[name], path)
-    others = [mover for mover in standing(scene.solids, state.standing(scene)) if mover.solid.name != name]
-    near = {*touched, *met.patches}
-    depths = (allow.contact if other.solid.name in near else allow.collision for other in others)
-    for touch in touches((other, body, depth) for other, depth in zip(others, depths, strict=True)):
+    for touch in met_on_the_way(scene, state, name, path, {*touched, *met.patches}, allow):
         sentence = f"{name} falls {1000 * touch.depth:.1f} mm into {touch.bodies[0]}"
         report("fall", sentence, bodies=touch.bodies, depth=touch.depth)
-    placed = scene.links.tree.forward(state.q[None], state.opening or 0.0)
+    body, placed = Mover(scene.solids[name], path), scene.links.tree.forward(state.q[None], state.opening or 0.0)
     for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
     state.poses[name] = after
     check_rest(scene, state, name, allow, report)
-    drop = float(scene.center_of_mass(name, before)[2] - scene.center_of_mass(name, after)[2])
+    drop = float(-ahead[2])
     lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
     if straight and drop > allow.drop and not stays_after(scene, state, name, lift, allow):
         report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
     if drop <= allow.drop:
         return
+    if rolls_away(scene, state, name, None if straight else ahead, allow):
+        report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
     if straight:
         knocked = list(knocked_over(scene, state, name, drop, allow))
     else:
@@ -124,8 +127,9 @@ def _not_turning(
     if abs(axis[2]) > np.sin(allow.level) + allow.twist * over_corner:
         yield f"{name} is said to turn sideways while it falls"
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
-    if torque < allow.balance:
-        yield f"{name} would not fall to that side: its centre of mass is not beyond the edge it stands on"
+    high = float(scene.center_of_mass(name, before)[2] - edge[:, 2].min())
+    if torque < max(allow.balance, np.tan(allow.grasp_angle) * high):
+        yield f"{name} may not fall to that side: its centre of mass is hardly beyond the edge it stands on, or is not"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)
     slid = [_slid(on, after @ inverse(before), center) for on in points.values()]

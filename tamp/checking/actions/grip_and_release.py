@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
-from tamp.checking.geometry.pad_region import between_pads, squeezed_out
+from tamp.checking.actions.way_down import dropped_through
+from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.perching import on_rollers, perched
 from tamp.checking.physics.stacks import stack_of, upset
-from tamp.checking.physics.support import balanced, carriers, overlaps, slumps, unrest
+from tamp.checking.physics.support import balanced, carriers, height_above, overlaps, slumps, sunk_balance, unrest
 from tamp.checking.scene import GRAVITY, Scene, State
 from tamp.task.robot import PAD_FRICTION
 
@@ -77,10 +78,10 @@ def check_release(
         release = replace(release, opening=gripper.stroke)
     elif release.opening < (state.opening or 0.0) + allow.opened:
         report("release", f"the fingers do not open: {name} is not let go", bodies=(name,))
-    T = release.pose.matrix
-    for sentence, far in _not_let_go(scene, name, state.poses[name], T, 0.0 if falls else allow.drop, allow):
+    held, T = state.poses[name], release.pose.matrix
+    for sentence, far in _not_let_go(scene, name, held, T, 0.0 if falls else allow.drop, allow):
         report("release", sentence, bodies=(name,), depth=far)
-    check_strayed(scene, state, name, state.poses[name], T, allow, report)
+    check_strayed(scene, state, name, held, T, allow, report)
     before = gripper.stroke if state.opening is None else state.opening
     wide = _width(scene, state, name, T, before + 2 * allow.pad)
     if wide + allow.opened > release.opening:
@@ -94,10 +95,27 @@ def check_release(
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:
+        _check_way(scene, state, name, held, allow, report)
         check_rest(scene, state, name, allow, report)
         return
     for sentence, bodies, depth in overlaps(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
+
+
+def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:
+    """What is let go where it was `held` comes to where it now stands: through nothing, and righted by its weight.
+
+    What is tilted rights itself if its centre of mass is over what carries it all the same.
+    """
+    if allow.grasp < np.linalg.norm((held - state.poses[name])[:3, 3]) < 2 * allow.drop:
+        for touch in dropped_through(scene, state, name, held, allow):
+            sentence = f"{name} drops through {touch.bodies[0]}, {1000 * touch.depth:.1f} mm deep in it"
+            report("release", sentence, bodies=touch.bodies, depth=touch.depth)
+    tilt = float(np.arccos(np.clip(held[2, :3] @ state.poses[name][2, :3], -1.0, 1.0)))
+    margin = height_above(scene, name, state.poses[name]) * np.sin(tilt)
+    if margin > allow.balance and sunk_balance(scene, state, name, allow, margin) < margin:
+        sentence = f"{name} is let go {np.degrees(tilt):.1f} degrees tilted, and tips over"
+        report("release", sentence, bodies=(name,))
 
 
 def _width(scene: Scene, state: State, name: str, T: Array, opening: float) -> float:
@@ -197,6 +215,11 @@ def _check_closing(
     if slope is not None:
         sentence = f"{name} slips out of the fingers, which press on a slope of {np.degrees(slope):.0f} degrees"
         report("grasp", sentence, bodies=(name,))
+    if len(scene.solids[name].pieces) == 1:  # pieces of others bulge by more than tells how pads lie on them
+        flush = laid_flush(scene.solids[name], T_tool_object, tree.spec.gripper, opening, mu, depth)
+        if (turned := scene.displacement(name, T_tool_object, flush)) > allow.flush:
+            sentence = f"the fingers turn {name} by {1000 * turned:.0f} mm as they close, until it lies flush on them"
+            report("grasp", sentence, bodies=(name,), depth=turned)
     astray = max(abs(found[1] - width / 2), abs(found[0] + width / 2))
     if astray > allow.pad:
         sentence = (

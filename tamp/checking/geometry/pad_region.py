@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.transforms import rotation
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -19,6 +21,13 @@ EDGE = 0.001
 """The outermost part of a pad that is not trusted to hold anything [m]."""
 NEAR = 2e-4
 """What lies so little within the outermost point between the pads is touched with it [m]."""
+
+TURN = 0.02
+"""How far what is gripped turns between two looks at how wide it is [rad]."""
+LARGEST = 0.6
+"""No farther do pads turn what they close on [rad]."""
+STICKS = 0.6
+"""Share of friction that holds what pads would turn: they turn it as they close, while they still slip along it."""
 
 
 def between_pads(
@@ -89,6 +98,45 @@ def squeezed_out(
         slopes = [_slope(met[0][0], np.stack([normal for _, normal in met]), side, half) for met in faces.values()]
         steepest = max(steepest, min(slopes, default=0.0))
     return steepest if steepest > np.arctan(friction) else None
+
+
+def laid_flush(
+    solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, friction: float, depth: float = 0.0
+) -> Array:
+    """Where in the tool frame pads turn what they close on, shape (4, 4).
+
+    Pads that touch it at places which are not across from each other turn it until it is narrower no other way, or as
+    far as friction lets them: a turn about the pads' middle by an angle closes them by that times the distance of the
+    places along the pads, and friction works against it on half of the width at each of them.
+
+    Args:
+        solid: the object.
+        T_tool_object: where it lies in the tool frame, shape (4, 4).
+        gripper: whose pads close on it.
+        opening: distance between the pads [m].
+        friction: coefficient between pads and object.
+        depth: where the pads' middle is along the tool's z [m].
+    """
+    found = between_pads(solid, T_tool_object, gripper, opening, depth)
+    best, T = 0.0, T_tool_object
+    middle = np.array([0.0, 0.0, depth])
+    for axis in (side * across for across in _pad_frame(gripper)[1:] for side in (1.0, -1.0)):
+        at, wide = T_tool_object, found
+        for angle in np.arange(TURN, LARGEST, TURN):
+            R = rotation(axis, float(angle))
+            turned = T_tool_object.copy()
+            turned[:3] = R @ T_tool_object[:3]
+            turned[:3, 3] += middle - R @ middle
+            narrower = between_pads(solid, turned, gripper, opening, depth)
+            if wide is None or narrower is None:
+                break
+            closed = (wide[1] - wide[0]) - (narrower[1] - narrower[0])
+            if closed < STICKS * friction * (wide[1] - wide[0]) * TURN:
+                break
+            at, wide = turned, narrower
+            if angle > best:
+                best, T = float(angle), at
+    return T
 
 
 def _slope(corner: Array, normals: Array, side: float, half: tuple[float, float, float]) -> float:

@@ -18,6 +18,7 @@ from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
+from tamp.task.mesh.enclosure import lies_in
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -105,6 +106,25 @@ def rolls_on(scene: Scene, state: State, name: str, ahead: Array, allow: Toleran
     across, below = np.array([-ahead[1], ahead[0], 0.0]), _standing_on(scene, state, touching.bodies)
     axes = [across, *(axis for axis in _level_axes(scene, state, name) if abs(axis @ across) > ALONG)]
     return any(_rolls(scene, state, name, below, axis) for axis in axes)
+
+
+def rolls_away(scene: Scene, state: State, name: str, ahead: Array | None, allow: Tolerances) -> bool:
+    """Whether an object that has fallen, and went `ahead`, shape (3,), as it turned, rolls on; None: it fell straight.
+
+    What lies in something rolls no farther than that lets it.
+    """
+    if ahead is None:
+        axes = list(_level_axes(scene, state, name))
+        ways = [side * np.array([-axis[1], axis[0], 0.0]) for axis in axes for side in (1.0, -1.0)]
+    else:
+        level = ahead * (1.0, 1.0, 0.0)
+        ways = [level / max(float(np.linalg.norm(level)), 1e-9)]
+    if not any(rolls_on(scene, state, name, way, allow) for way in ways):
+        return False
+    shape, objects = scene.task.object(name).shape, sorted(state.poses.keys() - {name})
+    return not any(
+        lies_in(shape, state.poses[name], scene.task.object(other).shape, state.poses[other]) for other in objects
+    )
 
 
 def _standing_on(scene: Scene, state: State, bodies: tuple[str, ...]) -> dict[str, Array]:

@@ -1,0 +1,115 @@
+"""What is let go and does not come to where it is said to: through a shelf, over the other edge, rolling on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tamp.checking import check
+from tamp.checking.actions.fall import check_fall
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
+from tamp.task import Action, At, Attachment, Box, Cylinder, Fall, Grip, Move, Object, Plan, Pose, Release, Sphere, Task
+from tests.checking.handmade import DOWN, OPEN, Hand, above
+from tests.checking.handmade import two_boxes as made
+
+HOME = made()[1].home
+START = np.array([0.05, -0.2])
+
+
+def let_go(
+    shape, width: float, at: tuple[Pose, Pose, Pose], grip: float, others=(), falls: str = "", on="table", **about
+) -> str:
+    """What is said of an object that is taken from the first pose to the second, let go there, and said to come to the
+    third. It is gripped `grip` above its origin; `falls` is the name of the action where it falls."""
+    start, held, end = at
+    tool = Pose((start.xyz[0], start.xyz[1], start.xyz[2] + grip), DOWN)
+    hold = Attachment("red", (start.inverse() @ tool).inverse())
+    to, hand = held @ hold.T_tool_object.inverse(), Hand(HOME)
+    first, then = (frozenset({("robot", "red"), ("red", body)}) for body in ("table", on))
+    go = Move("transit", hand.free(above(tool, 0.2)), OPEN)
+    pick = Move("approach", hand.line(tool), OPEN), Grip(hold, width), Move("lift", hand.line(above(tool, 0.2)), width)
+    pick = *pick[:2], Move("lift", pick[2].trajectory, width, hold, first)
+    carry = Move("transfer", hand.free(above(to)), width, hold)
+    lower = Move("lower", hand.line(to), width, hold, then)
+    leave = Move("retreat", hand.line(to @ Pose((0.0, 0.0, -0.1))), OPEN)
+    fall = (Fall("red", end),) if falls else ()
+    put = Action(falls or "place", ("red",), (lower, Release("red", held if falls else end, OPEN), leave, *fall))
+    actions = Action("move", (), (go,)), Action("pick", ("red",), pick), Action("move", ("red",), (carry,)), put
+    red = Object("red", shape, start, At(end), **about)
+    starts = {thing.name: thing.pose for thing in (red, *others)}
+    plan = Plan("alone", "panda", 0, starts, HOME, {"red": end}, actions)
+    return " ".join(problem.sentence for problem in check(Task("alone", (red, *others)), plan).problems)
+
+
+@pytest.mark.parametrize("thick", [0.002, None])
+def test_nothing_drops_through_a_shelf(thick):
+    at = Pose((*START, 0.003)), Pose((0.05, 0.2, 0.0176)), Pose((0.05, 0.2, 0.0031))
+    legs = [Object(f"leg{x}", Box((0.02, 0.2, 0.012)), Pose((x, 0.2, 0.006))) for x in (-0.04, 0.14)]
+    card = [Object("card", Box((0.2, 0.2, thick)), Pose((0.05, 0.2, 0.012 + thick / 2)))] if thick else []
+    said = let_go(Box((0.05, 0.05, 0.006)), 0.05, at, 0.008, [*legs, *card])
+    assert ("red drops through card" in said) == bool(thick), said
+    assert thick or not said
+
+
+@pytest.mark.parametrize(("high", "tips"), [(0.24, True), (0.16, False)])
+def test_a_stick_that_is_let_go_beyond_its_balance_does_not_right_itself(high, tips):
+    """In PyBullet the long one falls over, the short one stands."""
+    thick, tilt = 0.004, 0.019
+    centre = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
+    end = Pose((0.05, 0.2, high / 2))
+    at = Pose((*START, high / 2)), Pose.from_rpy((0.05, 0.2, centre), (-tilt, 0.0, 0.0)), end
+    said = let_go(Box((0.05, thick, high)), thick, at, high / 2 - 0.035)
+    assert ("tilted, and tips over" in said) == tips, said
+
+
+@pytest.mark.parametrize(
+    ("shape", "turn", "rolls"),
+    [(Sphere(0.03), 0.0, True), (Cylinder(0.03, 0.1), np.pi / 2, True), (Box((0.05, 0.06, 0.06)), 0.0, False)],
+)
+@pytest.mark.parametrize("crate", [False, True])
+def test_what_is_round_does_not_stay_where_it_is_dropped_but_in_a_crate(shape, turn, rolls, crate):
+    low, (x, y) = 0.03 + 0.01 * crate, (0.05, 0.2)
+    at = [Pose.from_rpy(xyz, (0.0, turn, 0.0)) for xyz in ((*START, 0.03), (x, y, low + 0.12), (x, y, low))]
+    walls = [
+        Object("floor", Box((0.2, 0.2, 0.01)), Pose((x, y, 0.005))),
+        *(Object(f"wall{s}", Box((0.01, 0.2, 0.03)), Pose((x + s * 0.095, y, 0.025))) for s in (-1, 1)),
+    ]
+    said = let_go(shape, 0.06, tuple(at), 0.005, walls if crate else (), "lay-on" if crate else "lay", "floor")
+    assert ("rolls on where it falls" in said) == rolls, said
+
+
+@pytest.mark.parametrize(("wide", "mass", "tips"), [(0.05, 1.0, False), (0.012, 0.1, True), (0.02, 0.02, True)])
+def test_what_turns_over_on_something_narrow_pushes_it_over_behind_it(wide, mass, tips):
+    """A board on the top of a domino falls flat on that and on the next; in PyBullet the narrow domino tips."""
+    thick, high, top, y = 0.012, 0.12, 0.06, 0.15
+    domino = Object("domino", Box((0.06, wide, top)), Pose((0.05, y, top / 2)), mass=mass)
+    block = Object("block", Box((0.06, 0.05, top)), Pose((0.05, y + 0.075, top / 2)), mass=2.0)
+
+    def turned(tilt: float) -> Pose:
+        ahead = high / 2 * np.sin(tilt) - thick / 2 * np.cos(tilt)
+        up = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
+        return Pose.from_rpy((0.05, y + ahead, top + up), (-tilt, 0.0, 0.0))
+
+    at = Pose((*START, high / 2)), turned(0.45), turned(np.pi / 2)
+    said = let_go(Box((0.05, thick, high)), thick, at, high / 2 - 0.035, [domino, block], "lay-on", "domino")
+    assert ("domino tips over backwards" in said) == tips, said
+    assert tips or not said
+
+
+@pytest.mark.parametrize(("beyond", "falls"), [(0.012, False), (0.1, True)])
+def test_a_thin_stick_that_is_hardly_beyond_its_balance_falls_to_no_side_for_certain(beyond, falls):
+    thick, high = 0.004, 0.16
+
+    def turned(tilt: float) -> Pose:
+        ahead = high / 2 * np.sin(tilt) - thick / 2 * np.cos(tilt)
+        up = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
+        return Pose.from_rpy((0.05, 0.15 + ahead, up), (-tilt, 0.0, 0.0))
+
+    tilt = float(np.arctan(thick / high)) + beyond
+    task = Task("stick", (Object("red", Box((0.05, thick, high)), turned(tilt)),))
+    scene, state, said = Scene.of(task), State({"red": turned(tilt).matrix}, np.array(HOME)), []
+    check_fall(
+        scene, state, Fall("red", turned(tilt + 1.0)), DEFAULT, lambda kind, sentence, **_: said.append(sentence)
+    )
+    assert any("may not fall to that side" in sentence for sentence in said) != falls, said
