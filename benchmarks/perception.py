@@ -30,7 +30,11 @@ from tamp.perception.rendering.scene import surfaces
 from tamp.task import load_robot
 
 TUNED = ("1-1-1", "1-4-1", "2-1-1", "4-2-1", "5-1-1", "6-2-1")
-UNSEEN = ("1-5-1", "2-2-1", "3-1-1", "4-3-1", "6-1-1", "6-3-1")
+UNSEEN = (
+    "1-5-1", "2-2-1", "3-1-1", "4-3-1", "6-1-1", "6-3-1", "1-2-1", "1-3-1", "3-2-1", "3-3-1", "4-1-1", "5-2-1", "5-3-1",
+    "2-1-2", "3-1-2", "4-1-2", "5-1-2", "6-1-2",
+)  # fmt: skip
+"""Tasks that the perceiver was tuned on, and tasks that it was not."""
 SEEN = 100
 """Fewer points than this are no sight of an object."""
 

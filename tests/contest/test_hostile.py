@@ -26,7 +26,7 @@ TIGHTER |= {name: {"processor_s": 1.0} for name in ("burns_processor", "hidden_p
 
 LIMITED = ("burns_processor", "eats_memory", "many_eat_memory", "endless_output", "sleeps", "never_reads", "huge_frame")
 LIMITED += ("huge_header", "deep_json", "lies", "invents_calls", "slow_frame", "closes_socket", "leaves_unsaid")
-LIMITED += ("fills_sockets", "page_tables", "prints_slowly", "impossible_array")
+LIMITED += ("fills_sockets", "hides_sockets", "page_tables", "odd_names", "prints_slowly", "impossible_array")
 LIMITED += ("escapes_terminal", "raises_in_words", "half_characters", "far_away", "begins_again", "hidden_processor")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
@@ -61,8 +61,8 @@ def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> N
     assert ending.message.isprintable(), "what a solution says goes to terminals and pages"
 
 
-@pytest.mark.parametrize("name", ["fills_sockets", "page_tables"])
-def test_memory_that_the_kernel_takes_is_seen_without_control_groups(
+@pytest.mark.parametrize("name", ["fills_sockets", "hides_sockets", "page_tables", "odd_names"])
+def test_memory_is_seen_without_control_groups(
     name: str, sandbox: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if sandbox.name != "namespaces" and not Namespaces().missing():

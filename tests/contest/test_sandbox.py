@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import socket
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tamp.contest.sandbox import process
 from tamp.contest.sandbox.choice import KINDS
 from tamp.contest.sandbox.isolation import ENVIRONMENT, Ending, Mount, Sandbox, visible
 from tamp.contest.sandbox.process import SandboxedProcess
@@ -31,9 +34,9 @@ def test_what_is_shown_below_tmp_is_seen_and_the_rest_of_tmp_is_its_own(kind: ty
         "try: open('/tmp/python/lib/own', 'w')\n"
         "except OSError as error: print(error.strerror)"
     )
-    with SandboxedProcess(sandbox, room, [interpreter(), "-I", "-S", "-c", code], QUICK) as process:
-        assert process.wait(20.0) == 0, process.output
-    assert process.output.decode().split("\n")[:2] == ["seen ['python'] /tmp", "Read-only file system"]
+    with SandboxedProcess(sandbox, room, [interpreter(), "-I", "-S", "-c", code], QUICK) as started:
+        assert started.wait(20.0) == 0, started.output
+    assert started.output.decode().split("\n")[:2] == ["seen ['python'] /tmp", "Read-only file system"]
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["file", "shown"]
 
 
@@ -54,3 +57,20 @@ def test_the_environment_is_the_same_in_every_sandbox(kind: type[Sandbox], tmp_p
 def test_words_of_solutions_are_in_one_line_that_can_be_seen() -> None:
     assert visible("a\tb\n\x1b[2J\u202e\ud800é") == "a b \ufffd[2J\ufffd\ufffdé"
     assert Ending("raised", "\0").message == "\ufffd"
+
+
+def test_what_does_not_let_itself_be_looked_into_is_taken_to_hold_as_many_sockets_as_it_may(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of an ordinary user's processes, those that cannot be traced do not show their descriptors."""
+
+    def unseen(_: int) -> set[str]:
+        raise PermissionError
+
+    pair = socket.socketpair()
+    seen = process.usage([os.getpid()], {})[2]
+    with monkeypatch.context() as patch:
+        patch.setattr(process, "_sockets", unseen)
+        assert process.usage([os.getpid()], {})[2] - seen > 32 * process._queue()
+    for end in pair:
+        end.close()

@@ -31,7 +31,7 @@ QUEUE = Path("/proc/sys/net/core/wmem_default")
 
 TICKS = os.sysconf("SC_CLK_TCK")
 
-Spent = dict[tuple[int, str], int]
+Spent = dict[tuple[int, bytes], int]
 """A process by its number and start -> the processor time it was last seen to have used itself [ticks]."""
 
 
@@ -157,7 +157,7 @@ class SandboxedProcess:
             self.stop(Ending("memory", f"used more than {self._limits.memory_mb} MiB"))
         if processes > self._limits.processes:
             self.stop(Ending("processes", f"started more than {self._limits.processes} processes and threads"))
-        if _files_made(tree[-1]) > MOST_FILES:
+        if any(_files_made(pid) > MOST_FILES for pid in tree):  # any of them may just have ended
             self.stop(Ending("memory", f"made more than {MOST_FILES} files"))
         self._look_at_group()
 
@@ -191,13 +191,16 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
     sockets: set[str] = set()
     for pid in pids:
         with suppress(OSError, ValueError, IndexError):
-            words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+            words = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()  # its name is in no encoding
             own, of_children = sum(map(int, words[11:13])), sum(map(int, words[13:15]))
             spent[pid, words[19]] = own
             processor += own + of_children
             count += int(words[17])
             memory += _memory(pid)
-            sockets |= _sockets(pid)
+            try:
+                sockets |= _sockets(pid)
+            except PermissionError:  # it does not let itself be looked into: all that it holds may be sockets
+                sockets |= {f"{pid}:{number}" for number in range(_number(pid, "status", b"FDSize:"))}
     return count, max(processor, sum(spent.values())) / TICKS, memory + len(sockets) * _queue()
 
 
@@ -213,12 +216,13 @@ def _files_made(pid: int) -> int:
 
 def _memory(pid: int) -> int:
     """A process's share of memory, what is swapped out and the tables of its pages included [bytes]."""
-    kib = 0
-    for name, fields in (("smaps_rollup", ("Pss:", "SwapPss:")), ("status", ("VmPTE:",))):
-        for line in Path(f"/proc/{pid}/{name}").read_text().splitlines():
-            if line.startswith(fields):
-                kib += int(line.split()[1])
-    return kib << 10
+    return (_number(pid, "smaps_rollup", b"Pss:", b"SwapPss:") + _number(pid, "status", b"VmPTE:")) << 10
+
+
+def _number(pid: int, file: str, *fields: bytes) -> int:
+    """The sum of fields of a file of the kernel's on a process; its name, in some of them, is in no encoding."""
+    lines = Path(f"/proc/{pid}/{file}").read_bytes().split(b"\n")
+    return sum(int(line.split()[1]) for line in lines if line.startswith(fields))
 
 
 def _sockets(pid: int) -> set[str]:
