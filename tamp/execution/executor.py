@@ -17,7 +17,7 @@ from tamp.execution.action_execution import Performer
 from tamp.execution.controller import Operator
 from tamp.execution.log import ActionLog, Deviation, Execution, Frame, Status
 from tamp.execution.monitor import Monitor
-from tamp.execution.recovery import can_carry, way_out
+from tamp.execution.recovery import can_carry, opening_out, way_out
 from tamp.execution.simulator import STEP, Simulator
 from tamp.execution.simulators import DEFAULT, make_simulator
 from tamp.task import Attachment, Move, Plan, Pose, Step, Task, task_robot
@@ -34,6 +34,9 @@ SETTLE_S = 1.0
 
 DRAWN_OUT = 0.2
 """Share of its limits at which the arm leaves what it touches."""
+
+FOLLOWED = 6
+"""How often it does so at most, where what leans on the hand comes after it."""
 
 WATCHFUL = Monitor()
 
@@ -135,11 +138,15 @@ class Executor:
         return can_carry(self._world, self.poses(), held, steps)
 
     def _draw_out(self) -> None:
-        """Move the empty hand away from what it is too near to plan from."""
-        path = way_out(self._world, self.poses(), self._operator.robot.configuration())
-        if path is not None:
-            opening = max(0.0, self._operator.robot.opening())
-            self._operator.move(Move("retreat", time_path(path, self._world.robot.spec, speed=DRAWN_OUT), opening))
+        """Move the empty hand away from what it is too near to plan from, until nothing leans on it any more."""
+        robot = self._operator.robot
+        for tried in range(FOLLOWED):
+            poses, q = self.poses(), robot.configuration()
+            path = way_out(self._world, poses, q, tried)
+            if path is None:
+                return
+            opening = opening_out(self._world, poses, q, max(0.0, robot.opening()))
+            self._operator.move(Move("retreat", time_path(path, robot.spec, speed=DRAWN_OUT), opening))
             self._simulator.step(round(SETTLE_S / STEP))
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -47,17 +48,18 @@ def undone(steps: Sequence[Step], pose: Pose) -> Iterator[Step]:
             yield Release(step.attachment.object, pose, opening)
 
 
-def way_out(world: World, poses: Mapping[str, Pose], q: Array) -> Array | None:
+def way_out(world: World, poses: Mapping[str, Pose], q: Array, tried: int = 0) -> Array | None:
     """The path that frees an arm with empty, open fingers from what it is too near to.
 
     What is touched already may be touched on the way, and what is between the fingers, which would close on it in the
-    next motion, is left behind; of the lines back along the approach, straight up, and between
-    the two, and of the way home, the one is taken that is free soonest.
+    next motion, is left behind; of the lines back along the approach, straight up, between the two, and sideways, and of
+    the way home, the one is taken that is free soonest, or another each time what leans on the hand comes after it.
 
     Args:
         world: robot, table and objects.
         poses: object -> pose (world frame).
         q: where the arm is, shape (dof,) [rad].
+        tried: how many ways were tried in vain.
 
     Returns:
         Shape (n, dof) [rad], its last configuration free; None where `q` is free already, or none of these ends free.
@@ -73,28 +75,53 @@ def way_out(world: World, poses: Mapping[str, Pose], q: Array) -> Array | None:
 
     if free(q):
         return None
-    best: Array | None = None
-    for line in _lines(robot, q):
-        freed = next((i for i, waypoint in enumerate(line) if free(waypoint)), None)
-        if freed is not None and (best is None or freed < len(best) - 1):
-            best = line[: freed + 1]
-    return best
+    ways: list[Array] = []
+    for lines in _lines(robot, q):
+        reaching = (line[: i + 1] for line in lines for i, waypoint in enumerate(line) if free(waypoint))
+        ways += itertools.islice(reaching, 1)
+    return sorted(ways, key=len)[tried % len(ways)] if ways else None
 
 
-def _lines(robot: RobotModel, q: Array) -> Iterator[Array]:
-    """Ways to leave, in waypoints a centimetre or less apart."""
+def opening_out(world: World, poses: Mapping[str, Pose], q: Array, opening: float) -> float:
+    """How far the hand opens as it leaves what it touches: all the way, so that nothing hangs on a finger [m].
+
+    Where that would meet anything else it stays as it is.
+
+    Args:
+        world: robot, table and objects.
+        poses: object -> pose (world frame).
+        q: where the arm is, shape (dof,) [rad].
+        opening: between the pads [m].
+    """
+    standing = {name: pose.matrix for name, pose in poses.items()}
+    stroke = world.robot.spec.gripper.stroke
+    untouched = {
+        name: T
+        for name, T in standing.items()
+        if world.checker(Scene({name: T}, opening=opening), margin=CLEAR).free(q)
+    }
+    return stroke if world.checker(Scene(untouched, opening=stroke), margin=0.0).free(q) else opening
+
+
+def _lines(robot: RobotModel, q: Array) -> Iterator[Iterator[Array]]:
+    """Ways to leave, for each direction the shorter ones first, in waypoints a centimetre or less apart."""
     T = robot.forward(q)
-    back = -T[:3, 2]
-    for direction in (back, UP, back + UP):
+    back, side = -T[:3, 2], T[:3, 0]
+    for direction in (back, UP, back + UP, side, -side):
         length = float(np.linalg.norm(direction))
-        for distance in DISTANCES if length > 1e-6 else ():
-            T_goal = T.copy()
-            T_goal[:3, 3] += distance / length * direction
-            line = straight_line(robot, q, T_goal)
-            if line is not None:
-                yield line
+        if length > 1e-6:
+            yield _straight(robot, q, T, direction / length)
     home = np.array(robot.home)
-    yield np.linspace(q, home, max(2, round(float(np.abs(home - q).max()) / 0.02)))
+    yield iter((np.linspace(q, home, max(2, round(float(np.abs(home - q).max()) / 0.02))),))
+
+
+def _straight(robot: RobotModel, q: Array, T: Array, direction: Array) -> Iterator[Array]:
+    for distance in DISTANCES:
+        T_goal = T.copy()
+        T_goal[:3, 3] += distance * direction
+        line = straight_line(robot, q, T_goal)
+        if line is not None:
+            yield line
 
 
 STRIDE = 0.05  # between the configurations that are looked at, in the joint that moves farthest [rad]

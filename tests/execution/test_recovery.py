@@ -10,7 +10,7 @@ from tamp.execution.controller import Operator, backwards, positions_at
 from tamp.execution.executor import execute, open_execution
 from tamp.execution.log import Deviation
 from tamp.execution.monitor import Monitor
-from tamp.execution.recovery import CLEAR, can_carry, undone, way_out
+from tamp.execution.recovery import CLEAR, can_carry, opening_out, undone, way_out
 from tamp.execution.settling.settle import settle
 from tamp.task import Attachment, Box, Grip, Move, Object, Pose, Release, Task, load_robot
 from tamp.world.geometry.object_geometry import load_geometry
@@ -180,6 +180,32 @@ def test_fingers_leave_what_they_would_only_pass_as_they_close():
     scenes = {opening: Scene({"pole": aside["pole"].matrix}, opening=opening) for opening in (0.0, 0.03, 0.08)}
     assert [world.checker(scene, margin=CLEAR).free(around) for scene in scenes.values()] == [True, False, True]
     assert way_out(world, aside, around) is not None
+
+
+def test_an_arm_that_something_came_after_leaves_it_another_way():
+    world = World(robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape)})
+    hand = HandPlanner(Task("one", (BLOCK,)), {"block": BLOCK.pose})
+    hand.pick("block", GRASP, 0.05)
+    around = hand.actions[0].steps[1].trajectory.positions[-1]
+    poses = {"block": BLOCK.pose}
+    ends = [tuple(way_out(world, poses, around, tried)[-1]) for tried in range(3)]
+    assert len(set(ends)) == 3
+    checker = world.checker(Scene({"block": BLOCK.pose.matrix}, opening=0.08), margin=CLEAR)
+    assert all(checker.free(np.array(q)) for q in ends)
+
+
+@pytest.mark.parametrize(("beside", "opens"), [(0.036, False), (0.06, True)])
+def test_a_hand_opens_wide_as_it_leaves_what_it_touches_unless_it_meets_another_so(beside, opens):
+    pole = Object("pole", Box((0.005, 0.005, 0.08)), BLOCK.pose)
+    world = World(
+        robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape), "pole": load_geometry(pole.shape)}
+    )
+    hand = HandPlanner(Task("one", (BLOCK,)), {"block": BLOCK.pose})
+    hand.pick("block", GRASP, 0.05)
+    around = hand.actions[0].steps[1].trajectory.positions[-1]
+    T = world.robot.forward(around)
+    poses = {"block": BLOCK.pose, "pole": Pose(tuple(T[:3, 3] + beside * T[:3, 1] + [0.0, 0.0, 0.02]))}
+    assert opening_out(world, poses, around, 0.041) == (0.08 if opens else 0.041)
 
 
 def test_an_arm_that_is_free_stays():
