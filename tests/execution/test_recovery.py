@@ -194,9 +194,9 @@ def test_an_arm_that_something_came_after_leaves_it_another_way():
     assert all(checker.free(np.array(q)) for q in ends)
 
 
-@pytest.mark.parametrize(("beside", "opens"), [(0.036, False), (0.06, True)])
+@pytest.mark.parametrize(("beside", "opens"), [(0.056, False), (0.075, True)])
 def test_a_hand_opens_wide_as_it_leaves_what_it_touches_unless_it_meets_another_so(beside, opens):
-    pole = Object("pole", Box((0.005, 0.005, 0.08)), BLOCK.pose)
+    pole = Object("pole", Box((0.005, 0.005, 0.03)), BLOCK.pose)
     world = World(
         robot_model(load_robot("panda")), {"block": load_geometry(BLOCK.shape), "pole": load_geometry(pole.shape)}
     )
@@ -204,7 +204,7 @@ def test_a_hand_opens_wide_as_it_leaves_what_it_touches_unless_it_meets_another_
     hand.pick("block", GRASP, 0.05)
     around = hand.actions[0].steps[1].trajectory.positions[-1]
     T = world.robot.forward(around)
-    poses = {"block": BLOCK.pose, "pole": Pose(tuple(T[:3, 3] + beside * T[:3, 1] + [0.0, 0.0, 0.02]))}
+    poses = {"block": BLOCK.pose, "pole": Pose(tuple(T[:3, 3] + beside * T[:3, 1] - [0.0, 0.0, 0.005]))}
     assert opening_out(world, poses, around, 0.041) == (0.08 if opens else 0.041)
 
 

@@ -55,7 +55,8 @@ def inverse(
         robot: the robot.
         T_world_tool: the wanted tool pose, shape (4, 4).
         rng: shuffles the starts; the same state repeats the same solutions.
-        near: a configuration; solutions close to it come first, and its neighbourhood is searched too.
+        near: a configuration, whose neighbourhood is searched too; solutions close to it come first, or else those close
+            to the robot's home.
         count: at most so many solutions.
         checker: where given, only configurations it calls free.
     """
@@ -64,10 +65,9 @@ def inverse(
     for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near, count):
         q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience, enough=count + 2)
         solutions = unwound(robot, q[residual == 0.0], robot.home if near is None else near)
-        # Arms whose joints turn all the way round have branches far apart: near home they have one in common.
-        middle = robot.home if near is None and turning(robot).any() else near
-        if middle is not None:
-            solutions = solutions[np.argsort(np.linalg.norm(solutions - middle, axis=1), kind="stable")]
+        # Branches lie far apart; near home they have one in common, so that ways between tool poses are short.
+        middle = robot.home if near is None else near
+        solutions = solutions[np.argsort(np.linalg.norm(solutions - middle, axis=1), kind="stable")]
         for q in solutions:
             if any(np.abs(q - other).max() < DISTINCT for other in found):
                 continue
