@@ -55,8 +55,8 @@ def inverse(
         robot: the robot.
         T_world_tool: the wanted tool pose, shape (4, 4).
         rng: shuffles the starts; the same state repeats the same solutions.
-        near: a configuration, whose neighbourhood is searched too; solutions close to it come first, or else those close
-            to the robot's home.
+        near: a configuration, whose neighbourhood is searched too. Solutions close to it come first; without it, those
+            close to the robot's home.
         count: at most so many solutions.
         checker: where given, only configurations it calls free.
     """
