@@ -52,8 +52,8 @@ def way_out(world: World, poses: Mapping[str, Pose], q: Array, tried: int = 0) -
     """The path that frees an arm with empty, open fingers from what it is too near to.
 
     What is touched already may be touched on the way, and what is between the fingers, which would close on it in the
-    next motion, is left behind; of the lines back along the approach, straight up, between the two, and sideways, and of
-    the way home, the one is taken that is free soonest, or another each time what leans on the hand comes after it.
+    next motion, is left behind; of the lines back along the approach, straight up, between the two, and sideways, and
+    of the way home, the one is taken that is free soonest, or another each time what leans on the hand comes after it.
 
     Args:
         world: robot, table and objects.
