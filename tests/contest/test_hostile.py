@@ -17,6 +17,7 @@ from tamp.contest.sandbox import cgroups
 from tamp.contest.sandbox.bubblewrap import Bubblewrap
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.sandbox.namespaces import Namespaces
+from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.reaper import children
 from tests.contest.cells import QUICK, run_in
 
@@ -26,7 +27,15 @@ TIGHTER |= {name: {"processor_s": 1.0} for name in ("burns_processor", "hidden_p
 
 LIMITED = ("burns_processor", "eats_memory", "many_eat_memory", "endless_output", "sleeps", "never_reads", "huge_frame")
 LIMITED += ("huge_header", "deep_json", "lies", "invents_calls", "slow_frame", "closes_socket", "leaves_unsaid")
-LIMITED += ("fills_sockets", "hides_sockets", "page_tables", "odd_names", "prints_slowly", "impossible_array")
+LIMITED += (
+    "come_and_go",
+    "fills_sockets",
+    "hides_sockets",
+    "page_tables",
+    "odd_names",
+    "prints_slowly",
+    "impossible_array",
+)
 LIMITED += ("escapes_terminal", "raises_in_words", "half_characters", "far_away", "begins_again", "hidden_processor")
 """Solutions that limits and protocol stop, whatever the walls are made of: one sandbox is enough."""
 
@@ -61,7 +70,7 @@ def test_is_stopped_and_named(path: Path, sandbox: Sandbox, tmp_path: Path) -> N
     assert ending.message.isprintable(), "what a solution says goes to terminals and pages"
 
 
-@pytest.mark.parametrize("name", ["fills_sockets", "hides_sockets", "page_tables", "odd_names"])
+@pytest.mark.parametrize("name", ["come_and_go", "fills_sockets", "hides_sockets", "page_tables", "odd_names"])
 def test_memory_is_seen_without_control_groups(
     name: str, sandbox: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -123,6 +132,26 @@ def test_reaches_no_server_on_this_machine(sandbox: Sandbox, tmp_path: Path) -> 
         ending, _ = run_in(sandbox, solution, tmp_path / "run")
         assert ending.reason == "raised"
         assert not reached.is_set()
+
+
+def test_a_process_that_ends_while_it_is_looked_at_has_no_children(monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_: object) -> None:
+        raise ProcessLookupError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "scandir", gone)
+        patch.setattr(Path, "iterdir", gone)
+        assert children(os.getpid()) == []
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_nothing_runs_that_nobody_watches(sandbox: Sandbox, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(_: SandboxedProcess) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr(SandboxedProcess, "_look", fails)
+    ending, _ = run_in(sandbox, Path(__file__).parent / "hostile" / "sleeps.py", tmp_path)
+    assert ending.reason in ("died", "start")
 
 
 def test_one_runs_group_is_not_removed_by_another() -> None:

@@ -141,9 +141,13 @@ class SandboxedProcess:
         pipe.close()
 
     def _watch(self) -> None:
-        while not self._done.wait(LOOK_S) and self._process.poll() is None:
-            self._look()
-        self._look_at_group()
+        try:
+            while not self._done.wait(LOOK_S) and self._process.poll() is None:
+                self._look()
+            self._look_at_group()
+        except BaseException:
+            self._kill()  # nothing runs that nobody watches
+            raise
 
     def _look(self) -> None:
         """Stop it where it uses too much; what the group limits, the kernel has limited already."""

@@ -31,11 +31,12 @@ def main(command: Sequence[str]) -> int:
 
 
 def children(pid: int) -> list[int]:
-    """Processes that a process is the parent of."""
-    found = []
-    for task in Path(f"/proc/{pid}/task").glob("*/children"):
-        with suppress(OSError):
-            found += [int(word) for word in task.read_text().split()]
+    """Processes that a process is the parent of; none of one that has ended."""
+    found: list[int] = []
+    with suppress(OSError):  # it may end while it is looked at
+        for task in [*Path(f"/proc/{pid}/task").iterdir()]:
+            with suppress(OSError):
+                found += [int(word) for word in (task / "children").read_text().split()]
     return found
 
 
