@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tamp.errors import TampError
 from tamp.execution.pybullet.simulator import PyBulletSimulator
 from tamp.execution.settling.settle import settle
-from tamp.execution.simulator import GRAVITY, STEP, wait
+from tamp.execution.simulator import GRAVITY, STEP, TABLE, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
 from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
 from tamp.task.files.robot.robot_file import read_robot
@@ -209,3 +209,19 @@ def test_fingers_that_mimic_an_idle_link_press_no_harder_than_told(simulator, tm
         assert all(world.robot.touching("block"))
         world.step(48)
         assert world.robot.opening() == pytest.approx(0.036, abs=0.0015)
+
+
+def test_what_slides_in_mujoco_stays_on_the_table_and_stops_as_friction_has_it():
+    pytest.importorskip("mujoco")
+    flat = Object("flat", Box((0.17, 0.11, 0.045)), Pose((-0.2, 0.0, 0.0225)))
+    with make_simulator("mujoco", (flat,)) as world:
+        world.step(60)
+        start, speed = world.pose("flat"), 0.17
+        world._data.qvel[world._v["flat"]] = speed
+        while max(world.speeds()["flat"]) > 0.01:
+            world.step()
+            assert world.pose("flat").xyz[2] < 0.0225
+            assert any({touch.a, touch.b} == {"flat", TABLE} for touch in world.touches())
+        world.step(60)
+        way = world.pose("flat").xyz[0] - start.xyz[0]
+        assert way == pytest.approx(speed**2 / (2 * flat.friction * GRAVITY), rel=0.1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from tamp.execution.mujoco.bodies import SOLID, add_geoms, add_object
+from tamp.execution.mujoco.bodies import SOLID, add_geoms, add_object, add_table_contacts
 from tamp.execution.mujoco.robot import MuJoCoRobot, add_robot
 from tamp.execution.simulator import FLOOR_BELOW, GRAVITY, ROBOT, STEP, TABLE, Touch
 from tamp.task import Box, Object, Pose, RobotSpec, Table
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SUBSTEPS = 2
 """MuJoCo's steps in one of the simulator's."""
+
+TABLE_GEOM = "table_top"
 
 IMPRATIO = 200.0
 """How many times stiffer friction is than the normal force, as MuJoCo counts it: a held block creeps by micrometres."""
@@ -166,12 +168,15 @@ def _model(objects: Mapping[str, Object], poses: Mapping[str, Pose], table: Tabl
     spec.compiler.autolimits = False
     top = spec.worldbody.add_body(name=TABLE, pos=(*table.center, -table.thickness / 2))
     add_geoms(spec, top, Box((*table.size, table.thickness)), SOLID)
+    (face,) = top.geoms
+    face.name = TABLE_GEOM
     floor = spec.worldbody.add_body(name="floor", pos=(0.0, 0.0, -FLOOR_BELOW - 0.05))
     add_geoms(spec, floor, Box((10.0, 10.0, 0.1)), SOLID)
     if robot is not None:
         add_robot(spec, robot)
     for number, (name, item) in enumerate(objects.items()):
         add_object(spec, item, _body_name(number), poses.get(name, item.pose))
+        add_table_contacts(spec, item, _body_name(number), TABLE_GEOM)
     return spec.compile()
 
 
