@@ -16,6 +16,7 @@ import numpy as np
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics import equilibrium
+from tamp.checking.physics.righting import righted
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
 from tamp.task.mesh.enclosure import lies_in
@@ -56,12 +57,14 @@ LOOKS = 300
 
 
 def perched(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Why an object does not stay on what carries it, since one of them rolls: sentence, bodies."""
+    """Why an object does not stay on what carries it, since one of them rolls or it rights itself: sentence, bodies."""
     under = carriers(scene, state, name, allow).bodies
     if (below := _rolling(scene, state, name, allow)) is not None:
         yield f"{name} does not stay on {under[0]}, which rolls on {below}", (name, *under)
     elif _rolls_off(scene, state, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it rolls down", (name, *under)
+    elif (far := righted(scene, state, name, allow)) > allow.standing:
+        yield f"{name} does not stay tilted on {under[0]}: it comes down by {1000 * far:.0f} mm", (name, *under)
 
 
 def _rolling(scene: Scene, state: State, name: str, allow: Tolerances) -> str | None:
