@@ -109,6 +109,13 @@ def test_a_solution_that_is_called_as_a_library_is_told_so(sandbox: Sandbox, tmp
     assert "another module is called 'numpy'; call it 'solution'" in ending.message
 
 
+@pytest.mark.parametrize("run", ["async def run(self, goal, robot): ...", "def run(self, goal, robot): yield"])
+def test_what_would_not_run_is_told_so(run: str, sandbox: Sandbox, tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text(f"class Solution:\n    {run}\n")
+    ending, _ = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
+    assert "Solution.run is a coroutine or a generator" in ending.message
+
+
 def test_reaches_no_socket_without_a_path(sandbox: Sandbox, tmp_path: Path) -> None:
     (tmp_path / "solution.py").write_text(
         "import socket\n\nclass Solution:\n    def run(self, goal, robot):\n"

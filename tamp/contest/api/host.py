@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+import inspect
 import json
 import resource
 import socket
@@ -80,7 +81,10 @@ def load(folder: Path, module: str) -> Any:
     if folder not in Path(getattr(loaded, "__file__", None) or "/").parents:
         raise TypeError(f"another module is called {module!r}; call it 'solution'")
     found = getattr(loaded, "Solution", None)
-    if isinstance(found, type) and callable(getattr(found, "run", None)):
+    run = getattr(found, "run", None)
+    if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run) or inspect.isasyncgenfunction(run):
+        raise TypeError("Solution.run is a coroutine or a generator, of which nothing would run; make it a function")
+    if isinstance(found, type) and callable(run):
         return found
     agent = found or getattr(loaded, "MyAgent", None)
     if isinstance(agent, type) and callable(getattr(agent, "draw_action", None)):
