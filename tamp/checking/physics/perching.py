@@ -116,16 +116,18 @@ def rolls_away(scene: Scene, state: State, name: str, ahead: Array | None, allow
 
     What lies in something rolls no farther than that lets it.
     """
-    if ahead is None:
-        axes = list(_level_axes(scene, state, name))
-        ways = [side * np.array([-axis[1], axis[0], 0.0]) for axis in axes for side in (1.0, -1.0)]
-    else:
-        level = ahead * (1.0, 1.0, 0.0)
-        ways = [level / max(float(np.linalg.norm(level)), 1e-9)]
-    if not any(rolls_on(scene, state, name, way, allow) for way in ways):
+    touching = carriers(scene, state, name, allow)
+    if not touching.bodies or _flat(scene, name, state.poses[name], BROAD):
         return False
+    level = np.zeros(2) if ahead is None else ahead[:2] / max(float(np.hypot(ahead[0], ahead[1])), 1e-9)
+    across = [side * np.array([-axis[1], axis[0]]) for axis in round_axes(scene, state, name) for side in (1.0, -1.0)]
+    free = (
+        not any((patch.normals[:, :2] @ way < -ALONG).any() for patch in touching.patches.values())
+        for way in across
+        if ahead is None or way @ level > ALONG
+    )
     shape, objects = scene.task.object(name).shape, sorted(state.poses.keys() - {name})
-    return not any(
+    return any(free) and not any(
         lies_in(shape, state.poses[name], scene.task.object(other).shape, state.poses[other]) for other in objects
     )
 

@@ -91,7 +91,7 @@ from tests.checking.mutations.pushes import (
     push_what_rolls,
     push_what_sticks,
 )
-from tests.checking.mutations.stacks import heavy_load, light_counterweight, sunk_tower
+from tests.checking.mutations.stacks import heavy_load, light_counterweight, stands_tilted, sunk_tower
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
 __all__ = ["FALLS", "MUTATIONS", "PUSHES", "STACKS", "TOPPLES", "Mutation"]
@@ -147,6 +147,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     namesake: ("precondition",),
     misnamed_phase: ("continuity",),
     sunk_tower: ("start",),
+    stands_tilted: ("start",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

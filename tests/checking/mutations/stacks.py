@@ -1,4 +1,4 @@
-"""Corruptions of stacks: masses with which they tip, and bodies that are in each other."""
+"""Corruptions of stacks: masses with which they tip, bodies that are in each other, or stand tilted."""
 
 from __future__ import annotations
 
@@ -35,6 +35,16 @@ def sunk_tower(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     slabs = [Object(f"slab {i}", Box((0.05, 0.05, 0.02)), place) for i, place in enumerate(places)]
     start = {**plan.start, **{slab.name: slab.pose for slab in slabs}}
     return replace(task, objects=(*task.objects, *slabs)), replace(plan, start=start)
+
+
+def stands_tilted(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A box out of the way stands on its edge, its other side a little above the table."""
+    wide, tilt, yaw = rng.uniform(0.02, 0.03), rng.uniform(0.07, 0.095), rng.uniform(-np.pi, np.pi)
+    high = rng.uniform(3.0, 4.0) * wide
+    up = high / 2 * np.cos(tilt) + wide / 2 * np.sin(tilt)
+    pose = Pose.from_rpy((*CORNER, up), (0.0, tilt, yaw))
+    box = Object("tilted", Box((wide, 0.05, high)), pose)
+    return replace(task, objects=(*task.objects, box)), replace(plan, start={**plan.start, box.name: pose})
 
 
 def weighing(task: Task, name: str, mass: float) -> Task:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -20,6 +20,7 @@ STAYS = 0.05  # what stands on something is no farther aside than this from wher
 FAR = 0.01  # what is so far away carries nothing [m]
 SQUEEZED = 0.004  # what lies no farther beside the pads is between them [m]
 SAME = 1e-4  # what is narrower by no more on each side is as wide [m]
+EDGE = 0.0012  # what lies flat has three corners so near the table [m]
 SUNK = 0.006  # what stands so much lower than it should is too low [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 ALLOWED = {
@@ -57,9 +58,27 @@ def start(world: World) -> str | None:
             return f"{thing.name} starts elsewhere"
     if (name := _too_low(world)) is not None:
         return f"{name} is too low for all that is under it"
+    if (name := _tilted(world)) is not None:
+        return f"{name} stands on its edge alone"
     for a, b in combinations(sorted(world.poses), 2):
         if depth(world.bodies[a], world.poses[a], world.bodies[b], world.poses[b]) > TOUCHING:
             return f"{a} starts inside {b}"
+    return None
+
+
+def _tilted(world: World) -> str | None:
+    """A box on the table, near nothing else, of which two corners or one are lower than all others by far."""
+    for thing in world.task.objects:
+        if not isinstance(thing.shape, Box):
+            continue
+        low, high = _box(world, thing.name)
+        boxes = (_box(world, other) for other in world.others(thing.name, "table"))
+        alone = all((least > high + FAR).any() or (most < low - FAR).any() for least, most in boxes)
+        corners = np.array(list(product((-0.5, 0.5), repeat=3))) * thing.shape.size
+        T = world.poses[thing.name]
+        heights = np.sort(corners @ T[2, :3] + T[2, 3])
+        if alone and abs(heights[0]) < INSIDE and heights[2] > heights[1] + EDGE:
+            return thing.name
     return None
 
 
