@@ -24,6 +24,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "tight shelf, 4 blocks on 5.5": lambda: packing(4, (5.5, 1.0)),
     "tight box, 4 blocks in 3 x 3": lambda: packing(4, (3.0, 3.0)),
     "two arms, 2 blocks handed over": lambda: packing(2, (4.0, 1.0), FAR),
+    "inverse kinematics fails 9 in 10, 5 blocks": lambda: packing(5, (9.0, 2.0), reached=0.1),
     "costs by distance, 2 blocks": lambda: packing(2, (6.0, 1.0), costs=True),
     "cooking, 2 foods": lambda: cooking(2),
     "cooking, 5 foods": lambda: cooking(5),

@@ -50,16 +50,22 @@ PACKING_STREAMS = """
 
 
 def packing(
-    blocks: int, region: Point, robots: dict[str, tuple[float, float]] | None = None, costs: bool = False
+    blocks: int,
+    region: Point,
+    robots: dict[str, tuple[float, float]] | None = None,
+    costs: bool = False,
+    reached: float = 1.0,
 ) -> Problem:
     """Unit squares from a row on the ground into a region of some width and height, by arms of some reach in x.
 
-    The region's lower left corner is the origin; the row begins two units to the right of it. Where arms do not reach
-    both ends, blocks are handed over on a shelf in between.
+    `reached`: the share of new poses for which there is a configuration. The region's lower left corner is the origin;
+    the row begins two units to the right of it. Where arms do not reach both ends, blocks are handed over on a shelf in
+    between.
     """
     width, height = region
     regions = {"goal": (0.0, 0.0, width, height), "shelf": (width + 0.5, 4.0, 3.0, 1.0)}
     arms = robots or {"arm": (-math.inf, math.inf)}
+    starts = [(width + 2.0 + 1.5 * i, 0.0) for i in range(blocks)]
 
     def sample_pose(context: Any, block: str, name: str) -> Iterator[Point]:
         x, y, w, h = regions[name]
@@ -68,7 +74,7 @@ def packing(
 
     def inverse_kinematics(context: Any, arm: str, block: str, pose: Point) -> Iterator[tuple[str, Point]]:
         low, high = arms[arm]
-        if low <= pose[0] <= high:
+        if low <= pose[0] <= high and (pose in starts or context.rng.random() < reached):
             yield arm, (pose[0] + 0.5, pose[1] + 1.0)
 
     samplers: dict[str, Any] = {
@@ -80,8 +86,7 @@ def packing(
     for arm in arms:
         home = (arm, (width + 2.0, 9.0))
         init += [("Robot", arm), ("HandEmpty", arm), ("Conf", arm, home), ("AtConf", arm, home)]
-    for i in range(blocks):
-        pose = (width + 2.0 + 1.5 * i, 0.0)
+    for i, pose in enumerate(starts):
         init += [("Block", f"b{i}"), ("Pose", f"b{i}", pose), ("AtPose", f"b{i}", pose)]
     function = ""
     if costs:

@@ -19,17 +19,20 @@ class Budget:
         draws: calls of streams with outputs in the whole attempt, on top of four for each item of the skeleton.
         patience: draws in a row that may bring nothing before a choice is given up.
         jumps: failed checks in the whole attempt.
+        barren: values from which no stream can go on that may be tried for one choice on top of the others.
     """
 
     values: int = 6
     draws: int = 60
     patience: int = 6
     jumps: int = 1000
+    barren: int = 24
 
     def grown(self, attempts: int) -> Budget:
         """The budget after some failed attempts: each doubles it, up to a bound."""
         factor = 2 ** min(attempts, 6)
-        return Budget(self.values * factor, self.draws * factor, self.patience * factor, self.jumps * factor)
+        counts = (self.values, self.draws, self.patience, self.jumps, self.barren)
+        return Budget(*(count * factor for count in counts))
 
 
 @dataclass(frozen=True)
@@ -92,12 +95,14 @@ class Frame:
 
     Attributes:
         visits: how often it was begun anew, with other choices before it.
+        barren: how many of the values tried were such that a stream which goes on from them had nothing to give.
     """
 
     instance: Instance | None = None
     cursor: int = 0
     tried: int = 0
     visits: int = 0
+    barren: int = 0
     conflict: set[int] = field(default_factory=set)
     outputs: tuple[int, ...] = ()
     moves: tuple[BoundStep, ...] = ()

@@ -81,9 +81,12 @@ class Binder:
                 self._survey(walk, position)
                 return walk.attempt
             target = max(conflict)
+            instance = failed.instance if failed is not None else None
+            barren = instance is not None and not instance.results and instance.record.hopeful
             walk.undo(target, position)
             walk.frames[target].conflict |= conflict - {target}
             walk.frames[target].culprits.update(culprits)
+            walk.frames[target].barren += barren
             position, fresh = target, False
         walk.attempt.steps = tuple(walk.bound_steps())
         return walk.attempt

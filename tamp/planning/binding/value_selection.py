@@ -33,7 +33,7 @@ class Chooser:
         instance = self._knowledge.instance(template.external, inputs, fluents)
         if fresh:
             parents = walk.values.owners((*inputs, *(h for f in fluents for h in f[1:])))
-            frame.instance, frame.cursor, frame.tried, frame.conflict = instance, 0, 0, parents
+            frame.instance, frame.cursor, frame.tried, frame.barren, frame.conflict = instance, 0, 0, 0, parents
             frame.culprits = {}
             frame.visits += 1
         for fact in instance.domain:
@@ -58,10 +58,13 @@ class Chooser:
     def _next(self, walk: Walk, frame: Frame, instance: Instance, item: Choose, state: State) -> tuple[int, ...] | None:
         """The next value of a choice: one that was sampled before, or a new one.
 
-        What was sampled before suited other circumstances: each visit may try one more value than the last.
+        What was sampled before suited other circumstances: each visit may try one more value than the last. A value
+        from which a stream cannot go on, such as a pose that the arm does not reach, says little of the others: there
+        may be one more for it.
         """
         budget = walk.budget
-        if frame.tried >= min(budget.values + frame.visits - 1, 4 * budget.values):
+        more = min(frame.barren, budget.barren)
+        if frame.tried >= min(budget.values + frame.visits - 1, 4 * budget.values) + more:
             return None
         misses = 0
         while frame.cursor >= len(instance.results):

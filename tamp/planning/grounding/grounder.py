@@ -57,8 +57,11 @@ class Visible:
         return ((str(effect.atom[0]), True) in self.schema.wanted) != effect.positive
 
     def doubting(self, condition: Condition) -> Condition:
-        """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts."""
-        tests = self.schema.tests.keys() | self.schema.state_tests.keys()
+        """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts.
+
+        Those that are asked as soon as they can be are known, except that no state is known to ask some of them in.
+        """
+        tests = {*self.schema.state_tests, *(self.schema.tests if self.lazy else ())}
         positive = tuple((TRUE_MARK + str(p[0]), *p[1:]) if p[0] in tests else p for p in condition.positive)
         refuted = tuple((FALSE_MARK + str(p[0]), *p[1:]) for p in condition.negative if p[0] in tests)
         negative = tuple(p for p in condition.negative if p[0] not in tests)

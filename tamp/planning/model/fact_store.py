@@ -183,6 +183,11 @@ class Knowledge:
         for number in range(min(limit, len(instance.results))):
             self._activate(instance, number)
 
+    def is_shown(self, handle: int) -> bool:
+        """Whether the search knows an object: one of the problem, or one that a stream gave and that was shown."""
+        found = self._sources.get(handle)
+        return found is None or found[1] in found[0].activated
+
     def show(self, handle: int) -> None:
         """Let the search know what is certified of a sampled object."""
         if handle in self._sources:

@@ -13,6 +13,9 @@ from tamp.planning.model.objects import Fact, Pattern
 LEAST_ODDS = 0.02
 """The least success that is ever expected of a call."""
 
+IN_VAIN = 60
+"""Calls without a success after which more of their kind are hardly worth a try."""
+
 
 @dataclass(eq=False, slots=True)
 class Record:
@@ -28,6 +31,11 @@ class Record:
     def odds(self) -> float:
         """The success to expect of the next call, before any call 1 (a mean with two successes given in advance)."""
         return max((self.successes + 2) / (self.calls + 2), LEAST_ODDS)
+
+    @property
+    def hopeful(self) -> bool:
+        """Whether a call has succeeded, or too few were made to tell."""
+        return self.successes > 0 or self.calls < IN_VAIN
 
 
 @dataclass(eq=False, slots=True)

@@ -94,6 +94,8 @@ class Rounds:
             if not self._is_real(instance) or not all(map(self._evaluator.given, instance.domain)):
                 continue
             any_left = True
+            if not all(map(self._knowledge.is_shown, instance.inputs)):
+                continue  # it would bring them along
             self._limits.check()
             if not instance.exhausted:
                 self._sampling.draw(instance)

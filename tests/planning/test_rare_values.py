@@ -1,0 +1,35 @@
+"""Values from which streams can seldom go on, such as poses that the arm seldom reaches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tamp.planning import solve
+from tests.planning.problems import continuous
+from tests.planning.test_problems import check
+
+
+def seldom_reached(problem):
+    """The problem with a configuration for the poses of its start, and for one in ten others."""
+    starts = [fact[2] for fact in problem.init if fact[0] == "AtPose"]
+
+    def inverse_kinematics(context, block, pose):
+        if any(np.array_equal(pose, start) for start in starts) or context.rng.random() < 0.1:
+            yield from continuous.inverse_kinematics(context, block, pose)
+
+    return replace(problem, samplers={**problem.samplers, "inverse-kinematics": inverse_kinematics})
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_a_plan_is_given_up_only_after_many_values_from_which_nothing_goes_on(algorithm):
+    """Six, or two, were tried, and the search asked again and again for the same plan with what had failed."""
+    problem = seldom_reached(continuous.line(4))
+    searches = []
+    for seed in range(6):
+        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
+        check(problem, solution)
+        searches.append(solution.report.counts["iterations"])
+    assert sorted(searches)[2] <= 10, searches
