@@ -41,8 +41,8 @@ USED = {
     "balance-without": "take_down_tower",
 }
 """Stream -> a scenario in whose planning it is asked."""
-SEEDS = {"regrasp_into_box": 1}
-"""With the others, the scenario is solved without a regrasp."""
+SEEDS = {"regrasp_into_box": 2}
+"""With some others, the scenario is solved without a regrasp."""
 SCENES = tuple(sorted({*USED.values(), "in_box"}))
 TESTS = {stream.name for stream in DOMAIN.stream_file.streams if not stream.outputs}
 DEFAULTS = resolve_samplers(DOMAIN.samplers)
