@@ -303,3 +303,14 @@ def test_what_is_held_is_not_dragged_over_what_it_stands_on(height, dragged):
     plan = Plan("drag", "panda", 0, {"red": start, "slab": slab.pose}, home, {"red": end}, actions)
     said = [problem.sentence for problem in check(task, plan).problems]
     assert said == [] if not dragged else any("is dragged over slab" in sentence for sentence in said), said
+
+
+@pytest.mark.parametrize(("opening", "clear"), [(0.0485, False), (0.0512, True)])
+def test_open_fingers_do_not_come_down_on_what_is_wider(valid, opening, clear):
+    """Each of them is 0.75 mm in the box, as far as any two bodies may be in each other."""
+    task, plan = valid
+    for where in steps_of(plan, Move)[:2]:
+        plan = put(plan, where, replace(step_at(plan, where), opening=opening))
+    said = " ".join(problem.sentence for problem in check(task, plan).problems)
+    assert ("closes round red" in said) != clear, said
+    assert said or clear

@@ -64,8 +64,12 @@ def check_move(
     found = seen or look(scene, move, state.held or move.pushed, allow.step)
     if found is None:
         report("limits", TOO_WILD.format(move.phase))
+    met = set[str]()
     for time, touch in () if found is None else collisions(scene, state, move, found, allow):
+        met.update(touch.bodies)
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=time)
+    for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
+        report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
     for name in () if found is None else _dragged_over(scene, state, move, found, allow):
         report("collision", f"what is held is dragged over {name}, which would come along", bodies=(name,))
     state.q = move.trajectory.positions[-1]
@@ -188,6 +192,18 @@ def collisions(
     near = passed(found.bodies, others)  # of a full table most are far from one motion
     for touch in touches(_pairs(scene, move, moving, taken, near, allow), found.swing):
         yield float(found.times[touch.sample]), touch
+
+
+def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:
+    """Objects that two links of an empty hand press on at some time of a motion, though each within tolerance."""
+    if state.held is not None or move.pushed is not None:
+        return set()
+    hand = [body for body in found.bodies if body.solid.name in scene.links.gripper]
+    near = passed(hand, standing(scene.solids, state.poses))
+    if len(hand) < 2 or not near:
+        return set()
+    pressed = [touch.bodies[0] for touch in touches(((o, link, SLIDING) for o in near for link in hand), found.swing)]
+    return {name for name in pressed if pressed.count(name) > 1}
 
 
 def _dragged_over(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[str]:
