@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from tamp.streams.values import Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.kinematics.inverse import approachable, reachable
+from tamp.world.robot.model import RobotModel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,7 +25,33 @@ SIEVED = 600  # pinches that are looked at closely
 FALLING = 10.0  # cost of a grasp from which the object falls straight, for each metre
 REACHED_FOR = 3  # places where the hand is clear when it lets go, for which the arm is asked
 SAMPLED, MOST = 6, 0.6  # where the arm gets to this share of so many pinches, it is not asked for the others
+SWAPPED = 1.0  # the wrist must turn so much less, over all placements, before the fingers swap sides [rad]
 LAID = 4.0  # cost of a grasp that can only lay the object down: more than that of any that puts it down
+
+
+def untwisted(workspace: Workspace, pinches: Pinches, places: Sequence[Placement]) -> Pinches:
+    """The pinches, with the fingers swapped where the wrist then has to turn much less from home, for all placements.
+
+    Both hold alike, and the contacts were found in any order.
+    """
+    T = pinches.T_object_tool
+    swapped = T @ np.diag([-1.0, -1.0, 1.0, 1.0])
+    robot, poses = workspace.world.robot, [place.pose.matrix for place in places]
+    turns, others = (np.sum([_turn(robot, pose @ way) for pose in poses], axis=0) for way in (T, swapped))
+    better = others < turns - SWAPPED
+    return replace(pinches, T_object_tool=np.where(better[:, None, None], swapped, T))
+
+
+def _turn(robot: RobotModel, T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far tools (n, 4, 4) are turned from how the arm holds its tool at home, swung round its base, (n,) [rad]."""
+    home, base = robot.forward(robot.home), np.array(robot.spec.T_world_base.xyz)
+    ahead = np.arctan2(*(home[1::-1, 3] - base[1::-1]))
+    swing = np.arctan2(T[:, 1, 3] - base[1], T[:, 0, 3] - base[0]) - ahead
+    c, s, none = np.cos(swing), np.sin(swing), np.zeros(len(T))
+    round_base = np.array([[c, -s, none], [s, c, none], [none, none, none + 1.0]]).transpose(2, 0, 1)
+    trace = np.einsum("nij,nij->n", T[:, :3, :3], round_base @ home[:3, :3])
+    turn: NDArray[np.float64] = np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
+    return turn
 
 
 def over_table(

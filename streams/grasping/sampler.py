@@ -22,7 +22,7 @@ from tamp.streams.cache import Draw, recalled, stepwise
 from tamp.streams.context import Context
 from tamp.streams.grasping.container import roomy_pinches
 from tamp.streams.grasping.hand_clearance import HINDERED, neighbour_cost
-from tamp.streams.grasping.ranking import over_table, placement_cost
+from tamp.streams.grasping.ranking import over_table, placement_cost, untwisted
 from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
@@ -116,6 +116,7 @@ def _round(context: Context, workspace: Workspace, obj: str, places: tuple[Place
     if not len(pinches):
         context.fail(f"{obj} has no two opposite surfaces within the gripper's stroke and with room for a hand")
         return pinches, np.empty(0), np.empty(0, bool)
+    pinches = untwisted(workspace, pinches, places)
     pinches, serves, lays = over_table(workspace, obj, pinches, places, context.rng)
     clear = clear_of_object(workspace, obj, pinches)
     pinches, serves, lays = pinches.at(clear), serves[:, clear], lays[:, clear]

@@ -11,7 +11,7 @@ import numpy as np
 from tamp.streams.affordances.neighbours import carriers, upon_carriers
 from tamp.streams.cache import SampleCache, recalled
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, told
-from tamp.streams.context import Context
+from tamp.streams.context import Context, Detached
 from tamp.streams.hand.clearance import opening_for
 from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.lift import Reach, lifted, standing_under
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 BESIDE = 0.002  # what has fallen is not even so little beside what is between the pads then [m]
 FALLING_PAST = 0.004  # so far from the hand what turns over is seen to fall, every few degrees [m]
 SOLUTIONS = 4  # arm configurations tried for one grasp
+
+Joints = tuple[float, ...]
+"""An arm configuration that can be part of a key [rad]."""
 
 
 def inverse_kinematics(
@@ -63,9 +66,7 @@ def handlings(
     neighbours = Scene(poses={name: place.pose.matrix for name, place in around.items()})
     hand_blocked: bool | None = None
     blocked_by_others = []
-    inputs = (obj, placement, grasp, fall)
-    reads = upon_carriers(workspace, obj, placement)
-    for reach in recalled(context, "reaches", inputs, reads, lambda first: _reaches(first, *inputs)):
+    for reach in _recalled(context, obj, placement, grasp, fall, _taken_at(context, obj, placement, grasp)):
         handling = _lifted(context, reach)
         if handling is None:
             continue
@@ -83,6 +84,32 @@ def handlings(
         else:
             blocked_by_others.append((before, after, handling))
     yield from blocked_by_others
+
+
+def _taken_at(context: Context, obj: str, placement: Placement, grasp: Grasp) -> Joints | None:
+    """Arm configuration at which a grasp takes an object from where it stands: it is carried from there, best not far.
+
+    None where it cannot, or where that is the placement itself.
+    """
+    start = context.scene.start[obj]
+    if placement == start:
+        return None
+    first = next(_recalled(Detached.of(context, context.deadline), obj, start, grasp), None)
+    return None if first is None else tuple(first.approach[-1].tolist())
+
+
+def _recalled(
+    context: Context,
+    obj: str,
+    placement: Placement,
+    grasp: Grasp,
+    fall: tuple[Pose, ...] = (),
+    near: Joints | None = None,
+) -> Iterator[Reach]:
+    """What `_reaches` yields, remembered."""
+    inputs = (obj, placement, grasp, fall, near)
+    reads = upon_carriers(context.scene, obj, placement)
+    yield from recalled(context, "reaches", inputs, reads, lambda first: _reaches(first, *inputs))
 
 
 def reaches(
@@ -120,8 +147,15 @@ def _lifted(context: Context, reach: Reach) -> Handling | None:
     return cache.value(("handling", reach, way), lambda: reach.lifted(path))
 
 
-def _reaches(context: Context, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]) -> Iterator[Reach]:
-    """Ways to an object as if nothing else stood on the table but what carries it."""
+def _reaches(
+    context: Context,
+    obj: str,
+    placement: Placement,
+    grasp: Grasp,
+    fall: tuple[Pose, ...],
+    near: Joints | None = None,
+) -> Iterator[Reach]:
+    """Ways to an object as if nothing else stood on the table but what carries it, those near a configuration first."""
     workspace: Workspace = context.scene
     world = workspace.world
     pose = fall[0] if fall else placement.pose
@@ -136,7 +170,8 @@ def _reaches(context: Context, obj: str, placement: Placement, grasp: Grasp, fal
         context.fail(f"the hand would hit {blocked}")
         return
     found = False
-    for q in inverse(world.robot, T_world_tool, context.rng, count=SOLUTIONS):
+    close = None if near is None else np.array(near)
+    for q in inverse(world.robot, T_world_tool, context.rng, near=close, count=SOLUTIONS):
         found = True
         approach = _approach(context, obj, placement, opening, q, fall)
         if approach is not None:

@@ -154,3 +154,16 @@ def test_nothing_is_let_fall_against_the_robots_base(table):
     context = ToldContext(table)
     assert not list(reaching(context, "red", Placement(rests, ("table",)), FROM_ABOVE, fall))
     assert context.reasons == ["red would fall against the robot's base"]
+
+
+def test_the_arm_puts_an_object_down_near_to_how_it_took_it(table):
+    def ends(placement, grasp):
+        found = inverse_kinematics(ToldContext(table), "red", placement, grasp)
+        return [np.array(handling.approach[-1]) for _, _, handling in found]
+
+    for grasp in islice(sample_grasp(ToldContext(table), "red"), 6):
+        taken, put = (ends(placement, grasp) for placement in (table.start["red"], table.goals["red"]))
+        if taken and put:
+            away = [float(np.linalg.norm(q - taken[0])) for q in put]
+            assert away[0] < 3.0
+            assert away[0] <= min(away) + 0.5
