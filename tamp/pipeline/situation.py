@@ -18,6 +18,7 @@ from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.transforms import rotation
 
+TOUCHING = 0.003  # what is nearer than this carries [m]
 SAME_PLACE = 0.01  # an object this near to its goal (EDE) counts as being there [m]
 
 
@@ -88,7 +89,23 @@ def left_at(workspace: Workspace, name: str) -> Workspace:
             own = replace(goals[other], pose=_not_aside(shift, goals[other].pose))
             kept = _carried(workspace, other, {**goals, **meant, other: own})
             meant[other] = own if kept else replace(goals[other], pose=shift @ goals[other].pose)
+    meant |= {
+        other: _touched(workspace, other, goals[other], meant)
+        for other in goals.keys() - meant.keys()
+        if not meant.keys().isdisjoint(goals[other].on)
+    }
     return replace(workspace, goals={**goals, **meant})
+
+
+def _touched(workspace: Workspace, name: str, goal: Placement, meant: Mapping[str, Placement]) -> Placement:
+    """A goal without what would carry an object there and is off now, so that the object does not touch it any more."""
+    T, world = raised(goal, -RELEASE_HEIGHT).pose.matrix, workspace.world
+    on = tuple(
+        lower
+        for lower in goal.on
+        if lower not in meant or world.separation(name, T, lower, meant[lower].pose.matrix) < TOUCHING
+    )
+    return goal if on in ((), goal.on) else replace(goal, on=on)
 
 
 def _not_aside(shift: Pose, pose: Pose) -> Pose:

@@ -167,3 +167,16 @@ def test_what_rests_on_two_objects_stays_where_it_shall_be_if_one_of_them_is_off
     seen = setup.observe(setup.start)
     assert seen.goals["left"] is seen.start["left"]
     assert seen.goals["plank"] is setup.goals["plank"]
+
+
+@pytest.mark.parametrize(("off", "on"), [(0.002, ("left", "right")), (0.008, ("left",))])
+def test_what_no_longer_reaches_one_of_those_it_shall_lie_on_lies_on_the_others(off, on):
+    left = Object("left", Box((0.1, 0.1, 0.04)), Pose((0.3, 0.2, 0.02)), At(Pose((0.0, 0.0, 0.02))))
+    right = Object("right", Box((0.04, 0.04, 0.04)), Pose((0.081 + off, 0.0, 0.02)), At(Pose((0.081, 0.0, 0.02))))
+    plank = Object("plank", Box((0.12, 0.04, 0.02)), Pose((0.3, -0.2, 0.01)), At(Pose((0.0015, 0.0, 0.05))))
+    setup = prepare(Task("bridge", (left, right, plank)))
+    seen = setup.observe(setup.start)
+    assert setup.goals["plank"].on == ("left", "right")
+    assert seen.goals["right"] is seen.start["right"]
+    assert seen.goals["plank"].on == on
+    assert seen.goals["plank"].pose == setup.goals["plank"].pose
