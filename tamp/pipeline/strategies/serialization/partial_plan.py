@@ -14,6 +14,8 @@ from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
 from tamp.errors import DomainError
+from tamp.execution.executor import execute
+from tamp.execution.monitor import Monitor
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
@@ -117,6 +119,7 @@ def begins_at(plan: Plan, state: Plan) -> bool:
     )
 
 
+LENIENT = Monitor(0.03, 0.5, 0.05, 1.0)  # what ends no farther off is corrected once it lies there
 WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
 
 
@@ -159,6 +162,8 @@ class Progress:
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
+        if (astray := self._rehearsed(piece)) is not None:
+            return astray
         domain = self.now.setup.domain
         facts = domain.facts_after(self.now.facts, piece.actions)
         for fact in sorted(verdict.facts ^ {*facts}):
@@ -172,6 +177,17 @@ class Progress:
         workspace = replace(self.now.workspace, start=start)
         self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
         return None
+
+    def _rehearsed(self, piece: Plan) -> str | None:
+        """What goes wrong where a piece that lets something fall is carried out in the simulator that settles scenes.
+
+        Falls are planned without the hand: what it holds up, or takes along, as it draws back is seen only here.
+        """
+        if not any(isinstance(step, Fall) for step in piece.steps):
+            return None
+        setup = self.now.setup
+        run = execute(setup.task, piece, monitor=LENIENT, simulator=setup.settings.settling)
+        return None if run.status == "done" else f"rehearsed: {run.deviation or run.status}"
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.
