@@ -149,7 +149,7 @@ class Progress:
         return self.now.workspace.start
 
     def take(self, solution: Sequence[GroundAction], seed: int) -> str | None:
-        """Time a further piece, have it checked and add it; what is wrong with it where it is refused.
+        """Time a further piece, have it checked and rehearsed, and add it; what is wrong with it where it is refused.
 
         Raises:
             DomainError: where a skill and its rule have different facts hold after it.
