@@ -62,11 +62,11 @@ def inverse(
     """
     found: list[Array] = []
     most = TRIED * count
+    # Branches lie far apart; near home they have one in common, so that ways between tool poses are short.
+    middle = robot.home if near is None else near
     for starts, effort in rounds_of_starts(robot, T_world_tool, rng, near, count):
         q, residual = levenberg_marquardt(robot, starts, T_world_tool, effort.patience, enough=count + 2)
-        solutions = unwound(robot, q[residual == 0.0], robot.home if near is None else near)
-        # Branches lie far apart; near home they have one in common, so that ways between tool poses are short.
-        middle = robot.home if near is None else near
+        solutions = unwound(robot, q[residual == 0.0], middle)
         solutions = solutions[np.argsort(np.linalg.norm(solutions - middle, axis=1), kind="stable")]
         for q in solutions:
             if any(np.abs(q - other).max() < DISTINCT for other in found):

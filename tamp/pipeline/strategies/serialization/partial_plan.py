@@ -179,15 +179,16 @@ class Progress:
         return None
 
     def _rehearsed(self, piece: Plan) -> str | None:
-        """What goes wrong where a piece that lets something fall is carried out in the simulator that settles scenes.
+        """What goes astray where a piece that lets something fall is carried out in the simulator that settles scenes.
 
-        Falls are planned without the hand: what it holds up, or takes along, as it draws back is seen only here.
+        Falls are planned without the hand: what it holds up, or takes along, as it draws back is seen only here. How
+        long an execution may take does not count: a plan that is never carried out has no such limit.
         """
         if not any(isinstance(step, Fall) for step in piece.steps):
             return None
         setup = self.now.setup
         run = execute(setup.task, piece, monitor=LENIENT, simulator=setup.settings.settling)
-        return None if run.status == "done" else f"rehearsed: {run.deviation or run.status}"
+        return f"rehearsed: {run.deviation}" if run.status == "deviated" else None
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.
