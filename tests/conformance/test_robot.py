@@ -13,7 +13,7 @@ import pytest
 from tamp.checking.robot.links import read_links
 from tamp.cli import main
 from tamp.conformance.findings import Finding
-from tamp.conformance.robot import _Trial, check_robot
+from tamp.conformance.robot.kit import _Trial, check_robot
 from tamp.errors import RobotError
 from tamp.task import Pose, RobotSpec, load_robot
 from tamp.task.files.robot.robot_file import read_robot

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from tamp.planning.grounding.datalog import Join, JoinRule
 from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
+from tamp.planning.grounding.visible import Visible
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema, AxiomSchema, Condition, EffectSchema
@@ -25,73 +26,6 @@ SHARE = 500
 
 PATIENCE = 16_000
 """How many hopes one more stream in a row may bring at most before sampling has another turn."""
-
-
-@dataclass(frozen=True)
-class Visible:
-    """A schema as it is grounded.
-
-    Attributes:
-        lazy: whether tests are asked only where a plan rests on them, and assumed in its favour before.
-        every_stream: whether also streams are called whose promises nothing needs.
-    """
-
-    schema: Schema
-    connectors: Connectors
-    lazy: bool
-    every_stream: bool = False
-
-    def axioms(self) -> list[tuple[AxiomSchema, Condition]]:
-        """The axioms that something other than a connector asks for, and what each one's condition is read as."""
-        return [
-            (axiom, self.doubting(axiom.condition) if self._is_doubted(axiom) else axiom.condition)
-            for axiom in self.schema.axioms
-            if axiom.head[0] not in self.connectors.private
-        ]
-
-    def _is_doubted(self, axiom: AxiomSchema) -> bool:
-        return self.lazy and axiom.head[0] in self.schema.doubted
-
-    def may_hurt(self, effect: EffectSchema) -> bool:
-        """Whether what an effect does is not what is wanted: what a test may yet prevent is assumed not to happen."""
-        return ((str(effect.atom[0]), True) in self.schema.wanted) != effect.positive
-
-    def doubting(self, condition: Condition) -> Condition:
-        """Tests inside a condition that the plan wants false: only what is known to hold, or known not to, counts.
-
-        Those that are asked as soon as they can be are known, except that no state is known to ask some of them in.
-        """
-        tests = {*self.schema.state_tests, *(self.schema.tests if self.lazy else ())}
-        positive = tuple((TRUE_MARK + str(p[0]), *p[1:]) if p[0] in tests else p for p in condition.positive)
-        refuted = tuple((FALSE_MARK + str(p[0]), *p[1:]) for p in condition.negative if p[0] in tests)
-        negative = tuple(p for p in condition.negative if p[0] not in tests)
-        return Condition(positive + refuted, negative, (), condition.unequal)
-
-    def streams(self) -> list[tuple[External, bool]]:
-        """The streams that are not called on demand alone, and whether some condition may use what each promises."""
-        used, joined = self._used(), set[str]()
-        externals = self.schema.externals.values()
-        on_demand = self.connectors.streams
-        while True:
-            extra = {e.name for e in externals if e.info.eager or (self.every_stream and e.name not in on_demand)}
-            more = [e for e in externals if e.name not in joined and (e.name in extra or used & _promised(e))]
-            if not more:
-                return [(e, bool(used & _promised(e))) for e in externals if e.name in joined]
-            joined |= {e.name for e in more}
-            used |= {str(p[0]) for e in more for p in e.domain + e.awaited}
-
-    def _used(self) -> set[str]:
-        """Predicates that actions, axioms and the goal want true; and false ones, where tests are asked at once."""
-        actions = [a for a in self.schema.actions if not self.connectors.is_connector(a.name)]
-        conditions = [c for a in actions for c in (a.condition, *(e.condition for e in a.effects))]
-        conditions += [condition for _, condition in self.axioms()]
-        conditions += [self.schema.goal]
-        doubted = () if self.lazy else (str(p[0]) for c in conditions for p in c.negative if p[0] in self.schema.tests)
-        return {str(p[0]) for c in conditions for p in c.positive}.union(doubted)
-
-
-def _promised(external: External) -> set[str]:
-    return {str(p[0]) for p in external.certified}
 
 
 class Grounder:

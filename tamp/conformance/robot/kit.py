@@ -17,8 +17,8 @@ import numpy as np
 from tamp.checking.robot.kinematics import KinematicTree
 from tamp.checking.robot.links import Links, read_links
 from tamp.conformance.findings import Finding
-from tamp.conformance.robot_hints import described, free_home, often_touching
-from tamp.conformance.standing import stand
+from tamp.conformance.robot.hints import described, free_home, often_touching
+from tamp.conformance.robot.standing import stand
 from tamp.errors import RobotError, TaskError
 from tamp.execution.simulators import installed
 from tamp.streams.hand.hand_boxes import hand_boxes
