@@ -33,6 +33,10 @@ GAIN = 1e-9
 SCALE = 0.05
 """Length by which moments are divided, so that they are of the order of the forces [m]."""
 
+VERGE = 1.05
+"""Share of friction with which a body must keep its balance where its centre of mass shifts: what comes to rest by
+sliding stops where friction just holds it, and has no margin but in where it is touched."""
+
 PRESSED = 20.0
 """All contact forces together, in weights: what hangs out of a slot a times as far as it is in it takes 2 a + 1."""
 
@@ -48,7 +52,8 @@ def balance(points: Array, normals: Array, friction: Array, center: Array, wante
         normals: unit normals there, into the body, shape (n, 3).
         friction: coefficient at each contact, shape (n,).
         center: its centre of mass, shape (3,).
-        wanted: how far the centre of mass may shift, along x and y, without the body losing its balance [m].
+        wanted: how far the centre of mass may shift, along x and y, without the body losing its balance [m], though
+            friction be by `VERGE` greater then.
 
     Returns:
         At least `wanted` where it rests so well; else minus the distance by which the centre of mass would have to lie
@@ -59,12 +64,12 @@ def balance(points: Array, normals: Array, friction: Array, center: Array, wante
     if (normals[:, 2] > LEVEL).all():
         return _inside(points[:, :2] - center[:2])
     kept = outermost(points, normals)
-    pushes = wrenches(points[kept] - center, normals[kept], friction[kept])
+    outside = _shortfall(wrenches(points[kept] - center, normals[kept], friction[kept]), (0.0, 0.0))
+    if outside > ZERO or wanted <= 0.0:
+        return -outside if outside > ZERO else 0.0
+    pushes = wrenches(points[kept] - center, normals[kept], VERGE * friction[kept])
     missing = max(_shortfall(pushes, (x, y)) for x in (-wanted, wanted) for y in (-wanted, wanted))
-    if missing < ZERO:
-        return wanted
-    outside = _shortfall(pushes, (0.0, 0.0))
-    return -outside if outside > ZERO else wanted - missing
+    return wanted if missing < ZERO else wanted - missing
 
 
 def _inside(points: Array) -> float:

@@ -45,3 +45,14 @@ def test_a_slot_holds_what_reaches_as_far_into_it_as_weight_can_press_and_nothin
         return statics.balance(np.array(sides), normals, np.full(4, 0.5), np.array([0.1, 0.0, 0.0]), 0.001)
 
     assert held(deep) >= 0.001 > held(shallow)
+
+
+@pytest.mark.parametrize("share, rests", [(1.005, True), (0.98, False)])
+def test_what_has_slid_to_rest_stays_where_friction_just_holds_it(share, rests):
+    """A ladder against a wall, both as rough: it slides where the tangent of its slope is below (1 - mu^2) / (2 mu)."""
+    mu = 0.25
+    run, rise = 0.2, share * 0.2 * (1 - mu**2) / (2 * mu)
+    points = np.array([(x, y, z) for x, z in ((0.0, 0.0), (run, rise)) for y in (-0.05, 0.05)])
+    normals = np.array([(0.0, 0.0, 1.0)] * 2 + [(-1.0, 0.0, 0.0)] * 2)
+    center = np.array([run / 2, 0.0, rise / 2])
+    assert (statics.balance(points, normals, np.full(4, mu), center, 0.001) >= 0.001) == rests
