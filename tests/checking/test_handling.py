@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.checking.actions.grip_and_release import check_unsqueezed
 from tamp.checking.geometry.pad_region import between_pads
-from tamp.checking.scene import Scene
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
 from tamp.task import (
     Action,
     At,
@@ -252,3 +254,24 @@ def test_pads_that_touch_a_box_by_its_corners_turn_it_where_friction_does_not_ho
     said = judged([red], [Action("move", (), (go,)), pick, Action("move", ("red",), (carried,)), place])
     assert ("lies flush" in said) == turns, said
     assert turns or not said
+
+
+def squeezed(shape, deep: float, opening: float) -> bool:
+    """Whether an empty hand squeezes what reaches so deep between its fingers, from beyond their ends."""
+    tree, spec = handmade_tree(), load_robot("panda").gripper
+    ends = tree.pad_depth(opening) + spec.pad[2] / 2
+    half = parts(shape)[0].vertices[:, 2].max()
+    tool = Pose.from_matrix(tree.tool(np.array([HOME]))[0])
+    at = tool @ Pose((0.0, 0.0, ends - deep + half))
+    scene = Scene.of(Task("squeezed", (Object("thing", shape, at),)))
+    found = []
+    state = State({"thing": at.matrix}, np.array(HOME))
+    check_unsqueezed(scene, state, opening, DEFAULT, lambda kind, *told, **more: found.append(kind))
+    return "grasp" in found
+
+
+def test_closed_fingers_that_touch_something_round_with_their_ends_squeeze_it_not():
+    """A nudge presses the ends of closed fingers on a flank by a millimetre or two: what is round slips off there."""
+    assert not any(squeezed(Sphere(0.03), deep, 0.0) for deep in (0.00105, 0.0012, 0.0015))
+    assert squeezed(Sphere(0.01), 0.01 + 0.004, 0.018)  # pads on both sides of a ball's middle hold it
+    assert all(squeezed(Box((0.03, 0.0015, 0.05)), deep, 0.0) for deep in (0.003, 0.01))  # a card between them

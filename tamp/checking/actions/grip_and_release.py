@@ -145,10 +145,13 @@ def _near_pads(scene: Scene, state: State) -> list[str]:
 
 
 def check_unsqueezed(scene: Scene, state: State, opening: float, allow: Tolerances, report: Report) -> None:
-    """An empty hand that moves away squeezes nothing between its pads, which would come along."""
+    """An empty hand that moves away squeezes nothing between its pads, which would come along.
+
+    What it merely touches with the ends of its fingers gives way: pads slip off there though twice the friction held.
+    """
     for name in _near_pads(scene, state):
         wide = _width(scene, state, name, state.poses[name], opening + 2 * allow.pad)
-        if wide > opening:
+        if wide > opening and not _slips_off(scene, state, name, opening):
             sentence = f"the empty hand squeezes {name}, {1000 * wide:.1f} mm wide between pads {1000 * opening:.1f} mm"
             report("grasp", f"{sentence} apart, and takes it along", (name,), wide - opening)
 
@@ -227,6 +230,14 @@ def _check_closing(
             f"{1000 * width:.1f} mm"
         )
         report("grasp", sentence, bodies=(name,), depth=astray)
+
+
+def _slips_off(scene: Scene, state: State, name: str, opening: float) -> bool:
+    """Whether pads so far apart [m] press on an object by a slope alone, from which twice the friction would slip."""
+    tree, gripper = scene.links.tree, scene.links.tree.spec.gripper
+    T_tool_object = inverse(tree.tool(state.q[None])[0]) @ state.poses[name]
+    mu, depth = 2 * PAD_FRICTION * scene.friction(name), tree.pad_depth(opening)
+    return squeezed_out(scene.solids[name], T_tool_object, gripper, gripper.stroke, mu, depth) is not None
 
 
 def _check_alone(scene: Scene, state: State, name: str, width: float, opening: float, report: Report) -> None:
