@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.geometry.transforms import rotation
+from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import Contacts
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.scene import TABLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -54,8 +55,8 @@ def knocked_over(
     """What carries an object that has fallen, and tips over with all that the blow falls on.
 
     What falls on one body falls on it with its centre of mass. Of several it meets one first: each must bear the whole
-    blow where it is met. There are 2^n ways down a wall: of those that came over the same contact with about the same
-    mass one goes on. None goes over what is `spared`.
+    blow where it is met, but for those that it slides past, see `slid_past`. There are 2^n ways down a wall: of those
+    that came over the same contact with about the same mass one goes on. None goes over what is `spared`.
     """
     mass, center = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
     coming, seen = [Blow(mass * drop, mass, center, (*spared, name))], set()
@@ -76,7 +77,8 @@ def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterat
 
     To tip it over the blow lifts the common centre of mass over the edge of what the body stands on.
     """
-    points = carriers(scene, state, blow.bodies[-1], allow).points
+    carried = carriers(scene, state, blow.bodies[-1], allow)
+    points = carried.without(*slid_past(scene, state, blow.bodies[-1], carried).patches).points
     for name in sorted(points.keys() - {TABLE, *blow.bodies}):
         more, middle = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
         alone = len(points) == 1
@@ -94,20 +96,40 @@ def _struck(scene: Scene, state: State, blow: Blow, allow: Tolerances) -> Iterat
         yield struck, bool(touching.balance(center, friction, margin) >= margin)
 
 
+def slid_past(scene: Scene, state: State, name: str, touching: Contacts) -> Contacts:
+    """Those contacts of an object that do not stop its fall, if another one does: they are steeper than friction holds.
+
+    Such a flank is struck aside.
+    """
+    steep = {}
+    for other, patch in touching.patches.items():
+        friction = scene.friction(name) * scene.friction(other)
+        if other != TABLE and not equilibrium.holds_up(patch.normals, friction):
+            steep[other] = patch
+    return Contacts(steep if len(steep) < len(touching.patches) else {})
+
+
 def struck_aside(
-    scene: Scene, state: State, name: str, drop: float, turn: tuple[Array, Array], met: Contacts, allow: Tolerances
+    scene: Scene,
+    state: State,
+    name: str,
+    drop: float,
+    turn: tuple[Array, Array] | None,
+    met: Contacts,
+    allow: Tolerances,
 ) -> Iterator[str]:
-    """What an object that has fallen over by a turn strikes as it lands, and tips over.
+    """What an object that has fallen strikes as it lands, and tips over.
 
     Friction may press what is struck down, so that the blow may point lower than across the face by the cone's angle.
+    What falls straight strikes with the part of its speed that is along the blow.
 
     Args:
         scene: the bodies.
         state: where all of them are, the object where it has come down.
         name: the object.
         drop: how far its centre of mass has come down [m].
-        turn: axis, a unit vector, and a point on it, shape (3,) each.
-        met: what the object touches that it did not touch before.
+        turn: of the fall: its axis, a unit vector, and a point on it, shape (3,) each; None where it falls straight.
+        met: what the object touches that it did not touch before, and strikes from aside.
         allow: tolerances.
     """
     for other in sorted(met.patches.keys() - {TABLE}):
@@ -125,7 +147,8 @@ def struck_aside(
         cone = float(np.arctan(scene.friction(name) * scene.friction(other)))
         lower = (rotation(edge[1], turned) @ blow / np.linalg.norm(blow) for turned in (0.0, cone))
         energy = scene.task.object(name).mass * drop
-        least = min(_passed(scene, state, (name, other), (turn, edge[::-1]), at, each) for each in lower)
+        ends = ((name, turn), (other, edge[::-1]))
+        least = min(_passed(scene, state, ends, at, each) for each in lower)
         if PASSED * energy * least > needed:
             yield other
 
@@ -150,33 +173,34 @@ def pushed_back(scene: Scene, state: State, name: str, ahead: Array, allow: Tole
 
 
 def _passed(
-    scene: Scene,
-    state: State,
-    names: tuple[str, str],
-    turns: tuple[tuple[Array, Array], tuple[Array, Array]],
-    at: Array,
-    blow: Array,
+    scene: Scene, state: State, ends: Iterable[tuple[str, tuple[Array, Array] | None]], at: Array, blow: Array
 ) -> float:
-    """The share of the energy of a body that turns about a line that it passes on to another at rest, which turns too.
+    """The share of the energy of a body that falls that it passes on to another at rest, which it turns.
 
-    Where they meet they go on together: m M / (m + M)^2, m and M being the masses that each moves there as if it had.
+    Where they meet they go on together: m M / (m + M)^2, m and M being the masses that each moves there as if it had,
+    of the energy that is in the speed along the blow.
 
     Args:
         scene: the bodies.
         state: where they are.
-        names: of the two.
-        turns: the line about which each of them turns: its direction, a unit vector, and a point on it.
+        ends: the two, and the line about which each of them turns: its direction, a unit vector, and a point on it;
+            None for what falls straight.
         at: where they meet, shape (3,).
         blow: the unit vector, shape (3,), along which the one pushes the other there.
     """
-    masses = []
-    for name, (axis, point) in zip(names, turns, strict=True):
+    masses, along = [], 1.0
+    for name, turn in ends:
+        if turn is None:
+            along = max(-float(blow[2]), 0.0) ** 2
+            masses.append(scene.task.object(name).mass)
+            continue
+        axis, point = turn
         lever = float(np.cross(axis, at - point) @ blow)
         if lever <= 0.0:
             return 0.0
         beside = scene.center_of_mass(name, state.poses[name]) - point
         masses.append(_inertia(scene, state, name, axis, beside) / lever**2)
-    return masses[0] * masses[1] / (masses[0] + masses[1]) ** 2
+    return along * masses[0] * masses[1] / (masses[0] + masses[1]) ** 2
 
 
 def _inertia(scene: Scene, state: State, name: str, axis: Array, lever: Array) -> float:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.blow import knocked_over, pushed_back, struck_aside
+from tamp.checking.actions.blow import knocked_over, pushed_back, slid_past, struck_aside
 from tamp.checking.actions.grip_and_release import check_rest, check_strayed
 from tamp.checking.actions.way_down import met_on_the_way
 from tamp.checking.geometry.transforms import inverse, rotation
@@ -81,7 +81,11 @@ def check_fall(
     if rolls_away(scene, state, name, None if straight else ahead, allow):
         report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
     if straight:
-        knocked = list(knocked_over(scene, state, name, drop, allow))
+        flanks = slid_past(scene, state, name, carriers(scene, state, name, allow))
+        knocked = [
+            *struck_aside(scene, state, name, drop, None, flanks, allow),
+            *knocked_over(scene, state, name, drop, allow),
+        ]
     else:
         axis, angle = _turn(before, after)
         turn = axis, _pivot(before, after, axis, angle)

@@ -33,6 +33,9 @@ GAIN = 1e-9
 SCALE = 0.05
 """Length by which moments are divided, so that they are of the order of the forces [m]."""
 
+STEEP = 0.02
+"""Share of a weight that pushes leave without a hold where they do not hold it up."""
+
 VERGE = 1.05
 """Share of friction with which a body must keep its balance where its centre of mass shifts: what comes to rest by
 sliding stops where friction just holds it, and has no margin but in where it is touched."""
@@ -70,6 +73,15 @@ def balance(points: Array, normals: Array, friction: Array, center: Array, wante
     pushes = wrenches(points[kept] - center, normals[kept], VERGE * friction[kept])
     missing = max(_shortfall(pushes, (x, y)) for x in (-wanted, wanted) for y in (-wanted, wanted))
     return wanted if missing < ZERO else wanted - missing
+
+
+def holds_up(normals: Array, friction: float) -> bool:
+    """Whether pushes along unit normals, shape (n, 3), within friction, add up to a force straight up."""
+    from scipy.optimize import nnls
+
+    apart = normals[np.unique(np.round(normals, 2), axis=0, return_index=True)[1]]
+    pushes = wrenches(np.zeros_like(apart), apart, np.full(len(apart), friction))[:3]
+    return bool(nnls(pushes, np.array([0.0, 0.0, 1.0]))[1] < STEEP)
 
 
 def _inside(points: Array) -> float:

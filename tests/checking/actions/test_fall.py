@@ -17,7 +17,7 @@ from tamp.checking.geometry.transforms import rotation
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Box, Fall, Object, Pose, Task, load_robot
+from tamp.task import Box, Fall, Mesh, Object, Pose, Task, load_robot
 from tamp.task.mesh.parts import convex_hull
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
@@ -285,3 +285,19 @@ def test_what_falls_grazes_nothing_that_it_merely_passes(over, hits):
     shelf = Object("shelf", Box((0.04, 0.04, 0.02)), Pose((0.14 - over, 0.0, 0.09)))
     found = judged([red, shelf], "red", Pose((0.1, 0.0, 0.15)), red.pose)
     assert ("falls 2.0 mm into shelf" in found) == hits
+
+
+@pytest.mark.parametrize(
+    ("thick", "high", "over", "tips"), [(0.01, 0.06, 0.0015, True), (0.02, 0.03, 0.001, True), (0.05, 0.03, 0.0, False)]
+)
+def test_a_flank_that_a_fall_slides_past_is_struck_aside_and_bears_no_weight(tmp_path, thick, high, over, tips):
+    """What widens upwards, by sides of 69 degrees, falls beside a domino; PyBullet and MuJoCo agree."""
+    corners = [(x * half, y, z) for half, z in ((0.02, -0.04), (0.05, 0.04)) for x in (-1, 1) for y in (-0.05, 0.05)]
+    file, hull = tmp_path / "wedge.obj", convex_hull(np.array(corners))
+    lines = [*(f"v {x} {y} {z}" for x, y, z in hull.vertices), *(f"f {a} {b} {c}" for a, b, c in hull.faces + 1)]
+    file.write_text("\n".join(lines))
+    wedge = Object("wedge", Mesh(file), Pose((0.0, 0.0, 0.04)), mass=1.0)
+    at = 0.02 + 0.03 * high / 0.08 + thick / 2 - over
+    domino = Object("domino", Box((thick, 0.06, high)), Pose((at, 0.0, high / 2)), mass=0.05)
+    found = judged([wedge, domino], "wedge", Pose((0.0, 0.0, 0.14)), wedge.pose)
+    assert ("domino tips over when wedge falls" in found) == tips, found
