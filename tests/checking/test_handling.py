@@ -275,3 +275,16 @@ def test_closed_fingers_that_touch_something_round_with_their_ends_squeeze_it_no
     assert not any(squeezed(Sphere(0.03), deep, 0.0) for deep in (0.00105, 0.0012, 0.0015))
     assert squeezed(Sphere(0.01), 0.01 + 0.004, 0.018)  # pads on both sides of a ball's middle hold it
     assert all(squeezed(Box((0.03, 0.0015, 0.05)), deep, 0.0) for deep in (0.003, 0.01))  # a card between them
+
+
+@pytest.mark.parametrize(("sunk", "said", "wrong"), [(0.0038, 0.0019, True), (0.0015, 0.0, False)])
+def test_what_is_let_go_is_not_pressed_into_what_it_is_put_on(sunk, said, wrong):
+    """The hand holds it as deep in the table as a release may be off its place, and that as deep as it may rest."""
+    low, end = (Pose((*GOAL.xyz[:2], GOAL.xyz[2] - deep)) for deep in (sunk, said))
+    actions = [
+        replace(a, steps=tuple(replace(s, pose=end) if isinstance(s, Release) else s for s in a.steps))
+        for a in carry(Hand(HOME), "red", START, low, 0.05, ("table", "table"))
+    ]
+    found = judged([Object("red", BOX, START, At(GOAL))], actions)
+    assert ("red is pressed 3.8 mm into table" in found) == wrong, found
+    assert wrong or not found

@@ -79,6 +79,8 @@ def check_release(
     elif release.opening < (state.opening or 0.0) + allow.opened:
         report("release", f"the fingers do not open: {name} is not let go", bodies=(name,))
     held, T = state.poses[name], release.pose.matrix
+    for _, (_, other), depth in overlaps(scene, state, name, allow):
+        report("release", f"{name} is pressed {1000 * depth:.1f} mm into {other}", bodies=(name, other), depth=depth)
     for sentence, far in _not_let_go(scene, name, held, T, 0.0 if falls else allow.drop, allow):
         report("release", sentence, bodies=(name,), depth=far)
     check_strayed(scene, state, name, held, T, allow, report)
