@@ -11,7 +11,7 @@ from tamp.checking.physics.perching import perched
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps
-from tamp.checking.scene import Scene, State, in_region
+from tamp.checking.scene import Scene, State, footprint_center, in_region
 from tamp.task.mesh.enclosure import lies_in
 from tamp.task.model import At, In, On
 
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+STEEP = 0.7
+"""Vertical component of a contact normal from which on what it carries is on it though something else carries that."""
 SAME = 1e-6
 """Poses that are no farther apart are the same [m]."""
 
@@ -173,10 +175,22 @@ def _check_relation(replay: Replay, name: str, goal: On | In) -> None:
     if goal.target in regions:
         holds = in_region(scene, state, name, regions[goal.target])
     elif isinstance(goal, On):
-        holds = goal.target in carriers(scene, state, name, replay.allow).bodies
+        holds = _stands_on(scene, state, name, goal.target, replay.allow)
     else:
         shape, container = (scene.task.object(each).shape for each in (name, goal.target))
         holds = lies_in(shape, state.poses[name], container, state.poses[goal.target])
     if not holds:
         relation = "in" if isinstance(goal, In) else "on"
         replay.report("goal", f"{name} does not end {relation} {goal.target}", (name, goal.target))
+
+
+def _stands_on(scene: Scene, state: State, name: str, target: str, allow: Tolerances) -> bool:
+    """Whether an object is on another one: over it, and carried by it, not merely beside it and touching its slope."""
+    touching, T = carriers(scene, state, name, allow), state.poses[target]
+    corners = (scene.solids[target].hull.part.vertices @ T[:3, :3].T + T[:3, 3])[:, :2]
+    middle = np.array(footprint_center(scene, state.poses[name], name))
+    beside = np.maximum(corners.min(axis=0) - middle, middle - corners.max(axis=0)).max()
+    if target not in touching.bodies or beside > 0.0:
+        return False
+    level = (touching.patches[target].normals[:, 2] > STEEP).any()
+    return bool(level or balanced(scene, state, name, touching.without(target), allow) < allow.balance)

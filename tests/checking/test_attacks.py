@@ -9,7 +9,8 @@ import pytest
 
 from tamp.checking import check
 from tamp.errors import PlanError, TaskError
-from tamp.task import At, Box, Grip, Move, Object, Plan, Pose, Release, Sphere, Task, Trajectory
+from tamp.task import At, Box, Grip, Mesh, Move, Object, On, Plan, Pose, Release, Sphere, Task, Trajectory
+from tamp.task.mesh.parts import convex_hull
 from tests.checking.handmade import RISE, Hand, alone, carry, two_boxes, unmoved
 from tests.checking.judging import kinds
 from tests.checking.mutations.editing import put, shifted, step_at, steps_of
@@ -314,3 +315,17 @@ def test_open_fingers_do_not_come_down_on_what_is_wider(valid, opening, clear):
     said = " ".join(problem.sentence for problem in check(task, plan).problems)
     assert ("closes round red" in said) != clear, said
     assert said or clear
+
+
+@pytest.mark.parametrize("height", [0.08, 0.02])
+def test_what_stands_on_the_table_and_touches_a_slope_is_not_on_that(tmp_path, height):
+    corners = [(x * half, y * half, z) for half, z in ((0.05, 0.0), (0.02, height)) for x in (-1, 1) for y in (-1, 1)]
+    file, hull = tmp_path / "hill.obj", convex_hull(np.array(corners))
+    lines = [*(f"v {x} {y} {z}" for x, y, z in hull.vertices), *(f"f {a} {b} {c}" for a, b, c in hull.faces + 1)]
+    file.write_text("\n".join(lines))
+    hill = Object("hill", Mesh(file), Pose((0.05, 0.1, 0.0)))
+    box = Object("box", Box((0.04, 0.04, 0.06)), Pose((0.1195, 0.1, 0.03)), On("hill"))
+    plan = Plan("slope", "panda", 0, {o.name: o.pose for o in (hill, box)}, two_boxes()[1].home, {}, ())
+    assert [p.sentence for p in check(Task("slope", (hill, box)), plan).problems] == ["box does not end on hill"]
+    top = replace(box, pose=Pose((0.05, 0.1, height + 0.03)))
+    assert check(Task("slope", (hill, top)), replace(plan, start={**plan.start, "box": top.pose})).accepted
