@@ -11,9 +11,11 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.equilibrium import LEVEL
+from tamp.checking.robot.cubic import interpolate
+from tamp.checking.robot.load import overloaded
 from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, standing, touches
 from tamp.checking.robot.trajectory_limits import malformed, violations
-from tamp.checking.scene import ROBOT, TABLE, Scene, State
+from tamp.checking.scene import GRAVITY, ROBOT, TABLE, Scene, State
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -64,6 +66,8 @@ def check_move(
     found = seen or look(scene, move, state.held or move.pushed, allow.step)
     if found is None:
         report("limits", TOO_WILD.format(move.phase))
+    elif state.held is not None:
+        _check_load(scene, state, move, found, report)
     met = set[str]()
     for time, touch in () if found is None else collisions(scene, state, move, found, allow):
         met.update(touch.bodies)
@@ -76,6 +80,17 @@ def check_move(
     state.opening = move.opening
     state.time += move.trajectory.duration
     _carry(scene, state)
+
+
+def _check_load(scene: Scene, state: State, move: Move, found: Looks, report: Report) -> None:
+    """The arm bears the weight of what it holds all the way."""
+    name = "" if state.held is None else state.held.object
+    T, weight = found.bodies[-1].T, GRAVITY * scene.task.object(name).mass
+    middle = inverse(T[0]) @ np.append(scene.center_of_mass(name, T[0]), 1.0)
+    q = interpolate(move.trajectory, found.times)
+    if (wrong := overloaded(scene.links.tree, q, (T @ middle)[:, :3], np.array([0.0, 0.0, -weight]))) is not None:
+        look, sentence = wrong
+        report("limits", f"the weight of {name} {sentence}", bodies=(name,), after=float(found.times[look]))
 
 
 def sentence_of(touch: Touch) -> str:

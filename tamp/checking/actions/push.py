@@ -18,6 +18,8 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
+from tamp.checking.robot.cubic import interpolate
+from tamp.checking.robot.load import overloaded
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
@@ -91,11 +93,30 @@ def check_path(
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
     for sentence in _astray(name, path, float(seen.swing.max()), allow):
         report("push", sentence, bodies=(name,))
-    ahead = float(-_rates(path, seen.times).min())
-    if ahead > GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0):
-        report("push", f"{name} slides on when the hand slows down by {ahead:.1f} m/s^2", bodies=(name,))
+    slowing = float(-_rates(path, seen.times).min())
+    sticks = GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
+    if slowing > sticks:
+        report("push", f"{name} slides on when the hand slows down by {slowing:.1f} m/s^2", bodies=(name,))
+    push = sticks * scene.task.object(name).mass * direction(path)
+    check_force(scene, move, name, seen, push, allow.nudge, allow, report)
     check_uncovered(scene, state, name, allow, report)
     return path
+
+
+def check_force(
+    scene: Scene, move: Move, name: str, seen: Looks, push: Array, within: float, allow: Tolerances, report: Report
+) -> None:
+    """The arm bears what it pushes with, `push`, shape (3,) [N], where the fingers touch as it begins, all the way."""
+    path = seen.bodies[-1].T
+    ahead = push / max(float(np.linalg.norm(push)), 1e-12)
+    touching = touched_behind(scene, move, name, path[0], ahead, within, allow)
+    if not len(touching):
+        return
+    at = path @ inverse(path[0]) @ np.append(touching.mean(axis=0), 1.0)
+    q = interpolate(move.trajectory, seen.times)
+    if (wrong := overloaded(scene.links.tree, q, at[:, :3], -push)) is not None:
+        look, sentence = wrong
+        report("limits", f"to push {name} {sentence}", bodies=(name,), after=float(seen.times[look]))
 
 
 def _astray(name: str, path: Array, swing: float, allow: Tolerances) -> Iterator[str]:

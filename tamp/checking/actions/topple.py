@@ -13,11 +13,11 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.grip_and_release import check_attachment, check_strayed, check_uncovered
-from tamp.checking.actions.push import founded, touched_behind, watch
+from tamp.checking.actions.push import check_force, founded, touched_behind, watch
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.trajectory_limits import malformed
-from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,6 +50,7 @@ def check_topple(scene: Scene, state: State, move: Move, pushed: Attachment, all
     check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
     check_uncovered(scene, state, name, allow, report)
+    check_force(scene, move, name, seen, _push_over(scene, move, name, path, allow), allow.push, allow, report)
     for sentence in (*_astray(scene, name, path, swing, allow), *_loose(scene, move, name, path, allow)):
         report("push", sentence, bodies=(name,))
     check_move(scene, state, move, allow, report, seen)
@@ -98,9 +99,8 @@ def _slid(corners: Array) -> float:
 
 def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why a push would not turn an object about its edge ahead, and let it fall over in the end."""
-    across = _turns(path).sum(axis=0) * (1.0, 1.0, 0.0)
-    across /= max(float(np.linalg.norm(across)), 1e-12)
-    ahead = np.array([across[1], -across[0], 0.0])
+    ahead = _ahead(path)
+    across = np.array([-ahead[1], ahead[0], 0.0])
     corners = _corners(scene, name, path)
     edges = [corner[corner[:, 2] < corner[:, 2].min() + allow.standing] for corner in corners[[0, -1]]]
     center = scene.center_of_mass(name, path[0])
@@ -118,6 +118,27 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
     beyond = scene.center_of_mass(name, path[-1]) @ ahead - (edges[1] @ ahead).max()
     if not allow.balance < beyond < allow.beyond:
         yield f"{name} is left with its centre of mass {1000 * beyond:.0f} mm beyond the edge that it shall fall over"
+
+
+def _push_over(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Array:
+    """The level force that begins to turn an object over its edge ahead where the fingers touch it, shape (3,) [N]."""
+    ahead = _ahead(path)
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
+    corners = _corners(scene, name, path[:1])[0]
+    low = corners[:, 2].min()
+    lever = float((corners[corners[:, 2] < low + allow.standing] @ ahead).max())
+    lever -= float(scene.center_of_mass(name, path[0]) @ ahead)
+    height = float(touching[:, 2].max(initial=low)) - low
+    weight = GRAVITY * scene.task.object(name).mass
+    push: Array = ahead * weight * max(lever, 0.0) / max(height, 1e-3)
+    return push
+
+
+def _ahead(path: Array) -> Array:
+    """The level unit vector towards which a body turns over, shape (3,)."""
+    across = _turns(path).sum(axis=0) * (1.0, 1.0, 0.0)
+    across /= max(float(np.linalg.norm(across)), 1e-12)
+    return np.array([across[1], -across[0], 0.0])
 
 
 def _corners(scene: Scene, name: str, path: Array) -> Array:

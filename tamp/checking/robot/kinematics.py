@@ -27,7 +27,10 @@ GRIPPER_SAMPLES = 2001
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A joint of the URDF: `kind` is the URDF's type, T_parent_joint its place at zero, `axis` in its own frame."""
+    """A joint of the URDF: `kind` is the URDF's type, T_parent_joint its place at zero, `axis` in its own frame.
+
+    `effort` is the largest force or torque that its drive bears [N, N m].
+    """
 
     name: str
     kind: str
@@ -35,6 +38,7 @@ class Joint:
     child: str
     T_parent_joint: Array
     axis: Array
+    effort: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,6 +236,8 @@ def _joint(element: ET.Element, spec: RobotSpec) -> Joint:
         raise RobotError(f"{spec.urdf}: joint {name!r} lacks its parent or child link")
     along = np.array((1.0, 0.0, 0.0) if axis is None else vector(axis, "xyz", spec))
     length = float(np.linalg.norm(along))
+    limit = element.find("limit")
+    effort = 0.0 if limit is None else float(limit.get("effort", "0"))
     return Joint(
         name=name,
         kind=kind,
@@ -239,6 +245,7 @@ def _joint(element: ET.Element, spec: RobotSpec) -> Joint:
         child=str(child.get("link")),
         T_parent_joint=origin(element, spec),
         axis=along / length if length > 0 else along,
+        effort=effort if effort > 0.0 else np.inf,
     )
 
 

@@ -45,6 +45,7 @@ from tests.checking.mutations.margins import (
     start_a_little_aside,
     still_squeezed,
     too_heavy,
+    too_heavy_for_the_arm,
     twist,
 )
 from tests.checking.mutations.motions import (
@@ -88,6 +89,7 @@ from tests.checking.mutations.pushes import (
     push_nothing,
     push_over_the_edge,
     push_through,
+    push_what_is_heavy,
     push_what_rolls,
     push_what_sticks,
 )
@@ -140,6 +142,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     still_squeezed: ("release",),
     twist: ("release",),
     too_heavy: ("grasp",),
+    too_heavy_for_the_arm: ("limits",),
     goal_missed: ("goal",),
     stop_early: ("goal",),
     closed_fingers: ("collision",),
@@ -159,6 +162,7 @@ PUSHES: dict[Mutation, tuple[str, ...]] = {
     push_over_the_edge: ("support",),
     push_hastily: ("push",),
     push_what_sticks: ("push",),
+    push_what_is_heavy: ("limits",),
     push_what_rolls: ("push",),
 }
 

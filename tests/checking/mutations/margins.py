@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Attachment, Grip, Move, Plan, Pose, Release, Task
+from tamp.task import Attachment, Grip, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task.robot import PAD_FRICTION
 from tests.checking.mutations.editing import Pair, choose, put, put_action, shifted, sideways, step_at, steps_of
 
 TURN = 0.018  # [rad]
@@ -114,3 +115,14 @@ def too_heavy(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     name = step_at(plan, where).attachment.object
     mass = rng.uniform(20.0, 100.0)
     return replace(task, objects=tuple(replace(o, mass=mass) if o.name == name else o for o in task.objects)), plan
+
+
+def too_heavy_for_the_arm(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Fingers that stick to it carry it easily, the arm's joints do not."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    name, friction, force = step_at(plan, where).attachment.object, 50.0, load_robot(task.robot).gripper.force
+    mass = rng.uniform(0.3, 0.9) * 2 * PAD_FRICTION * friction * force / 9.81
+    objects = (replace(o, mass=mass, friction=friction) if o.name == name else o for o in task.objects)
+    return replace(task, objects=tuple(objects)), plan

@@ -97,6 +97,16 @@ def push_what_sticks(task: Task, plan: Plan, rng: np.random.Generator) -> Pair |
     return replace(task, objects=tuple(sticky)), plan
 
 
+def push_what_is_heavy(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """No arm slides that much over the table."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    name, mass = step_at(plan, where).pushed.object, rng.uniform(300.0, 1000.0)
+    heavy = (replace(o, mass=mass) if o.name == name else o for o in task.objects)
+    return replace(task, objects=tuple(heavy)), plan
+
+
 def push_what_rolls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """It is a can that lies about across the push, its flank where that of a box was."""
     where = _push(plan, rng)

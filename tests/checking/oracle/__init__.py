@@ -19,7 +19,19 @@ from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.topples import topple
-from tests.checking.oracle.world import World, arrive, between, goals, grip, let_go, misnamed, rests, start, sweep
+from tests.checking.oracle.world import (
+    World,
+    arrive,
+    between,
+    goals,
+    grip,
+    let_go,
+    misnamed,
+    rests,
+    start,
+    strains,
+    sweep,
+)
 
 TAKEN = {"pick": True, "unstack": False}
 PUT = {"place": True, "stack": False, "lay": True, "lay-on": False}
@@ -88,6 +100,14 @@ def _carried_out(world: World, step: Step, toppling: bool) -> str | None:
         return fall(world, step, TOPPLED if toppling else FALLEN)
     text = (topple if toppling else push)(world, step)
     arrive(world, step)
+    if world.held is not None and text is None:
+        name, T = world.held
+        weight = np.array([0.0, 0.0, -9.81 * world.task.object(name).mass])
+        middle = np.eye(4)
+        given = world.task.object(name).inertia
+        middle[:3, 3] = world.bodies[name].center if given is None else given.frame.xyz
+        if strains(world.q, T @ middle, weight):
+            return f"the arm does not bear the weight of {name}"
     return text
 
 

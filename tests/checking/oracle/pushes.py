@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from tamp.task import Cylinder, Move
+from tamp.task.model import TABLE_FRICTION
 from tests.checking.oracle.bodies import links_along, meets, robot, tool_at
-from tests.checking.oracle.world import World, rests
+from tests.checking.oracle.world import World, rests, strains
 
 REACH = 0.01  # a finger farther than this from an object does not push it [m]
 LIFTED = 0.01  # [m]
@@ -35,8 +36,19 @@ def push(world: World, move: Move) -> str | None:
     shape, way = world.task.object(name).shape, (ahead - before)[:3, 3]
     if isinstance(shape, Cylinder) and max(abs(before[:3, 2] @ way) / np.linalg.norm(way), abs(before[2, 2])) < ROLLS:
         return f"{name} rolls away"
+    tip = tool_at(q[0])
+    sticks = 9.81 * world.task.object(name).mass * world.task.object(name).friction * TABLE_FRICTION
+    if strains(q[0], np.linalg.inv(tip) @ _at(tip, height + _bottom(world, name)), sticks * way / np.linalg.norm(way)):
+        return f"the arm cannot push {name}"
     world.poses[name] = ahead
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
+
+
+def _at(tool: np.ndarray, height: float) -> np.ndarray:
+    """The place straight under, or over, the tool's point at a height [m]."""
+    place = tool.copy()
+    place[2, 3] = height
+    return place
 
 
 def _lowest(world: World, move: Move, fingers: list[str]) -> float:

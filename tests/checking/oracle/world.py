@@ -23,6 +23,7 @@ SAME = 1e-4  # what is narrower by no more on each side is as wide [m]
 EDGE = 0.0012  # what lies flat has three corners so near the table [m]
 SUNK = 0.006  # what stands so much lower than it should is too low [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
+STRAINED = 1.3  # so many times what a joint bears is too much
 ALLOWED = {
     "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
 }  # fmt: skip
@@ -166,6 +167,18 @@ def sweep(world: World, move: Move) -> str | None:
             if meets(world.bodies[name], poses, world.bodies[other], T, limit):
                 return f"{name} in {other}"
     return None
+
+
+def strains(q: np.ndarray, T_tool_point: np.ndarray, force: np.ndarray) -> bool:
+    """Whether a force, shape (3,) [N], at a point at rest in the tool frame is far more than some joint bears."""
+    spec, model, _ = robot()
+    for index, name in enumerate(spec.joints):
+        turned = q + 1e-4 * np.eye(len(q))[index], q - 1e-4 * np.eye(len(q))[index]
+        ends = [(tool_at(each) @ T_tool_point)[:3, 3] for each in turned]
+        bears = float(model.effortLimit[model.joints[model.getJointId(name)].idx_v])
+        if abs(force @ (ends[0] - ends[1])) / 2e-4 > STRAINED * bears:
+            return True
+    return False
 
 
 def between(world: World, name: str, tool: np.ndarray) -> np.ndarray:
