@@ -1,9 +1,9 @@
-"""Constraints on plans: a skeleton to follow, with wildcards and variables, and actions that must not occur."""
+"""Constraints on plans: skeletons to follow, with wildcards and variables, and actions that must not occur."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from types import EllipsisType
 from typing import Any
 
@@ -14,6 +14,9 @@ from tamp.planning.model.objects import Objects
 ActionPattern = tuple[Any, ...]
 """An action's name and its arguments; `...` stands for any argument, a string such as "?x" for the same one wherever it
 occurs in a skeleton or a forbidden pattern, and ("pick",) alone for any arguments."""
+
+Skeleton = tuple[ActionPattern | EllipsisType, ...]
+"""Patterns in order; `...` alone between them stands for any number of actions."""
 
 Bindings = tuple[tuple[str, int], ...]
 """Variables of patterns and the objects that they stand for, sorted."""
@@ -28,19 +31,34 @@ class Constraints:
             stands for any number of actions. None leaves the plan free. Moves that the planner fills in by itself need
             not be named. An object that the problem does not name is one that a stream may yet give.
         forbidden: patterns of actions that must not occur.
+        skeletons: others beside `skeleton`; a plan follows one of them all.
+        groups: name -> objects. Where a pattern has the name as an argument, one of them stands; the same one wherever
+            it occurs where the name is a variable such as "?x".
     """
 
-    skeleton: tuple[ActionPattern | EllipsisType, ...] | None = None
+    skeleton: Skeleton | None = None
     forbidden: tuple[ActionPattern, ...] = ()
+    skeletons: tuple[Skeleton, ...] = ()
+    groups: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+
+    @property
+    def alternatives(self) -> tuple[Skeleton, ...]:
+        """The skeletons of which a plan follows one; none where it is free."""
+        return (*(() if self.skeleton is None else (self.skeleton,)), *self.skeletons)
 
     def patterns(self) -> tuple[ActionPattern, ...]:
         """All patterns of both kinds."""
-        return (*(p for p in self.skeleton or () if not isinstance(p, EllipsisType)), *self.forbidden)
+        steps = (step for skeleton in self.alternatives for step in skeleton)
+        return (*(step for step in steps if not isinstance(step, EllipsisType)), *self.forbidden)
 
     def objects(self) -> Iterator[Any]:
-        """The objects that patterns name, in order, with repetitions."""
+        """The objects that patterns and groups name, in order, with repetitions."""
         for pattern in self.patterns():
-            yield from (a for a in pattern[1:] if a is not ... and not is_variable(a))
+            for arg in pattern[1:]:
+                if is_name(arg, self.groups):
+                    yield from self.groups[arg]
+                elif arg is not ... and not is_variable(arg):
+                    yield arg
 
     def check(self, domain: Domain) -> None:
         """Check that the patterns are about actions of a domain.
@@ -69,8 +87,22 @@ def is_variable(argument: Any) -> bool:
     return isinstance(argument, str) and argument.startswith("?")
 
 
+def is_name(argument: Any, names: Iterable[str]) -> bool:
+    """Whether an argument of a pattern, which may have no hash, is one of some names."""
+    return isinstance(argument, str) and argument in names
+
+
+Groups = Mapping[str, tuple[Any, ...]]
+
+
 def match(
-    pattern: ActionPattern, name: str, args: Sequence[int], bindings: Bindings, objects: Objects, hopeful: bool
+    pattern: ActionPattern,
+    name: str,
+    args: Sequence[int],
+    bindings: Bindings,
+    objects: Objects,
+    hopeful: bool,
+    groups: Groups | None = None,
 ) -> Bindings | None:
     """The bindings under which an action fits a pattern; None where it does not.
 
@@ -82,6 +114,11 @@ def match(
     for wanted, arg in zip(pattern[1:], args, strict=False):
         if wanted is ...:
             continue
+        if groups and is_name(wanted, groups):
+            if (objects.is_real(arg) or not hopeful) and arg not in map(objects.find, groups[wanted]):
+                return None
+            if not is_variable(wanted):
+                continue
         known = found.setdefault(wanted, arg) if is_variable(wanted) else objects.find(wanted)
         if known == arg:
             continue
@@ -95,55 +132,67 @@ def match(
 class Forbidden:
     """Tells actions that must not occur."""
 
-    def __init__(self, patterns: Sequence[ActionPattern], objects: Objects) -> None:
-        self._patterns = tuple(patterns)
+    def __init__(self, constraints: Constraints, objects: Objects) -> None:
+        self._patterns = constraints.forbidden
+        self._groups = constraints.groups
         self._objects = objects
 
     def __call__(self, name: str, args: Iterable[int]) -> bool:
         """Whether an action matches one of the patterns."""
-        args = tuple(args)
-        return any(match(p, name, args, (), self._objects, hopeful=False) is not None for p in self._patterns)
+        args, groups = tuple(args), self._groups
+        return any(match(p, name, args, (), self._objects, False, groups) is not None for p in self._patterns)
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How much of a skeleton is done: which pattern comes next, and what its variables stand for."""
+    """How much of which skeleton is done: which pattern comes next, and what its variables stand for."""
 
     place: int = 0
     bindings: Bindings = ()
+    number: int = 0
 
 
 class Course:
-    """A skeleton as a nondeterministic automaton over actions."""
+    """Skeletons as a nondeterministic automaton over actions.
+
+    Attributes:
+        starts: the progress of each skeleton before any action.
+    """
 
     def __init__(self, constraints: Constraints, objects: Objects, filled_in: frozenset[str]) -> None:
         """`filled_in` names the actions that the planner puts in by itself."""
         self._objects = objects
-        self._patterns: list[ActionPattern] = []
-        self._gaps = [constraints.skeleton is None]
-        for pattern in constraints.skeleton or ():
-            if isinstance(pattern, EllipsisType):
-                self._gaps[-1] = True
-            elif str(pattern[0]).lower() not in filled_in:
-                self._patterns.append(pattern)
-                self._gaps.append(False)
+        self._groups = constraints.groups
+        self._patterns: list[list[ActionPattern]] = []
+        self._gaps: list[list[bool]] = []
+        for skeleton in constraints.alternatives or ((...,),):
+            patterns: list[ActionPattern] = []
+            gaps = [False]
+            for pattern in skeleton:
+                if isinstance(pattern, EllipsisType):
+                    gaps[-1] = True
+                elif str(pattern[0]).lower() not in filled_in:
+                    patterns.append(pattern)
+                    gaps.append(False)
+            self._patterns.append(patterns)
+            self._gaps.append(gaps)
+        self.starts = tuple(Progress(number=number) for number in range(len(self._patterns)))
 
     @property
     def free(self) -> bool:
         """Whether every plan follows it."""
-        return not self._patterns and self._gaps[0]
+        return any(not patterns and gaps[0] for patterns, gaps in zip(self._patterns, self._gaps, strict=True))
 
     def done(self, progress: Progress) -> bool:
         """Whether a plan may end here."""
-        return progress.place == len(self._patterns)
+        return progress.place == len(self._patterns[progress.number])
 
     def after(self, progress: Progress, name: str, args: Sequence[int], hopeful: bool) -> Iterator[Progress]:
         """Where an action may lead; nowhere where it does not follow the skeleton."""
-        place = progress.place
-        if self._gaps[place]:
+        place, patterns = progress.place, self._patterns[progress.number]
+        if self._gaps[progress.number][place]:
             yield progress
-        if place < len(self._patterns):
-            pattern = self._patterns[place]
-            found = match(pattern, name, args, progress.bindings, self._objects, hopeful)
+        if place < len(patterns):
+            found = match(patterns[place], name, args, progress.bindings, self._objects, hopeful, self._groups)
             if found is not None:
-                yield Progress(place + 1, found)
+                yield Progress(place + 1, found, progress.number)

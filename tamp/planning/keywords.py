@@ -110,8 +110,8 @@ class PlanConstraints:
     """What a plan must look like, in PDDLStream's words: its actions with arguments, `WILD` or "?x" for any of them.
 
     Attributes:
-        skeletons: one list of pairs such as `("pick", ["a", WILD, "?g"])`; None leaves the plan free.
-        groups: not supported.
+        skeletons: lists of pairs such as `("pick", ["a", WILD, "?g"])`; a plan follows one of them, if any.
+        groups: name -> objects, any of which stands for the name in a skeleton.
         exact: whether there are no other actions between those of the skeleton.
         hint: not supported: a skeleton is always followed.
         max_cost: plans that cost more do not count.
@@ -164,21 +164,14 @@ def algorithm_of(name: str) -> str:
 
 
 def constraints_of(given: Any) -> tuple[Constraints | None, float]:
-    """Our constraints of PDDLStream's, and the most that a plan may cost by them.
-
-    Raises:
-        DomainError: for several skeletons, or groups of objects.
-    """
+    """Our constraints of PDDLStream's, and the most that a plan may cost by them."""
     if given is None or isinstance(given, Constraints):
         return given, inf
-    skeletons = list(given.skeletons or ())
-    if len(skeletons) > 1 or given.groups:
-        raise DomainError("constraints: expected one skeleton without groups; plan for each skeleton by itself")
     if getattr(given, "hint", False):
         _warn("PlanConstraints: hint has no effect, the skeleton is followed")
-    if not skeletons:
-        return None, given.max_cost
-    return Constraints(skeleton=tuple(_patterns(skeletons[0], given.exact))), given.max_cost
+    skeletons = tuple(tuple(_patterns(skeleton, given.exact)) for skeleton in given.skeletons or ())
+    groups = {name: tuple(values) for name, values in (given.groups or {}).items()}
+    return Constraints(skeletons=skeletons, groups=groups) if skeletons else None, given.max_cost
 
 
 def _patterns(skeleton: Any, exact: bool) -> Iterator[Any]:

@@ -56,6 +56,53 @@ def test_skeletons_are_followed(skeleton, algorithm):
     assert follows(names(solution), skeleton, {})
 
 
+SKELETONS = (
+    (("put", "a", "green"), ("shut", "green")),
+    (("put", "b", ANY), ANY, ("shut", "?b"), ("put", "a", "?c")),
+)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_one_of_several_skeletons_is_followed_from_the_start(algorithm):
+    """What begins as the first and goes on as the second would be shorter than the second."""
+    problem = boxes(("and", ("exists", ("?b",), ("in", "a", "?b")), ("exists", ("?b",), ("in", "b", "?b"))))
+    constraints = Constraints(skeletons=SKELETONS)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, constraints=constraints)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+    assert follows(names(solution), SKELETONS[1], {}) and not follows(names(solution), SKELETONS[0], {})
+
+
+MIXED = ((("put", "a", ANY), ("shut", "?b")), (ANY, ("put", "b", ANY), ("shut", "?b"), ("shut", "?b")))
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_what_went_before_in_one_skeleton_is_no_part_of_another(algorithm):
+    """With "a" put, one shut and no more in the first skeleton, "b" cannot be put; the second goes by any way."""
+    problem = boxes(("and", ("exists", ("?b",), ("in", "a", "?b")), ("exists", ("?b",), ("in", "b", "?b"))))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, constraints=Constraints(skeletons=MIXED))
+    assert solution.status == "solved" and follows(names(solution), MIXED[1], {})
+    short = Constraints(skeletons=(MIXED[0], (("put", "b", ANY),)))
+    assert solve(problem, algorithm=algorithm, timeout=20.0, constraints=short).status == "infeasible"
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_the_empty_skeleton_is_not_begun_by_another(algorithm):
+    constraints = Constraints(skeletons=((), (("put", "a", ANY), ("shut", "blue"))))
+    solution = solve(boxes(("shut", "blue")), algorithm=algorithm, timeout=20.0, constraints=constraints)
+    assert [action.name for action in solution.plan] == ["put", "shut"]
+    assert solve(boxes(("and",)), algorithm=algorithm, constraints=constraints).plan == ()
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_one_of_a_group_of_objects_stands_for_its_name(algorithm):
+    problem = boxes(("exists", ("?x", "?b"), ("in", "?x", "?b")))
+    groups = {"?x": ("b",), "box": ("green", "violet")}
+    constraints = Constraints(skeletons=((("put", "?x", "box"),),), groups=groups)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, constraints=constraints)
+    assert names(solution) == [("put", "b", "green")]
+
+
 def follows(plan, skeleton, env):
     """By trying all ways, for plans without moves that are filled in."""
     if not skeleton:
@@ -89,7 +136,7 @@ def test_a_goal_that_nothing_can_give_is_named():
 def test_variables_in_forbidden_patterns_are_of_one_pattern():
     objects = Objects()
     a, b = objects.intern("a"), objects.intern("b")
-    forbidden = Forbidden((("on", "?x", "?x"),), objects)
+    forbidden = Forbidden(Constraints(forbidden=(("on", "?x", "?x"),)), objects)
     assert forbidden("on", (a, a)) and not forbidden("on", (a, b))
 
 

@@ -158,11 +158,15 @@ def test_other_actions_may_stand_between_where_a_skeleton_is_not_exact():
     assert solve(PROBLEM, constraints=PlanConstraints(skeletons), max_time=20).plan is None
 
 
-def test_constraints_that_are_not_supported_are_refused():
+def test_one_of_several_skeletons_and_objects_of_groups():
+    skeletons = [[("wash", ["?x"])], [("wash", ["item"]), ("pick", ["item", WILD])]]
+    constraints = PlanConstraints(skeletons, groups={"item": ["cup"]})
+    assert [name for name, _ in solve(PROBLEM, constraints=constraints, max_time=20).plan] == ["wash", "pick"]
+
+
+def test_constraints_that_are_not_supported_are_said():
     assert constraints_of(Constraints()) == (Constraints(), INF)
     assert constraints_of(PlanConstraints(max_cost=3.0)) == (None, 3.0)
-    with pytest.raises(DomainError, match="expected one skeleton without groups"):
-        solve(PROBLEM, constraints=PlanConstraints([[("wash", ["?x"])], [("pick", ["?x", WILD])]]))
     with pytest.warns(DomainWarning, match="hint has no effect"):
         constraints_of(PlanConstraints([[("wash", ["?x"])]], hint=True))
 

@@ -114,7 +114,7 @@ class Session:
         self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
         if min(options.max_cost, options.success_cost) < math.inf:
             self.costs.prefer_cheap()
-        forbidden = Forbidden(options.constraints.forbidden, self.objects)
+        forbidden = Forbidden(options.constraints, self.objects)
         filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
         course = Course(options.constraints, self.objects, filled_in)
         self.binder = Binder(

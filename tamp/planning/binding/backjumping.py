@@ -9,7 +9,7 @@ from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame, Nog
 from tamp.planning.binding.skeleton import Apply, Check, Choose, Connect, Rewind, Skeleton
 from tamp.planning.binding.transit import Mover
 from tamp.planning.binding.value_selection import Chooser
-from tamp.planning.constraints import Course, Forbidden, Progress
+from tamp.planning.constraints import Course, Forbidden
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema, Condition
 from tamp.planning.model.objects import Fact
@@ -146,7 +146,7 @@ class Binder:
 
     def _follows(self, walk: Walk, last: int) -> bool:
         """Whether the actions up to one of them follow the given skeleton with their values."""
-        at = {Progress()}
+        at = set(self._course.starts)
         for step in walk.skeleton.steps[: last + 1]:
             args = walk.values.fact(("", *step.args))[1:]
             at = {after for p in at for after in self._course.after(p, step.schema.name, args, hopeful=True)}

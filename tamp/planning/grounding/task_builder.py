@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from tamp.planning.constraints import Course, Forbidden, Progress
+from tamp.planning.constraints import Course, Forbidden
 from tamp.planning.grounding.atom_table import Body, Literals, Numbering
 from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffect, TaskOperator
 from tamp.planning.grounding.moves import MovePrices, Moves
@@ -178,7 +178,8 @@ class TaskBuilder:
         ]
         atoms = number.atoms()
         groups = tuple(tuple(number.of(f) for f in group) for group in (*self._groups(atoms), *moves.groups))
-        begun = {(PLACE, 0), (PLACE, "done")} if self._course.done(Progress()) else {(PLACE, 0)}
+        begun = {(PLACE, start.number) for start in self._course.starts}
+        begun |= {(PLACE, "done") for start in self._course.starts if self._course.done(start)}
         initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun or f in moves.initial)
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
 
@@ -230,27 +231,30 @@ class TaskBuilder:
     def _on_course(
         self, operators: list[TaskOperator], wanted: Literals, number: Numbering
     ) -> tuple[list[TaskOperator], Literals]:
-        """Where a skeleton is given, operators that follow it: one for each progress from which they may be taken."""
+        """Where skeletons are given, operators that follow one: one for each progress from which they may be taken.
+
+        All of them are open at the start; the first operator closes those that it does not follow.
+        """
         if self._course.free:
             return operators, wanted
-        at = {Progress(): number.of((PLACE, 0))}
+        at = {start: number.of((PLACE, start.number)) for start in self._course.starts}
         done = number.of((PLACE, "done"))
+        begun = {*at.values(), done} if any(map(self._course.done, at)) else set(at.values())
         made: list[TaskOperator] = []
-        queue = [Progress()]
+        queue = list(at)
         for before in queue:  # grows while it is walked through
             for op in operators:
                 here = replace(op, positive=(*op.positive, at[before]))
                 source = op.source
                 assert source is not None
                 for after in self._course.after(before, source.schema.name, source.args, hopeful=True):
-                    if after == before:
-                        made.append(here)
-                        continue
                     if after not in at:
                         at[after] = number.of((PLACE, len(at)))
                         queue.append(after)
-                    step = [TaskEffect(at[before], adds=False), TaskEffect(at[after], adds=True)]
-                    step += [TaskEffect(done, adds=True)] if self._course.done(after) else []
+                    now = {at[after], done} if self._course.done(after) else {at[after]}
+                    past = begun if before in self._course.starts else {at[before]}
+                    step = [TaskEffect(atom, adds=False) for atom in sorted(past - now)]
+                    step += [TaskEffect(atom, adds=True) for atom in sorted(now - {at[before]})]
                     made.append(replace(here, effects=(*op.effects, *step)))
         return made, ((*wanted[0], done), wanted[1])
 

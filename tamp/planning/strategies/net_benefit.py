@@ -46,7 +46,7 @@ class NetBenefit:
         if not problem.soft_goals:
             raise DomainError("strategy 'net-benefit': the problem has no soft_goals")
         options = settings.options
-        if options.unit_costs or options.constraints.skeleton is not None or options.reuse is not None:
+        if options.unit_costs or options.constraints.alternatives or options.reuse is not None:
             raise DomainError(
                 "strategy 'net-benefit': unit_costs would make goals worth nothing, and skeletons and earlier plans "
                 "cannot be followed; use strategy 'all-at-once' with them"

@@ -57,7 +57,7 @@ class Serialized:
         """
         options = settings.options
         bounded = min(options.max_cost, options.success_cost) < math.inf
-        if options.constraints.skeleton is not None or options.reuse is not None or bounded:
+        if options.constraints.alternatives or options.reuse is not None or bounded:
             raise DomainError(
                 "strategy 'serialized': a skeleton, reuse, max_cost and success_cost are about a whole plan; "
                 "use strategy 'all-at-once' with them"
