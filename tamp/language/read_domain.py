@@ -9,13 +9,13 @@ from typing import Any
 
 from tamp.errors import DomainError
 from tamp.language.domain import Action, Axiom, Domain
-from tamp.language.formula import polarities
-from tamp.language.read_action import ActionReader
+from tamp.language.formula import Exists, polarities
+from tamp.language.read_action import ActionReader, read_attributes
 from tamp.language.read_declarations import Declarations
-from tamp.language.sexpr import PDDL, Group, Source, Symbol, Text, load, read, show, suggest
+from tamp.language.sexpr import PDDL, Group, Node, Source, Symbol, Text, load, read, show, suggest
 
 # Declarations come first, wherever they stand in the file; axioms before actions, which may not change what is derived.
-SECTIONS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action")
+SECTIONS = (":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":axiom", ":action")
 
 
 def parse_domain(text_or_path: PDDL | Domain, constants: Mapping[str, Any] | None = None) -> Domain:
@@ -101,6 +101,8 @@ class _DomainReader:
                 self.declared.read_functions(group)
             case ":derived":
                 self._axiom(group)
+            case ":axiom":
+                self._implied(group)
             case ":action":
                 self._action(group)
 
@@ -126,16 +128,43 @@ class _DomainReader:
 
     def _axiom(self, group: Group) -> None:
         """(:derived (P ?x) CONDITION)."""
-        reader, declared = self.declared.formulas, self.declared
+        reader = self.declared.formulas
         reader.count(group, 2, "(:derived (PREDICATE ?x ...) CONDITION)")
-        symbol, rest = reader.application(group.items[1], "(PREDICATE ?x ...)")
+        symbol, rest = self._head(group.items[1])
+        parameters, scope = reader.parameters(Group(rest, group.items[1].position))
+        reader.arity(symbol, len(parameters), self.declared.predicates[symbol.text])
+        condition = replace(reader, lenient=True).formula(group.items[2], scope)
+        self.axioms.append((symbol, Axiom(symbol.text, parameters, condition)))
+
+    def _implied(self, group: Group) -> None:
+        """(:axiom :vars (?x ...) :context CONDITION :implies (P ?x ...)), as in PDDL 1.2."""
+        reader = self.declared.formulas
+        valid = (":vars", ":parameters", ":context", ":implies")
+        given = read_attributes(reader, group, 1, valid, "an axiom")
+        if not {":context", ":implies"} <= given.keys():
+            raise self.source.error(group, "expected (:axiom :vars (?x ...) :context CONDITION :implies (P ?x ...))")
+        symbol, rest = self._head(given[":implies"])
+        listed = given.get(":vars") or given.get(":parameters") or Group(rest, symbol.position)
+        parameters, scope = reader.parameters(listed)
+        typed = {parameter.variable.name: parameter for parameter in parameters}
+        heads, _ = reader.parameters(Group(rest, symbol.position))
+        reader.arity(symbol, len(heads), self.declared.predicates[symbol.text])
+        for node, head in zip(rest, heads, strict=True):
+            if head.variable.name not in typed:
+                raise self.source.error(node, f"unbound variable {head.variable.name!r}")
+        condition = replace(reader, lenient=True).formula(given[":context"], scope)
+        inner = tuple(parameter for parameter in parameters if parameter.variable not in {h.variable for h in heads})
+        condition = Exists(inner, condition) if inner else condition
+        self.axioms.append((symbol, Axiom(symbol.text, tuple(typed[h.variable.name] for h in heads), condition)))
+
+    def _head(self, node: Node) -> tuple[Symbol, tuple[Node, ...]]:
+        """The predicate that an axiom derives, and its arguments."""
+        reader, declared = self.declared.formulas, self.declared
+        symbol, rest = reader.application(node, "(PREDICATE ?x ...)")
         if symbol.text not in declared.predicates or symbol.text in declared.types:
             hint = suggest(symbol.text, declared.predicates.keys() - declared.types.keys(), "predicates")
             raise self.source.error(symbol, f"undeclared predicate {symbol.text!r}{hint}")
-        parameters, scope = reader.parameters(Group(rest, group.items[1].position))
-        reader.arity(symbol, len(parameters), declared.predicates[symbol.text])
-        condition = replace(reader, lenient=True).formula(group.items[2], scope)
-        self.axioms.append((symbol, Axiom(symbol.text, parameters, condition)))
+        return symbol, rest
 
     def _refuse_negative_cycles(self) -> None:
         """Axioms must be stratified: count the negations below each predicate; a cycle counts without end."""

@@ -122,7 +122,7 @@ def from_list_gen_fn(generate: Callable[..., Iterable[Any]]) -> Adapted:
 
 
 def from_gen_fn(generate: Callable[..., Iterable[Outputs | None]]) -> Adapted:
-    """A generator function that yields a tuple of outputs at a time; None for "nothing yet"."""
+    """A generator function that yields a tuple of outputs, or a wild output, at a time; None for "nothing yet"."""
     made = from_list_gen_fn(lambda *inputs, **fluents: map(_listed, _all(generate(*inputs, **fluents))))
     return replace(made, function=generate)
 
@@ -134,7 +134,7 @@ def from_list_fn(compute: Callable[..., Iterable[Outputs]]) -> Adapted:
 
 
 def from_fn(compute: Callable[..., Outputs | None]) -> Adapted:
-    """A function that returns a tuple of outputs; None where there are none."""
+    """A function that returns a tuple of outputs, or a wild output; None where there are none."""
     made = from_list_fn(lambda *inputs, **fluents: _listed(compute(*inputs, **fluents)))
     return replace(made, function=compute)
 
@@ -220,7 +220,10 @@ def _all(given: Any, expected: str = "a generator function") -> Iterable[Any]:
     return given
 
 
-def _listed(outputs: Outputs | None) -> list[Outputs]:
+def _listed(outputs: Any) -> Any:
+    """One tuple of outputs as a list of them; a wild output is one already."""
+    if hasattr(outputs, "facts"):
+        return outputs
     return [] if outputs is None else [outputs]
 
 

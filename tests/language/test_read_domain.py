@@ -154,6 +154,18 @@ def test_an_unbound_variable_of_an_axiom_is_let_pass_with_a_warning():
     assert str(domain.axioms[0].condition.body.parts[1].args[0].value) == "?itme"
 
 
+def test_axioms_as_in_pddl_1_2():
+    text = "(define (domain d) (:types box) (:predicates (on ?x ?y) (clear ?x) (full ?x))"
+    old = "(:axiom :vars (?y - box ?x) :context (on ?x ?y) :implies (full ?y))"
+    old += "(:axiom :parameters (?x) :context (not (full ?x)) :implies (clear ?x)))"
+    new = "(:derived (full ?y - box) (exists (?x) (on ?x ?y))) (:derived (clear ?x) (not (full ?x))))"
+    assert parse_domain(text + old) == parse_domain(text + new)
+    with pytest.raises(DomainError, match=r"unbound variable '\?z'"):
+        parse_domain(text + "(:axiom :vars (?x) :context (on ?x ?x) :implies (full ?z)))")
+    with pytest.raises(DomainError, match=r"expected \(:axiom"):
+        parse_domain(text + "(:axiom :vars (?x) :context (on ?x ?x)))")
+
+
 def test_files_are_read_by_path(tmp_path):
     path = tmp_path / "domain.pddl"
     path.write_text(DOMAIN, encoding="utf-8")

@@ -291,3 +291,13 @@ def test_options_of_streams_have_their_names_of_there():
     assert (info.cost, info.p_success) == (3.0, 0)
     with pytest.raises(DomainError, match="cost must be 0 or more and finite, found -1"):
         StreamInfo(overhead=-1)
+
+
+@pytest.mark.parametrize("wrap", [from_fn, lambda f: from_gen_fn(lambda x: iter([f(x)]))])
+def test_wild_outputs_may_come_one_by_one(wrap):
+    stream = "(define (stream s) (:wild-stream grow :inputs (?x) :domain (p ?x) :outputs (?y) :certified (p ?y)))"
+    domain = "(define (domain d) (:predicates (p ?x) (good ?x) (done)) (:action go :parameters (?x) "
+    domain += ":precondition (good ?x) :effect (done)))"
+    grow = wrap(lambda x: WildOutput([(x + 1,)], [("good", x + 1)] if x == 3 else []))
+    solution = solve(Problem(domain, stream, from_stream_map({"grow": grow}), [("p", 0)], ("done",)), timeout=20.0)
+    assert [(action.name, *action.args) for action in solution.plan] == [("go", 4)]

@@ -246,7 +246,7 @@ def _conclude(session: Session, proven: bool) -> None:
     """
     session.check_surprises()
     if session.found.best is not None:
-        raise Ended("solved", "No better plan exists.")
+        raise Ended("solved", "No better plan exists." if proven else "No better plan was found in what streams gave.")
     if session.connectors.fluent and (session.lessons.failed_moves or not proven):
         raise Restart(replace(session.options, connectors=False))
     if session.options.lazy_tests and (session.schema.ambivalent or not proven):

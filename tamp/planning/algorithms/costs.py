@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from tamp.errors import DomainError
@@ -17,7 +18,13 @@ SCALE = 10.0
 """What one unit of cost weighs in the search, where one call of an ordinary stream weighs 1."""
 
 FINE_SCALE = 1000.0
-"""The same where plans must be cheap: streams then weigh nothing."""
+"""The same where plans must be cheap, and nothing is known of what they may cost: streams then weigh nothing."""
+
+RESOLUTION = 1e6
+"""What the best plan's cost weighs in the search: costs are whole numbers there."""
+
+MOST = 1e8
+"""The most that an action or a plan's bound weighs in the search, whose numbers end at 2**31."""
 
 
 class Costs:
@@ -29,36 +36,54 @@ class Costs:
         schema = knowledge.schema
         self.unit = unit_costs or not schema.domain.uses_costs
         self.scale = SCALE
+        self._fine = False
+        self._most = MOST
         self._values = {
             (term.function, *(schema.objects.intern(arg.value) for arg in term.args)): value  # type: ignore[union-attr]
             for term, value in schema.problem.initial_state.values.items()
         }
 
-    def prefer_cheap(self) -> None:
-        """From now on, let the search see the actions' costs alone."""
-        self.scale = FINE_SCALE
+    def prefer_cheap(self, limit: float, exact: bool = False) -> None:
+        """From now on, let the search see the actions' costs alone, of plans that cost at most `limit`.
+
+        The caller's limit may be far above any plan's cost, as the best plan's is not: `exact`.
+        """
+        self._fine = True
+        if 0.0 < limit < math.inf:
+            self.scale = RESOLUTION / limit if exact else min(max(FINE_SCALE, RESOLUTION / limit), MOST / limit)
+            self._most = 2.0 * self.scale * limit
+        else:
+            self.scale, self._most = FINE_SCALE, MOST
 
     def of_plan(self, steps: Iterable[BoundStep]) -> float:
         """The cost of a plan."""
         return sum(self._of(step.schema, step.binding) for step in steps)
 
+    def searched(self, steps: Iterable[BoundStep]) -> int:
+        """The cost of a plan as the search sees it where plans must be cheap."""
+        return sum(self._rounded(self._of(step.schema, step.binding)) for step in steps)
+
+    def _rounded(self, cost: float) -> int:
+        """Never more than what it stands for; what costs more than any plan may is not told apart."""
+        return int(min(self.scale * cost, self._most))
+
     def of_operator(self, operator: GroundOperator) -> int:
         """What the search minimises: the action's cost, and how reluctantly its streams should be used."""
         cost = self._of(operator.schema, operator.binding)
-        if self.scale == FINE_SCALE:
-            return int(self.scale * cost)
-        return round(self.scale * cost + sum(instance.effort for instance in operator.needs))
+        if self._fine:
+            return self._rounded(cost)
+        return round(min(self.scale * cost, self._most) + sum(instance.effort for instance in operator.needs))
 
     def of_move(self, schema: ActionSchema) -> int:
         """What the search pays at least for an action of any arguments."""
         if self.unit:
-            return int(self.scale)
+            return self._rounded(1.0)
         least = sum(term if isinstance(term, int | float) else self._least(str(term[0])) for term in schema.cost or ())
-        return int(self.scale * least)
+        return self._rounded(least)
 
     def of_hope(self, test: Instance) -> int:
         """What the search pays for hoping that a test holds."""
-        return 0 if self.scale == FINE_SCALE else round(test.effort)
+        return 0 if self._fine else round(test.effort)
 
     def _of(self, schema: ActionSchema, binding: dict[str, int]) -> float:
         if self.unit:

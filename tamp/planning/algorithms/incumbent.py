@@ -52,7 +52,7 @@ class Found:
         if cost <= self._options.max_cost and cost < self.cost:
             self.best, self.cost = attempt.steps, cost
             self._basis = self._known()
-            self._costs.prefer_cheap()
+            self._costs.prefer_cheap(cost, exact=True)
         if self.best is not None and self.cost <= self._options.success_cost:
             raise Ended("solved", "")
 
@@ -66,6 +66,11 @@ class Found:
         return Basis(tuple(known.real), tuple(known.state), tuple(known.brought))
 
     def bound(self) -> int | None:
-        """The search cost at which a plan can no longer be better than the best, or allowed; None where any may be."""
-        limit = min(self._options.max_cost, self.cost)
-        return None if limit == math.inf else math.ceil(self._costs.scale * limit) + (limit < self.cost)
+        """The search cost at which a plan can no longer be better than the best, or allowed; None where any may be.
+
+        It is what the best plan costs in the search itself, lest that plan be found again and again.
+        """
+        if self.best is not None:
+            return self._costs.searched(self.best)
+        limit = self._options.max_cost
+        return None if limit == math.inf else math.ceil(self._costs.scale * limit) + 1

@@ -113,7 +113,7 @@ class Session:
         self.grounder.report_to(self.rounds.appear, self.limits.check)
         self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
         if min(options.max_cost, options.success_cost) < math.inf:
-            self.costs.prefer_cheap()
+            self.costs.prefer_cheap(options.max_cost)
         forbidden = Forbidden(options.constraints, self.objects)
         filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
         course = Course(options.constraints, self.objects, filled_in)

@@ -178,7 +178,7 @@ class TaskBuilder:
         ]
         atoms = number.atoms()
         groups = tuple(tuple(number.of(f) for f in group) for group in (*self._groups(atoms), *moves.groups))
-        begun = {(PLACE, start.number) for start in self._course.starts}
+        begun: set[Fact] = {(PLACE, start.number) for start in self._course.starts}
         begun |= {(PLACE, "done") for start in self._course.starts if self._course.done(start)}
         initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun or f in moves.initial)
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
