@@ -25,7 +25,7 @@ from tamp.planning import (
 )
 from tamp.planning.pddlstream import And, Exists, Not, WildOutput, empty_gen, from_constant, negate_test
 from tests.planning.problems import continuous, unsolvable
-from tests.planning.test_problems import check
+from tests.planning.test_problems import ALGORITHMS, check
 
 
 @dataclass
@@ -301,3 +301,41 @@ def test_wild_outputs_may_come_one_by_one(wrap):
     grow = wrap(lambda x: WildOutput([(x + 1,)], [("good", x + 1)] if x == 3 else []))
     solution = solve(Problem(domain, stream, from_stream_map({"grow": grow}), [("p", 0)], ("done",)), timeout=20.0)
     assert [(action.name, *action.args) for action in solution.plan] == [("go", 4)]
+
+
+ENDLESS = """
+(define (stream endless)
+  (:wild-stream go-on :inputs (?x) :domain (place ?x)))
+"""
+STEPS = """
+(define (domain endless)
+  (:predicates (place ?x) (step ?x ?y) (at ?x) (goal ?x) (there))
+  (:action go :parameters (?x ?y) :precondition (and (step ?x ?y) (at ?x)) :effect (and (at ?y) (not (at ?x))))
+  (:derived (there) (exists (?x) (and (goal ?x) (at ?x)))))
+"""
+
+
+@pytest.mark.filterwarnings("ignore:.*certifies nothing")
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_wild_tests_bring_no_more_than_one_step_a_round(algorithm):
+    """What each of them brings is asked as well, without end."""
+    go_on = from_list_fn(lambda x: WildOutput(facts=[("place", x + 1), ("step", x, x + 1)] + [("goal", x)] * (x == 3)))
+    problem = Problem(STEPS, ENDLESS, from_stream_map({"go-on": go_on}), [("place", 0), ("at", 0)], ("there",))
+    solution = solve(problem, algorithm=algorithm, max_iterations=60, timeout=20.0)
+    assert [action.args for action in solution.plan] == [(0, 1), (1, 2), (2, 3)]
+
+
+CHAIN = """
+(define (stream chain)
+  (:stream follow
+    :inputs (?x) :domain (place ?x) :outputs (?y) :certified (and (place ?y) (step ?x ?y))))
+"""
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_goal_at_the_end_of_a_long_chain(algorithm):
+    """Hopes beyond the values so far are few: each is followed by a search."""
+    samplers = {"follow": lambda context, x: iter([x + 1])}
+    problem = Problem(STEPS, CHAIN, samplers, [("place", 0), ("at", 0)], ("at", 45))
+    solution = solve(problem, algorithm=algorithm, max_iterations=200, timeout=20.0)
+    assert len(solution.plan) == 45

@@ -205,7 +205,7 @@ def _deepen(session: Session) -> bool:
     What is hoped for is never an object that the goal names: where no fact does, only a call can bring it.
     """
     rounds = session.rounds.count
-    most = rounds if session.goal_names_unknown else AHEAD + 1 + rounds // 2
+    most = min(rounds, AHEAD) if session.goal_names_unknown else AHEAD + 1 + rounds // 2
     return session.grounder.deepen(most=most, patient=True)
 
 

@@ -280,7 +280,7 @@ class Outlook:
     def _may_surprise(self) -> bool:
         """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""
         self._knowledge.refresh()
-        return self._sampling.wild or any(
+        return bool(self._sampling.wild) or any(
             not instance.exhausted
             and instance.alive
             and all(support.alive for support in instance.supports)

@@ -137,7 +137,7 @@ class Sampling:
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
         self.calls = 0  # calls of streams and tests
-        self.wild = False  # whether any stream may certify more than it promises
+        self.wild: set[str] = set()  # the streams that certify more than they promise
         self.tame: set[str] = set()  # streams that are known not to
 
     def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
@@ -256,7 +256,7 @@ class Sampling:
         facts: tuple[tuple[Any, ...], ...] = ()
         if isinstance(output, Certified):
             output, facts = output.outputs, output.facts
-            self.wild = True
+            self.wild.add(instance.external.name)
         else:
             self.tame.add(instance.external.name)
         for raw in facts:

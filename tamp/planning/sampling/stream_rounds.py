@@ -51,11 +51,11 @@ class Rounds:
         callable_now = self._is_real(instance) and all(
             f in knowledge.real or f in knowledge.state or f[0] == "object" for f in instance.domain
         )
-        if eager and callable_now and instance.external.is_test:
+        if eager and callable_now and instance.external.is_test and instance.external.name not in self._sampling.wild:
             self._sampling.draw(instance)
             knowledge.announce(instance)
             self._refute(instance)
-        elif eager and self._eager:
+        elif eager and self._eager:  # also tests that bring more, lest what they bring have no end
             knowledge.templates.append(instance)
         else:
             if eager and callable_now:
