@@ -66,8 +66,7 @@ def parted(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> tuple[float, A
 
 def _least(a: Solid, b: Solid, transform: Any, T_a_b: Array, tolerance: float) -> float:
     """The least signed distance of the pieces of two solids [m], or a lower bound where all are apart."""
-    centers = b.centers @ T_a_b[:3, :3].T + T_a_b[:3, 3]
-    gaps = np.linalg.norm(a.centers[:, None] - centers[None], axis=2) - a.radii[:, None] - b.radii[None]
+    gaps = _gaps_at_least(a, b, T_a_b)
     least = np.inf
     for flat in np.argsort(gaps, axis=None):
         i, j = divmod(int(flat), len(b.pieces))
@@ -75,6 +74,20 @@ def _least(a: Solid, b: Solid, transform: Any, T_a_b: Array, tolerance: float) -
             break
         least = min(least, _signed(a.pieces[i], b.pieces[j], transform, T_a_b, tolerance))
     return float(least) if np.isfinite(least) else float(gaps.min())
+
+
+def _gaps_at_least(a: Solid, b: Solid, T_a_b: Array) -> Array:
+    """Lower bounds of the distances of the pieces of two solids, shape (pieces of a, pieces of b) [m].
+
+    By their spheres, and by their boxes along the axes of a.
+    """
+    R, t = T_a_b[:3, :3], T_a_b[:3, 3]
+    gaps: Array = np.linalg.norm(a.centers[:, None] - (b.centers @ R.T + t)[None], axis=2)
+    gaps -= a.radii[:, None] + b.radii[None]
+    (lower_a, upper_a), (lower_b, upper_b) = a.boxes, b.boxes
+    middle, half = (lower_b + upper_b) / 2 @ R.T + t, (upper_b - lower_b) / 2 @ np.abs(R).T
+    apart = np.maximum((middle - half)[None] - upper_a[:, None], lower_a[:, None] - (middle + half)[None])
+    return np.where((apart > 0.0).any(axis=2), np.maximum(gaps, np.linalg.norm(apart.clip(0.0), axis=2)), gaps)
 
 
 def _gap(a: Piece, b: Piece, transform: Any, T_a_b: Array) -> tuple[float, Array]:

@@ -15,7 +15,8 @@ from tamp.execution.log import Execution
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.goal_graph import asking_for
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress, after
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.plan_state import after
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Context, GroundAction
 from tamp.planning.context import generator_for

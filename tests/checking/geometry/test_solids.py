@@ -12,11 +12,12 @@ from tamp.checking.geometry.solids import Piece, Solid, clearance, parting_norma
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.links import read_links
 from tamp.task import Box, Cylinder, Pose, Sphere, load_robot
-from tamp.task.mesh.parts import parts
+from tamp.task.mesh.parts import convex_hull, parts
 
 angles = st.floats(-np.pi, np.pi)
 offsets = st.floats(-0.12, 0.12)
 poses = st.builds(lambda x, y, z, r, p, w: Pose.from_rpy((x, y, z), (r, p, w)).matrix, *[offsets] * 3, *[angles] * 3)
+TRAY = [((0.1, 0.08, 0.004), (0.0, 0.0, 0.0)), ((0.004, 0.08, 0.03), (0.05, 0.0, 0.015))]
 shapes = st.sampled_from([Box((0.05, 0.06, 0.1)), Cylinder(0.03, 0.08), Sphere(0.04), Box((0.2, 0.2, 0.004))])
 
 
@@ -78,8 +79,6 @@ def test_boxes_face_to_face(gap: float) -> None:
 @given(T=poses)
 @settings(max_examples=60, deadline=None)
 def test_a_hollow_stays_hollow_and_bounds_hold(T: np.ndarray) -> None:
-    from tamp.task.mesh.parts import convex_hull
-
     walls, nearest = [], np.inf
     ball_points = parts(Sphere(0.02))[0].vertices @ T[:3, :3].T + T[:3, 3]
     for axis, sign in ((0, 1), (0, -1), (1, 1), (1, -1)):
@@ -93,6 +92,18 @@ def test_a_hollow_stays_hollow_and_bounds_hold(T: np.ndarray) -> None:
     cup, ball = Solid.of("cup", walls), solid(Sphere(0.02))
     assert clearance(cup, ball, T, 0.0) <= nearest + 1e-6  # no corner of the ball is nearer than the bound says
     assert clearance(cup, ball, np.eye(4), 0.0) == pytest.approx(0.028, abs=1e-3)
+
+
+@given(T=poses, other=shapes)
+@settings(max_examples=60, deadline=None)
+def test_of_the_pieces_of_two_bodies_none_is_nearer_than_their_clearance(T: np.ndarray, other: object) -> None:
+    tray = [convex_hull(parts(Box(size))[0].vertices + shift) for size, shift in TRAY]
+    a, b = Solid.of("tray", tray), Solid.of("other", [*tray, *parts(other)])
+    least = min(clearance(Solid.of("", [p.part]), Solid.of("", [q.part]), T, 0.0) for p in a.pieces for q in b.pieces)
+    told = clearance(a, b, T, 0.0)
+    assert told <= least + 1e-6
+    if told < 0.0:
+        assert told == pytest.approx(least, abs=1e-6)
 
 
 def test_mass_of_a_box() -> None:

@@ -14,17 +14,16 @@ from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
 from tamp.errors import DomainError
-from tamp.execution.executor import execute
-from tamp.execution.monitor import Monitor
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
+from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
+from tamp.pipeline.strategies.serialization.rehearsal import rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import Action, Fall, Move, Plan, Pose, Release
-from tamp.world.robot.model import RobotModel
+from tamp.task import Action, Plan, Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,31 +94,6 @@ class Attempt:
         return found, self.setup.check(found, start=start, goals=goals, facts=self.facts)
 
 
-SAME = 1e-6  # joint angles [rad], positions [m] and rotations whose entries differ by less are one
-
-
-def after(robot: RobotModel, plan: Plan) -> Plan:
-    """The plan of which nothing is left, from the state that it leaves."""
-    start, home = dict(plan.start), np.array(plan.home)
-    for step in plan.steps:
-        if isinstance(step, Release | Fall):
-            start[step.object] = step.pose
-        elif isinstance(step, Move):
-            home = step.trajectory.positions[-1]
-            if step.pushed is not None:
-                start[step.pushed.object] = Pose.from_matrix(robot.forward(home)) @ step.pushed.T_tool_object
-    return replace(plan, start=start, home=tuple(float(q) for q in home), actions=())
-
-
-def begins_at(plan: Plan, state: Plan) -> bool:
-    """Whether a plan begins where another one does."""
-    same_arm = np.allclose(plan.home, state.home, rtol=0.0, atol=SAME)
-    return same_arm and all(
-        np.allclose(plan.start[name].matrix, state.start[name].matrix, rtol=0.0, atol=SAME) for name in plan.start
-    )
-
-
-LENIENT = Monitor(0.03, 0.5, 0.05, 1.0)  # what ends no farther off is corrected once it lies there
 WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
 
 
@@ -162,7 +136,7 @@ class Progress:
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
-        if (astray := self._rehearsed(piece)) is not None:
+        if (astray := rehearsal(self.now.setup, piece)) is not None:
             return astray
         domain = self.now.setup.domain
         facts = domain.facts_after(self.now.facts, piece.actions)
@@ -177,18 +151,6 @@ class Progress:
         workspace = replace(self.now.workspace, start=start)
         self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
         return None
-
-    def _rehearsed(self, piece: Plan) -> str | None:
-        """What goes astray where a piece that lets something fall is carried out in the simulator that settles scenes.
-
-        Falls are planned without the hand: what it holds up, or takes along, as it draws back is seen only here. How
-        long an execution may take does not count: a plan that is never carried out has no such limit.
-        """
-        if not any(isinstance(step, Fall) for step in piece.steps):
-            return None
-        setup = self.now.setup
-        run = execute(setup.task, piece, monitor=LENIENT, simulator=setup.settings.settling)
-        return f"rehearsed: {run.deviation}" if run.status == "deviated" else None
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.

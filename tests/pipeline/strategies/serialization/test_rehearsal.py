@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tamp.execution.log import Deviation
+from tamp.pipeline.prepare import prepare
+from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
+from tamp.pipeline.strategies.serialization.rehearsal import with_falls
+from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.task import Action, Attachment, Fall, Grip, Plan, Pose, Release, load_robot
+from tamp.task.files.load import load_task
+from tamp.world.robot.model import robot_model
+
+SCENARIOS = Path(__file__).parents[4] / "scenarios"
+
+
+@pytest.fixture(scope="module")
+def fallen():
+    """A state, and a plan from there in which a book is laid down."""
+    return planned("lay_book")
+
+
+def planned(scenario):
+    setup = prepare(load_task(SCENARIOS / f"{scenario}.yaml"))
+    state = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    plan = Asker(Progress(state), 0, time.monotonic() + 600.0, "adaptive").ask(state.workspace, 30, None).plan
+    assert plan
+    return state, plan
+
+
+def rehearsing(monkeypatch, status):
+    """Let rehearsals end with a status; the list of what is rehearsed."""
+    rehearsed = []
+
+    def execute(task, plan, **how):
+        rehearsed.append(plan)
+        return SimpleNamespace(status=status, deviation=Deviation("book", "misplaced", 0.07, 0.99))
+
+    monkeypatch.setattr("tamp.pipeline.strategies.serialization.rehearsal.execute", execute)
+    return rehearsed
+
+
+@pytest.mark.parametrize("status", ["deviated", "done", "timeout"])
+def test_a_piece_in_which_something_falls_is_taken_as_its_rehearsal_ends(fallen, monkeypatch, status):
+    (state, plan), rehearsed = fallen, rehearsing(monkeypatch, status)
+    progress = Progress(state)
+    refused = progress.take(plan, 0)
+    assert len(rehearsed) == 1 and any(isinstance(step, Fall) for step in rehearsed[0].steps)
+    if status == "deviated":
+        assert refused == "rehearsed: book misplaced: off by 70.0 mm and 0.99 rad"
+        assert not progress.actions and not progress.rejections
+    else:
+        assert refused is None and progress.actions
+
+
+def test_what_goes_as_planned_in_the_simulator_is_taken(fallen):
+    state, plan = fallen
+    assert Progress(state).take(plan, 0) is None
+
+
+def test_a_piece_in_which_nothing_falls_is_not_rehearsed(monkeypatch):
+    rehearsed = rehearsing(monkeypatch, "deviated")
+    state, plan = planned("one_object")
+    assert Progress(state).take(plan, 0) is None
+    assert not rehearsed
+
+
+def errand(number, falls):
+    name, there = f"thing{number}", Pose((0.1 * number, 0.0, 0.0))
+    let_go = (Release(name, there, 0.08), *([Fall(name, there)] if falls else []))
+    move = Action("move", (), ())
+    return [
+        move,
+        Action("pick", (name,), (Grip(Attachment(name, Pose((0.0, 0.0, 0.0))), 0.02),)),
+        Action("move", (name,), ()),
+        Action("lay" if falls else "place", (name,), let_go),
+    ]
+
+
+@given(st.lists(st.booleans(), max_size=8))
+def test_a_rehearsal_is_of_whole_errands_those_with_falls_and_no_move_before_them(falls):
+    start = {f"thing{i}": Pose((0.0, 1.0, 0.0)) for i in range(len(falls))}
+    home = load_robot("panda").home
+    actions = tuple(action for i, each in enumerate(falls) for action in errand(i, each))
+    plan = Plan("shelf", "panda", 0, start, home, {}, actions)
+    parts = list(with_falls(robot_model(load_robot("panda")), plan))
+    rehearsed = [action.arguments[0] for part in parts for action in part.actions if action.name in ("lay", "place")]
+    assert rehearsed == [f"thing{i}" for i, each in enumerate(falls) if each]
+    for part in parts:
+        first = plan.actions.index(part.actions[0])
+        state = after(robot_model(load_robot("panda")), replace(plan, actions=plan.actions[:first]))
+        assert part.actions[0].name == "pick" and begins_at(part, state)
