@@ -194,6 +194,30 @@ def turning(squeezed: Squeezed, *poses: Pose) -> float:
         squeezed: the object in the grasp.
         poses: where it is lifted from; the one at which it turns farthest counts.
     """
+    return max(map(_angle, _turns(squeezed, poses)))
+
+
+def hanging(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> Pose | None:
+    """How an object lies in the tool frame once it is lifted from a pose by a grasp: turned, but not slipped.
+
+    None where it keeps still, or turns by so little that it does not matter.
+    """
+
+    def found() -> Pose | None:
+        (turn,) = _turns(Squeezed(workspace, obj, grasp), (pose,))
+        if _angle(turn) <= FIRM:
+            return None
+        T_pads_object, T_pads_turned = np.eye(4), np.eye(4)
+        T_pads_object[:3, :3], T_pads_object[:3, 3] = _in_pads(workspace.world.robot.linkage, grasp)
+        T_pads_turned[:3] = turn @ T_pads_object[:3]
+        T_object_turned = np.linalg.inv(T_pads_object) @ T_pads_turned
+        return grasp.T_object_tool.inverse() @ Pose.from_matrix(T_object_turned)
+
+    return workspace.cache.value(("hanging", obj, grasp, pose), found)
+
+
+def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
+    """The rotations, in the pads' frame, (3, 3), that an object makes, lifted from one pose after the other."""
     resisted = TRUSTED_TURN * squeezed.friction * squeezed.width * TURN_STEP
 
     felt: dict[bytes, Array] = {}  # wherever it is lifted from, the first turns looked at are the same
@@ -204,17 +228,17 @@ def turning(squeezed: Squeezed, *poses: Pose) -> float:
             felt[key] = TRUSTED_PRESS * squeezed.force * squeezed.apart_turned(turns)
         return felt[key] + squeezed.weight * (turns @ squeezed.center @ up)
 
-    return max(_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
+    return (_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
 
 
-def _turned(energies: Callable[[Array], Array], resisted: float) -> float:
-    """How far it turns [rad]; where it has turned about one axis, it may go on about the other."""
+def _turned(energies: Callable[[Array], Array], resisted: float) -> Array:
+    """The rotation that it makes, (3, 3); where it has turned about one axis, it may go on about the other."""
     ways = [(about, step) for about in (_about_side, _about_approach) for step in (TURN_STEP, -TURN_STEP)]
     turn, steps = np.eye(3), 1
     while steps and _angle(turn) < FARTHEST_TURN:
         still = float(energies(turn[None])[0])
         steps, turn = max((_slide(energies, turn, still, *way, resisted) for way in ways), key=itemgetter(0))
-    return _angle(turn)
+    return turn
 
 
 def _slide(

@@ -10,13 +10,16 @@ import numpy as np
 from tamp import clock
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.context import Context
+from tamp.streams.hand.stability import hanging
 from tamp.streams.values import ArmPath, Configuration, Grasp
 from tamp.streams.workspace import Workspace, standing
+from tamp.task import Pose
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.world.motion.planner import MotionResult
     from tamp.world.world import World
 
 RECHECK = 0.01  # paths are rechecked this finely, so that little is lost of the margin in between [rad]
@@ -50,9 +53,23 @@ def kept_from(world: World, scene: Scene, start: NDArray[np.float64], margin: fl
 def plan_holding_motion(
     context: Context, obj: str, grasp: Grasp, start: Configuration, goal: Configuration
 ) -> Iterator[ArmPath]:
-    """Yield a path of the arm holding `obj` among the objects as they stand in `context.fluents`."""
+    """Yield a path of the arm holding `obj` among the objects as they stand in `context.fluents`.
+
+    What turns in the fingers as it is lifted has room for that on its way, too, where this is easy.
+    """
     poses = {name: T for name, T in _poses(context).items() if name != obj}
-    scene = Scene(poses=poses).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
+    T_tool_object = grasp.T_object_tool.inverse()
+    scene = Scene(poses=poses).attached(obj, T_tool_object.matrix, grasp.width)
+    world = context.scene.world
+    lifted = Pose.from_matrix(world.robot.forward(np.asarray(start.q))) @ T_tool_object
+    turned = hanging(context.scene, obj, grasp, lifted)
+    if turned is not None and clock.now() < context.deadline:
+        as_planned = world.checker(scene, margin=ARM_MARGIN)
+        efforts = ((ROOM, EASY), (0.0, EASY))
+        path = _path(context, scene.attached(obj, turned.matrix, grasp.width), start, goal, ARM_MARGIN, efforts).path
+        if path is not None and as_planned.path_free(path, RECHECK):
+            yield ArmPath(path)
+            return
     yield from _paths(context, scene, start, goal, ARM_MARGIN, ((ROOM, EASY), (ARM_MARGIN, ITERATIONS)))
 
 
@@ -69,7 +86,26 @@ def _paths(
     margin: float,
     efforts: Sequence[tuple[float, int]] = ((ARM_MARGIN, ITERATIONS),),
 ) -> Iterator[ArmPath]:
-    """Yield the first path that one of the efforts finds: a margin of what is held [m], and iterations at most.
+    """Yield the path of `_path`, or say why there is none; nothing after the deadline."""
+    if clock.now() >= context.deadline:
+        return
+    result = _path(context, scene, start, goal, margin, efforts)
+    if result.path is not None:
+        yield ArmPath(result.path)
+        return
+    in_the_way = [fact for fact in context.fluents if fact[1] in result.bodies]
+    context.fail(result.reason, because=in_the_way, proven=False)  # a random search that ended proves nothing
+
+
+def _path(
+    context: Context,
+    scene: Scene,
+    start: Configuration,
+    goal: Configuration,
+    margin: float,
+    efforts: Sequence[tuple[float, int]],
+) -> MotionResult:
+    """The first path that one of the efforts finds: a margin of what is held [m], and iterations at most.
 
     All else keeps away by `margin` [m].
     """
@@ -77,15 +113,11 @@ def _paths(
     ends = np.asarray(start.q), np.asarray(goal.q)
     seed = int(context.rng.integers(2**31))
     for held_margin, iterations in efforts:
-        budget = context.deadline - clock.now()
-        if budget <= 0:
-            return
         checker = workspace.world.checker(scene, margin=margin, held_margin=held_margin)
+        budget = max(context.deadline - clock.now(), 0.0)
         result = workspace.world.motions.plan(
             checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK
         )
         if result.path is not None:
-            yield ArmPath(result.path)
-            return
-    in_the_way = [fact for fact in context.fluents if fact[1] in result.bodies]
-    context.fail(result.reason, because=in_the_way, proven=False)  # a random search that ended proves nothing
+            break
+    return result

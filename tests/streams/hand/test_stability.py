@@ -11,6 +11,7 @@ from tamp.streams.hand.stability import (
     LOST,
     TURN_STEP,
     Squeezed,
+    hanging,
     looseness,
     second_best,
     slipping,
@@ -155,6 +156,20 @@ def test_a_hand_turned_by_half_a_turn_holds_as_well(angle, thickness):
     pose = workspace.start["board"].pose
     one, other = (turned(workspace, "board", Grasp(T, thickness), pose) for T in (tool, tool @ HALF_TURN))
     assert one == pytest.approx(other, abs=1.01 * TURN_STEP)
+
+
+@given(angle=st.floats(-0.4, 0.4))
+@settings(max_examples=20, deadline=None)
+def test_what_turns_hangs_flat_between_the_pads_about_their_middle(angle):
+    workspace = workspace_of(board())
+    grasp = Grasp(Pose.from_rpy((0, 0, 0.03), (angle, 0, 0)) @ DOWN, 0.01)
+    held, hung = grasp.T_object_tool.inverse(), hanging(workspace, "board", grasp, workspace.start["board"].pose)
+    turns = turned(workspace, "board", grasp, workspace.start["board"].pose)
+    assert (hung is None) == (turns <= FIRM)
+    if hung is not None:
+        assert abs(hung.matrix[1, 1]) == pytest.approx(1.0, abs=2 * TURN_STEP**2)
+        middle = np.append(Pose((0, 0, 0.03)).xyz, 1.0)
+        assert (hung.matrix @ middle)[:3] == pytest.approx((held.matrix @ middle)[:3], abs=0.01)
 
 
 def test_the_pose_at_which_it_turns_farthest_counts():

@@ -65,6 +65,22 @@ def test_what_is_held_keeps_away_from_what_stands_there(walled, ends):
     assert_free(walled.world.checker(scene, margin=0.0, held_margin=0.009), path.points)
 
 
+def test_what_turns_in_the_fingers_has_room_for_that(walled, ends, monkeypatch):
+    planned = FROM_ABOVE.T_object_tool.inverse()
+    turned = planned @ Pose.from_rpy((0.0, 0.0, 0.0), (0.6, 0.0, 0.0))
+    monkeypatch.setattr("tamp.streams.motion.paths.hanging", lambda *asked: turned)
+    (path,) = plan_holding_motion(ToldContext(walled, fluents=facts(walled, "wall")), "red", FROM_ABOVE, *ends)
+    for T_tool_object in (planned, turned):
+        scene = Scene({"wall": WALL.pose.matrix}).attached("red", T_tool_object.matrix, 0.05)
+        assert_free(walled.world.checker(scene, margin=0.0), path.points)
+
+
+def test_where_there_is_no_room_to_turn_it_is_carried_as_planned(walled, ends, monkeypatch):
+    monkeypatch.setattr("tamp.streams.motion.paths.hanging", lambda *asked: Pose((0.0, 0.0, 0.3)))  # in the table
+    context = ToldContext(walled, fluents=facts(walled, "wall"))
+    assert list(plan_holding_motion(context, "red", FROM_ABOVE, *ends)) and not context.reasons
+
+
 def test_what_is_held_comes_nearer_where_it_has_to(walled, ends):
     start, goal = ends
     T_tool_object = FROM_ABOVE.T_object_tool.inverse().matrix
