@@ -55,6 +55,11 @@ def test_a_topple_as_it_is_planned_is_accepted(task, plan):
     assert check(task, plan).accepted
 
 
+def test_the_arm_does_not_tip_over_what_weighs_too_much(task, plan):
+    heavy = replace(task, objects=tuple(replace(o, mass=300.0) if o.name == "pail" else o for o in task.objects))
+    assert "to push pail asks" in said(heavy, plan)
+
+
 def test_the_finger_has_to_be_at_the_object(task, plan):
     assert "no finger touches pail" in said(task, moved(plan, Pose((0.02, 0.2, 0.0))))
 
