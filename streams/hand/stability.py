@@ -57,10 +57,16 @@ class Squeezed:
         self.friction = PAD_FRICTION * item.friction * self.force
         self.across = math.hypot(*gripper.pad[1:])
         near = [part for part in geometry.parts if _is_near(part.vertices @ self._R.T + t, gripper, grasp.width)]
+        corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * (geometry.upper - geometry.lower).mean()
+        self._cube = corners @ self._R.T + t
         self._planes = joined((A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near))
         sides = zip(gripper.pad[1:], RAYS, strict=True)
         across, along = (np.linspace(-side / 2, side / 2, count) for side, count in sides)
         self._origins = np.array([(x, 0.0, z) for x in across for z in along])
+
+    def displaced(self, turn: Array) -> float:
+        """How far a turn about the pads' middle, a rotation (3, 3), takes the object, as the score measures it [m]."""
+        return float(np.linalg.norm(self._cube @ (turn - np.eye(3)).T, axis=1).mean())
 
     def upward(self, *poses: Pose) -> Array:
         """The world's upward direction where the object is lifted from each of some poses, repeats left out, (n, 3)."""
@@ -185,6 +191,8 @@ FARTHEST_TURN = 0.7  # it is enough to know that it turns this far [rad]
 GLANCES = (1, 3, 7, 19)  # steps are looked at in stretches from one of these to the next; most end in the first
 TRUSTED_TURN = 0.5  # share of the friction that is counted on: lifting shakes, and pads do not touch everywhere ...
 TRUSTED_PRESS = 0.5  # ... and of what presses: of 126 grasps it told 7 of 9 that turned by over 8 degrees, all of it 1
+STICKS = 0.6  # share of it that holds what pads turn as they close
+FLUSH = 0.012  # farther than this pads must not turn what they close on, or it is not where it was meant to be [m]
 
 
 def turning(squeezed: Squeezed, *poses: Pose) -> float:
@@ -229,6 +237,23 @@ def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
         return felt[key] + squeezed.weight * (turns @ squeezed.center @ up)
 
     return (_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
+
+
+def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
+    """How far pads turn an object as they close, until it lies flush between them, as the score measures it [m].
+
+    While they slip along it friction holds less than at rest. 0 for what is of several parts, which bulge by more than
+    that takes to tell.
+    """
+
+    def found() -> float:
+        if len(workspace.world.geometries[obj].parts) > 1:
+            return 0.0
+        squeezed = Squeezed(workspace, obj, grasp)
+        resisted = STICKS * squeezed.friction * squeezed.width * TURN_STEP
+        return squeezed.displaced(_turned(lambda turns: squeezed.force * squeezed.apart_turned(turns), resisted))
+
+    return workspace.cache.value(("turned flush", obj, grasp), found)
 
 
 def _turned(energies: Callable[[Array], Array], resisted: float) -> Array:
