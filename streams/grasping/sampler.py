@@ -26,7 +26,7 @@ from tamp.streams.grasping.ranking import over_table, placement_cost, untwisted
 from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
-from tamp.streams.hand.stability import FIRM, FLUSH, looseness, second_best, turned_flush
+from tamp.streams.hand.stability import FIRM, askew, looseness, second_best
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 
@@ -161,7 +161,7 @@ def _firm_first(
     for index in _spread(pinches, costs)[:LIMIT]:
         width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
         grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
-        if grasp is None or turned_flush(workspace, obj, grasp) > FLUSH:
+        if grasp is None or askew(workspace, obj, grasp):
             pass
         elif costs[index] >= HINDERED:
             (taking if takes[index] else bringing).append(grasp)

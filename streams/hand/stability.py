@@ -192,7 +192,8 @@ GLANCES = (1, 3, 7, 19)  # steps are looked at in stretches from one of these to
 TRUSTED_TURN = 0.5  # share of the friction that is counted on: lifting shakes, and pads do not touch everywhere ...
 TRUSTED_PRESS = 0.5  # ... and of what presses: of 126 grasps it told 7 of 9 that turned by over 8 degrees, all of it 1
 STICKS = 0.6  # share of it that holds what pads turn as they close
-FLUSH = 0.012  # farther than this pads must not turn what they close on, or it is not where it was meant to be [m]
+FLUSH = 0.012  # farther than this pads must not turn what they close on, as the score measures it [m]
+BULGING = 0.018  # the same for what is of several parts, which bulge beyond the surface that they stand for [m]
 
 
 def turning(squeezed: Squeezed, *poses: Pose) -> float:
@@ -239,16 +240,19 @@ def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
     return (_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
 
 
+def askew(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
+    """Whether pads turn an object as they close so far that it is not where it was meant to be."""
+    several = len(workspace.world.geometries[obj].parts) > 1
+    return turned_flush(workspace, obj, grasp) > (BULGING if several else FLUSH)
+
+
 def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     """How far pads turn an object as they close, until it lies flush between them, as the score measures it [m].
 
-    While they slip along it friction holds less than at rest. 0 for what is of several parts, which bulge by more than
-    that takes to tell.
+    While they slip along it friction holds less than at rest.
     """
 
     def found() -> float:
-        if len(workspace.world.geometries[obj].parts) > 1:
-            return 0.0
         squeezed = Squeezed(workspace, obj, grasp)
         resisted = STICKS * squeezed.friction * squeezed.width * TURN_STEP
         return squeezed.displaced(_turned(lambda turns: squeezed.force * squeezed.apart_turned(turns), resisted))

@@ -19,6 +19,7 @@ class Tolerances:
         grasp_angle: the same for its orientation.
         pad: how far from a pad's final place the surface it touches may be.
         flush: displacement by which pads turn what they close on, until it lies flush between them.
+        bulging: the same of what is of several pieces, which bulge beyond the surface that they stand for.
         drop: how far down a released object may go until it stands.
         slump: how far an object may tilt when something it leaned on leaves (displacement of the score's cube).
         strayed: how far shifts within tolerance, at grips, releases and pushes, may take an object aside in a plan.
@@ -75,6 +76,7 @@ class Tolerances:
     grasp_angle: float = 0.02
     pad: float = 0.002
     flush: float = 0.012
+    bulging: float = 0.018
     drop: float = 0.015
     slump: float = 0.015
     strayed: float = 0.005

@@ -234,11 +234,24 @@ def test_nothing_stays_on_several_that_all_roll_the_same_way(turned, wrong):
     assert ("red does not stay on can0 and can1, which all roll the same way" in found) == wrong, found
 
 
-@pytest.mark.parametrize(("askew", "friction", "turns"), [(0.05, 0.5, False), (0.4, 0.5, True), (0.4, 1.0, False)])
-def test_pads_that_touch_a_box_by_its_corners_turn_it_where_friction_does_not_hold_it(askew, friction, turns):
+@pytest.mark.parametrize(
+    ("askew", "friction", "halved", "turns"),
+    [
+        (0.05, 0.5, False, False),
+        (0.4, 0.5, False, True),
+        (0.4, 1.0, False, False),
+        (0.05, 0.5, True, False),
+        (0.5, 0.5, True, True),
+        (0.4, 1.0, True, False),
+    ],
+)
+def test_pads_that_touch_a_box_by_its_corners_turn_it_where_friction_does_not_hold_it(
+    tmp_path, askew, friction, halved, turns
+):
     """In PyBullet the second box comes to lie flush between the pads, the others stay as they are."""
     tool = Pose.from_rpy((0.0, 0.0, 0.005), (np.pi, 0.0, askew))
-    red = Object("red", BOX, START, At(GOAL), friction=friction)
+    shape = in_two(parts(BOX)[0], tmp_path / "box.obj") if halved else BOX
+    red = Object("red", shape, START, At(GOAL), friction=friction)
     tree = handmade_tree()
     solid = Scene.of(Task("box", (red,))).solids["red"]
     found = between_pads(solid, tool.inverse().matrix, tree.spec.gripper, OPEN, tree.pad_depth(0.05))

@@ -220,11 +220,11 @@ def _check_closing(
     if slope is not None:
         sentence = f"{name} slips out of the fingers, which press on a slope of {np.degrees(slope):.0f} degrees"
         report("grasp", sentence, bodies=(name,))
-    if len(scene.solids[name].pieces) == 1:  # pieces of others bulge by more than tells how pads lie on them
-        flush = laid_flush(scene.solids[name], T_tool_object, tree.spec.gripper, opening, mu, depth)
-        if (turned := scene.displacement(name, T_tool_object, flush)) > allow.flush:
-            sentence = f"the fingers turn {name} by {1000 * turned:.0f} mm as they close, until it lies flush on them"
-            report("grasp", sentence, bodies=(name,), depth=turned)
+    flush = laid_flush(scene.solids[name], T_tool_object, tree.spec.gripper, opening, mu, depth)
+    bound = allow.flush if len(scene.solids[name].pieces) == 1 else allow.bulging
+    if (turned := scene.displacement(name, T_tool_object, flush)) > bound:
+        sentence = f"the fingers turn {name} by {1000 * turned:.0f} mm as they close, until it lies flush on them"
+        report("grasp", sentence, bodies=(name,), depth=turned)
     astray = max(abs(found[1] - width / 2), abs(found[0] + width / 2))
     if astray > allow.pad:
         sentence = (
