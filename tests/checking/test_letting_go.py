@@ -63,6 +63,16 @@ def test_a_stick_that_is_let_go_beyond_its_balance_does_not_right_itself(high, t
     assert ("tilted, and tips over" in said) == tips, said
 
 
+@pytest.mark.parametrize(("beside", "tips"), [(0.0019, True), (0.0, False)])
+def test_what_is_let_go_over_an_edge_is_not_said_to_stand_within_it(beside, tips):
+    """In PyBullet and MuJoCo the first tips over the edge of the block, from which it is let go 0.6 mm outwards."""
+    block = Object("block", Box((0.1, 0.06, 0.06)), Pose((0.05, 0.2, 0.03)))
+    end = Pose((0.05, 0.2287, 0.085))
+    at = Pose((*START, 0.025)), Pose((0.05, 0.2287 + beside, 0.086)), end
+    said = let_go(Box((0.05, 0.05, 0.05)), 0.05, at, 0.005, (block,), on="block")
+    assert ("1.9 mm aside, 0.0 degrees tilted, and tips over" in said) == tips, said
+
+
 @pytest.mark.parametrize(
     ("shape", "turn", "rolls"),
     [(Sphere(0.03), 0.0, True), (Cylinder(0.03, 0.1), np.pi / 2, True), (Box((0.05, 0.06, 0.06)), 0.0, False)],

@@ -107,16 +107,18 @@ def check_release(
 def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:
     """What is let go where it was `held` comes to where it now stands: through nothing, and righted by its weight.
 
-    What is tilted rights itself if its centre of mass is over what carries it all the same.
+    What is tilted rights itself if its centre of mass is over what carries it all the same, and so does what is aside.
     """
     if allow.grasp < np.linalg.norm((held - state.poses[name])[:3, 3]) < 2 * allow.drop:
         for touch in dropped_through(scene, state, name, held, allow):
             sentence = f"{name} drops through {touch.bodies[0]}, {1000 * touch.depth:.1f} mm deep in it"
             report("release", sentence, bodies=touch.bodies, depth=touch.depth)
     tilt = float(np.arccos(np.clip(held[2, :3] @ state.poses[name][2, :3], -1.0, 1.0)))
-    margin = height_above(scene, name, state.poses[name]) * np.sin(tilt)
+    way = scene.center_of_mass(name, held) - scene.center_of_mass(name, state.poses[name])
+    aside = float(np.hypot(way[0], way[1]))
+    margin = max(height_above(scene, name, state.poses[name]) * float(np.sin(tilt)), aside)
     if margin > allow.balance and sunk_balance(scene, state, name, allow, margin) < margin:
-        sentence = f"{name} is let go {np.degrees(tilt):.1f} degrees tilted, and tips over"
+        sentence = f"{name} is let go {1000 * aside:.1f} mm aside, {np.degrees(tilt):.1f} degrees tilted, and tips over"
         report("release", sentence, bodies=(name,))
 
 
@@ -184,7 +186,12 @@ def check_strayed(
         degrees = np.degrees(state.turned[name])
         report("release", f"turns of {name} that nothing explains add up to {degrees:.1f} degrees", (name,))
     way = scene.center_of_mass(name, said) - scene.center_of_mass(name, actual)
-    state.strayed[name] = state.strayed.get(name, 0.0) + float(np.hypot(way[0], way[1]))
+    check_shifted(state, name, float(np.hypot(way[0], way[1])), allow, report)
+
+
+def check_shifted(state: State, name: str, by: float, allow: Tolerances, report: Report) -> None:
+    """Another shift aside of an object [m], added to those before."""
+    state.strayed[name] = state.strayed.get(name, 0.0) + by
     if state.strayed[name] > allow.strayed:
         far = state.strayed[name]
         report("release", f"shifts of {name} that nothing explains add up to {1000 * far:.1f} mm", (name,), far)

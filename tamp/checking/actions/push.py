@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
-from tamp.checking.actions.grip_and_release import check_attachment, check_strayed, check_uncovered
+from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed, check_uncovered
+from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.perching import rolls_on
@@ -91,6 +92,7 @@ def check_path(
     start = inverse(scene.links.tree.tool(move.trajectory.positions[:1])[0]) @ state.poses[name]
     check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
+    check_shifted(state, name, _lag(scene, move, name, path[0], allow), allow, report)
     for sentence in _astray(name, path, float(seen.swing.max()), allow):
         report("push", sentence, bodies=(name,))
     slowing = float(-_rates(path, seen.times).min())
@@ -101,6 +103,14 @@ def check_path(
     check_force(scene, move, name, seen, push, allow.nudge, allow, report)
     check_uncovered(scene, state, name, allow, report)
     return path
+
+
+def _lag(scene: Scene, move: Move, name: str, T: Array, allow: Tolerances) -> float:
+    """How far behind it is said to go an object at T stays which a hand pushes that does not quite touch it [m]."""
+    placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
+    hand = (solid for solid in scene.links.solids if solid.name in scene.links.gripper)
+    gaps = (clearance(scene.solids[name], link, inverse(T) @ placed[link.name][0], allow.standing) for link in hand)
+    return float(np.clip(min(gaps, default=0.0), 0.0, allow.standing))
 
 
 def check_force(

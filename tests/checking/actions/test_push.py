@@ -9,6 +9,7 @@ import pytest
 import tamp
 from tamp.checking import check
 from tamp.checking.robot.links import read_links
+from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Move, Object, Pose, Trajectory, load_robot
 from tamp.world.robot.model import robot_model
 from tests.checking.judging import assert_wrong_and_rejected
@@ -59,6 +60,20 @@ def test_an_object_that_no_finger_touches_is_not_pushed(task, plan):
     away = replace(push.pushed, T_tool_object=push.pushed.T_tool_object @ Pose((0.02, 0.2, 0.0)))
     moved = replace(with_push(plan, replace(push, pushed=away)), start=start)
     assert "no finger touches box" in said(task, moved)
+
+
+def test_what_a_hand_does_not_quite_touch_lags_behind_and_that_adds_up(task, plan):
+    """Ten pushes from 2.5 mm away leave it that much farther behind each time."""
+    push = pushing(plan)
+    robot, held = robot_model(load_robot("panda")), push.pushed.T_tool_object.matrix
+    tool, end = (robot.forward(push.trajectory.positions[k]) @ held for k in (0, -1))
+    ahead = tool[:3, :3].T @ (end - tool)[:3, 3]
+    by = Pose(tuple(0.002 * ahead / np.linalg.norm(ahead)))
+    away = replace(push.pushed, T_tool_object=push.pushed.T_tool_object @ by)
+    moved = replace(with_push(plan, replace(push, pushed=away)), start={**plan.start, "box": plan.start["box"] @ by})
+    strict = replace(DEFAULT, strayed=0.002)
+    assert "shifts of box that nothing explains add up to 2.3 mm" in said(task, moved, allow=strict)
+    assert "shifts of box" not in said(task, plan, allow=strict)
 
 
 def test_a_motion_that_pushes_nothing_slides_nothing(task, plan):
