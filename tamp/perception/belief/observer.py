@@ -85,8 +85,8 @@ class Observer:
             if not taken:
                 break
             left, frames = left - len(taken), frames + taken
-            belief = self._perceived(belief, frames, ())
-        return Belief(at_rest(self.task, belief.estimates, self.simulator), tuple(frames))
+            belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table), belief)
+        return Belief(at_rest(self.task, self.world, belief.estimates, self.simulator), tuple(frames))
 
     def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
         """A glance by the cameras that stand: something that is clearly not where it is expected."""
@@ -105,12 +105,21 @@ class Observer:
                 if self.cell.time < self.limit_s and go_to(self.cell, self.world, poses, q, seed=self._seed()):
                     yield self.cell.frame(camera.name)
 
-    def _perceived(self, before: Belief, frames: list[Frame], gone: Collection[str]) -> Belief:
-        sure = {name: pose for name, pose in before.trusted(SURE).items() if name not in gone}
+    def _perceived(
+        self, before: Belief, frames: list[Frame], gone: Collection[str], so_far: Belief | None = None
+    ) -> Belief:
+        """What is believed with all frames of a look.
+
+        Frames are no new evidence when they are looked at again: it is what was believed before the look that they are
+        held against, and what a part of them has said so far counts for what was not known then alone.
+        """
+        known = before if so_far is None else so_far
+        sure = {name: pose for name, pose in known.trusted(SURE).items() if name not in gone}
+        expected = {name: e if e.pose is not None else known.estimates[name] for name, e in before.estimates.items()}
         began = clock.now()
         found = ask(self.perceiver, frames, self.looks, table=self.task.table, seed=self._seed(), expected=sure)
         self.spent_s += clock.now() - began
-        return Belief(updated(self._models, before.estimates, found, gone), tuple(frames))
+        return Belief(updated(self._models, expected, found, gone), tuple(frames))
 
     def _missing(self, belief: Belief, wanted: Collection[str]) -> set[str]:
         return {name for name in wanted if belief.estimates[name].confidence < UNCERTAIN}

@@ -56,6 +56,19 @@ def test_what_is_not_found_stays_unless_it_is_seen_not_to_be_there() -> None:
     assert _after(Estimate(HERE, 0.8), UNSEEN, absent=True) == UNSEEN
 
 
+def test_an_uncertain_sight_moves_nothing_that_nothing_speaks_against() -> None:
+    expected = Estimate(HERE, 0.9)
+    assert _after(expected, Estimate(_moved(0.015), 0.1)) == expected
+    assert _after(expected, Estimate(_moved(0.015), 0.1), absent=True).pose == _moved(0.015)
+
+
+def test_where_a_plan_has_brought_an_object_it_is_rather_than_where_others_are_mistaken_for_it() -> None:
+    there = Pose((0.1, -0.5, 0.025))
+    brought = Belief({"a": Estimate(HERE, 0.99)}).expecting({"a": there}).estimates["a"]
+    assert _after(brought, Estimate(HERE, 0.85)).pose == there
+    assert _after(brought, Estimate(HERE, 0.85), absent=True).pose == HERE
+
+
 @given(st.floats(-0.004, 0.004), st.floats(-0.004, 0.004), st.sampled_from((0.0, math.pi)))
 def test_a_turn_that_the_shape_cannot_show_is_undone(x: float, y: float, turn: float) -> None:
     seen = Pose((x, y, 0.0)) @ HERE @ Pose.from_rpy((0, 0, 0), (0.0, 0.0, turn))

@@ -9,7 +9,7 @@ import pytest
 
 from tamp.perception.belief.absence import absent
 from tamp.perception.belief.next_view import Unseen, next_views, unseen
-from tamp.perception.belief.rest import at_rest
+from tamp.perception.belief.rest import at_rest, lifted_apart
 from tamp.perception.cameras.camera import Camera, Frame, Intrinsics, looking_at
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.backends import open_renderer
@@ -17,6 +17,7 @@ from tamp.perception.rendering.robot import camera_pose
 from tamp.perception.rendering.scene import objects_at, table_body
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box, Object, Pose, Table, Task, load_robot
+from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.world import World
 
@@ -26,6 +27,10 @@ K = Intrinsics.from_field_of_view(320, 240, math.radians(50))
 LOOKS = {"wall": plain(Box((0.02, 0.3, 0.25))), "brick": plain(Box((0.08, 0.08, 0.06)))}
 POSES = {"wall": Pose((-0.05, 0.0, 0.125)), "brick": Pose((0.1, 0.25, 0.03))}
 CAMERA = Camera("wrist", K, "panda_link8", Pose((0.0, 0.0, 0.06)))
+
+
+def _world(task: Task) -> World:
+    return World(robot_model(load_robot("panda")), {o.name: geometry_of_object(o) for o in task.objects}, task.table)
 
 
 def _frame(eye: tuple[float, float, float], poses: dict[str, Pose]) -> Frame:
@@ -48,7 +53,7 @@ def test_what_is_gone_is_absent_and_what_cannot_be_seen_is_not() -> None:
 
 def test_a_floating_estimate_comes_to_rest() -> None:
     task = Task("one", (Object("brick", Box((0.08, 0.08, 0.06)), Pose()),))
-    found = at_rest(task, {"brick": Estimate(Pose((0.0, 0.1, 0.035)), 0.4)})["brick"]
+    found = at_rest(task, _world(task), {"brick": Estimate(Pose((0.0, 0.1, 0.035)), 0.4)})["brick"]
     assert found.pose is not None
     assert found.pose.xyz == pytest.approx((0.0, 0.1, 0.03), abs=1e-3)
     assert found.confidence == 0.4
@@ -58,10 +63,28 @@ def test_an_unsure_estimate_that_cannot_be_is_given_up_and_a_sure_one_is_not() -
     shape = Box((0.08, 0.08, 0.06))
     task = Task("two", (Object("a", shape, Pose()), Object("b", shape, Pose())))
     said = {"a": Estimate(Pose((0.0, 0.1, 0.03)), 0.9), "b": Estimate(Pose((0.0, 0.1, 0.2)), 0.2)}
-    found = at_rest(task, said)
+    found = at_rest(task, _world(task), said)
     assert found["b"] == Estimate(None, 0.0)
     assert found["a"].pose is not None
     assert found["a"].pose.xyz == pytest.approx((0.0, 0.1, 0.03), abs=1e-3)
+
+
+def test_what_is_a_little_inside_what_it_stands_on_is_not_thrown_off_it() -> None:
+    shape = Box((0.08, 0.02, 0.06))
+    task = Task("pile", (Object("low", shape, Pose()), Object("high", shape, Pose())))
+    said = {"low": Pose((0.0, 0.1, 0.03)), "high": Pose((0.0, 0.1, 0.07))}
+    found = at_rest(task, _world(task), {name: Estimate(pose, 0.9) for name, pose in said.items()})
+    assert found["high"].pose is not None
+    assert found["high"].pose.xyz == pytest.approx((0.0, 0.1, 0.09), abs=2e-3)
+
+
+def test_things_are_lifted_out_of_what_is_below_them_and_not_out_of_what_is_beside_them() -> None:
+    shape = Box((0.06, 0.06, 0.08))
+    world = _world(Task("three", tuple(Object(name, shape, Pose()) for name in "abc")))
+    said = {"a": Pose((0.0, 0.0, 0.04)), "b": Pose((0.0, 0.01, 0.11)), "c": Pose((0.055, 0.0, 0.04))}
+    apart = lifted_apart(world, said)
+    assert (apart["a"], apart["c"]) == (said["a"], said["c"])
+    assert 0.118 < apart["b"].xyz[2] < 0.122
 
 
 def test_behind_a_wall_is_unseen_and_the_next_view_looks_there() -> None:

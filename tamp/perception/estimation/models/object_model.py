@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tamp.perception.estimation.models.buckets import Buckets
-from tamp.perception.estimation.models.symmetry import symmetries
+from tamp.perception.estimation.models.symmetry import about, round_axes, symmetries
 from tamp.perception.rendering.raycast import escapes
 from tamp.perception.rendering.surface import Surface
 from tamp.task.mesh.parts import convex_hull
@@ -101,6 +101,15 @@ class ObjectModel:
     def symmetries(self) -> Array:
         """Rotations and shifts that map the shape onto itself, shape (k, 4, 4); the identity is the first."""
         return symmetries(self.points, self.normals, self.center)
+
+    @cached_property
+    def round_axes(self) -> Array:
+        """Axes through the centre about which the shape is round, shape (0, 1 or 3, 3)."""
+        return round_axes(self.symmetries)
+
+    def about_center(self, R: Array) -> Array:
+        """A rotation (3, 3) about the centre, shape (4, 4)."""
+        return about(R, self.center)
 
 
 @lru_cache(maxsize=256)

@@ -48,13 +48,24 @@ def symmetries(points: Array, normals: Array, center: Array) -> Array:
     around = _turns_about(main, holds)
     found += around
     if len(around) == ANY - 1 and all(holds(rotation(axis, angle)) for axis in others[::9] for angle in (1.0, 2.2)):
-        return np.stack([_about(R, center) for R in _all_turns(main, others)])
+        return np.stack([about(R, center) for R in _all_turns(main, others)])
     flips = [R for axis in others if holds(R := rotation(axis, np.pi))]
     if flips:
         found += [flips[0] @ R for R in [np.eye(3), *around]]
     else:
         found += [R for axis in others for R in _turns_about(axis, holds) if not around]
-    return np.stack([_about(R, center) for R in found])
+    return np.stack([about(R, center) for R in found])
+
+
+def round_axes(turns: Array) -> Array:
+    """Axes about which any turn maps a shape onto itself, told by its `symmetries` (k, 4, 4): none, one, or three."""
+    if len(turns) < ANY:
+        return np.empty((0, 3))
+    if len(turns) > 2 * ANY:
+        return np.eye(3)
+    R = turns[1, :3, :3]  # about the main axis, see `symmetries`
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    return np.asarray(axis[None] / np.linalg.norm(axis))
 
 
 def _axes(local: Array) -> tuple[Array, list[Array]]:
@@ -87,7 +98,8 @@ def _all_turns(main: Array, others: list[Array]) -> list[Array]:
     return [T @ R for T in tilts for R in own]
 
 
-def _about(R: Array, center: Array) -> Array:
+def about(R: Array, center: Array) -> Array:
+    """A rotation (3, 3) about a point (3,), shape (4, 4)."""
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = R, center - R @ center
     return T

@@ -1,0 +1,63 @@
+"""One look is one piece of evidence, however many times its frames are looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tamp.perception.belief import observer
+from tamp.perception.belief.belief import Belief
+from tamp.perception.belief.observer import Observer
+from tamp.perception.cameras.camera import Frame, Intrinsics
+from tamp.perception.estimate import Estimate
+from tamp.perception.rendering.surface import plain
+from tamp.task import Box, Object, Pose, Task, load_robot
+from tamp.world.geometry.object_geometry import geometry_of_object
+from tamp.world.robot.model import robot_model
+from tamp.world.world import World
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+SHAPE = Box((0.05, 0.05, 0.05))
+HERE = Pose((0.0, 0.1, 0.025))
+TASK = Task("one", (Object("a", SHAPE, Pose()),))
+LOOKS = {"a": plain(SHAPE)}
+K = Intrinsics(1.0, 1.0, 0.5, 0.5, 1, 1)
+BLACK = Frame("c", K, np.eye(4), np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32), np.zeros((1, 1), bool))
+
+
+class Dim(Observer):
+    """Sees nothing at first, and nothing from two further views either."""
+
+    def _frames(self, poses: Mapping[str, Pose]) -> Iterator[Frame]:
+        yield BLACK
+
+    def _further(self, belief: Belief, frames: list[Frame], missing: Collection[str], most: int) -> Iterator[Frame]:
+        yield from [BLACK] * most
+
+
+def _look(expected: Belief | None, said: Sequence[Estimate], monkeypatch: pytest.MonkeyPatch) -> Estimate:
+    answers = iter(said)
+
+    def perceiver(*_: Any, **__: Any) -> dict[str, Estimate]:
+        return {"a": next(answers)}
+
+    monkeypatch.setattr(observer, "absent", lambda *_: set())
+    robot = load_robot("panda")
+    world = World(robot_model(robot), {o.name: geometry_of_object(o) for o in TASK.objects}, TASK.table)
+    dim = Dim(None, TASK, LOOKS, world, perceiver, 0, 100.0)  # type: ignore[arg-type]
+    return dim.look(expected, {"a"}).estimates["a"]
+
+
+def test_what_was_not_found_is_doubted_once_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    nothing = Estimate(None, 0.0)
+    found = _look(Belief({"a": Estimate(HERE, 0.4)}), [nothing] * 3, monkeypatch)
+    assert found.confidence == pytest.approx(0.2)
+
+
+def test_what_a_part_of_the_frames_has_shown_of_the_unknown_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = _look(None, [Estimate(HERE, 0.2), Estimate(None, 0.0), Estimate(None, 0.0)], monkeypatch)
+    assert found.pose is not None
