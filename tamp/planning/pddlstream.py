@@ -15,8 +15,27 @@ from typing import Any
 from tamp.errors import DomainError
 from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints
 from tamp.planning.problem import Solution, StreamInfo
+from tamp.planning.satisfaction import (
+    Minimize,
+    constraint_satisfaction,
+    dump_assignment,
+    solve_pddlstream_satisfaction,
+)
+from tamp.planning.scripts import (
+    Profiler,
+    create_parser,
+    get_args,
+    get_file_path,
+    get_length,
+    get_prefix,
+    is_plan,
+    read,
+    str_from_plan,
+)
 from tamp.planning.solve import solve
 from tamp.planning.wrappers import (
+    DEBUG,
+    SHARED_DEBUG,
     TOTAL_COST,
     And,
     Equal,
@@ -47,12 +66,15 @@ from tamp.planning.wrappers import (
 )
 
 __all__ = [
-    "INF", "TOTAL_COST", "WILD", "And", "Equal", "Exists", "Fact", "ForAll", "FunctionInfo", "Imply", "Not", "Or",
-    "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "StreamInfo", "WildOutput", "debug_samplers",
-    "defer_shared", "defer_unique", "empty_gen", "empty_test", "fn_from_constant", "from_constant", "from_fn",
+    "DEBUG", "INF", "SHARED_DEBUG", "TOTAL_COST", "WILD", "And", "Equal", "Exists", "Fact", "ForAll", "FunctionInfo",
+    "Imply", "Minimize", "Not", "Or", "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler",
+    "StreamInfo", "WildOutput", "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared",
+    "defer_unique", "dump_assignment", "empty_gen", "empty_test", "fn_from_constant", "from_constant", "from_fn",
     "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test",
-    "negate_test", "never_defer", "outputs_from_boolean", "print_solution", "solve", "solve_abstract",
-    "solve_adaptive", "solve_binding", "solve_focused", "solve_incremental", "solve_serialized", "universe_test",
+    "get_args", "get_file_path", "get_length", "get_prefix", "is_plan", "negate_test", "never_defer",
+    "outputs_from_boolean", "print_solution", "read", "solve", "solve_abstract", "solve_adaptive", "solve_binding",
+    "solve_focused", "solve_incremental", "solve_pddlstream_satisfaction", "solve_serialized", "str_from_plan",
+    "universe_test",
 ]  # fmt: skip
 
 INF = inf

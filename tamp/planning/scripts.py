@@ -1,0 +1,81 @@
+"""What PDDLStream's scripts use around a call of `solve`: command line, files, profiles, words for plans."""
+
+from __future__ import annotations
+
+import argparse
+import cProfile
+import pstats
+from pathlib import Path
+from typing import Any
+
+from tamp.planning.keywords import ALGORITHMS, SERIALIZED
+
+NAMES = ("adaptive", "binding", "focused", "incremental", SERIALIZED, *ALGORITHMS)
+"""What `--algorithm` may say."""
+
+
+def create_parser(default_algorithm: str = "adaptive") -> argparse.ArgumentParser:
+    """A command line with `--algorithm` and `--unit`, for unit costs; what a script adds comes before these."""
+    parser = argparse.ArgumentParser(conflict_handler="resolve")
+    parser.add_argument("-a", "--algorithm", default=default_algorithm, choices=NAMES, help="how to plan")
+    parser.add_argument("-u", "--unit", action="store_true", help="let each action cost 1")
+    return parser
+
+
+def read(filename: Any) -> str:
+    """The text of a file."""
+    return Path(filename).read_text(encoding="utf-8")
+
+
+def get_file_path(file: Any, rel_path: Any) -> str:
+    """The path of what lies beside a file."""
+    return str(Path(file).absolute().parent / rel_path)
+
+
+class Profiler:
+    """Prints where the time of its `with` block went: the `num` calls that took the most by `field`."""
+
+    def __init__(self, field: str = "tottime", num: int = 10, **options: Any) -> None:
+        """`options` have no effect here."""
+        self._field = field
+        self._num = num
+        self._profile = cProfile.Profile()
+
+    def __enter__(self) -> Profiler:
+        """Begin to measure."""
+        self._profile.enable()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        """Print what was measured."""
+        self._profile.disable()
+        if self._field is not None:
+            pstats.Stats(self._profile).sort_stats(self._field).print_stats(self._num)
+
+
+def is_plan(plan: Any) -> bool:
+    """Whether there is a plan."""
+    return plan is not None
+
+
+def get_length(plan: Any) -> float:
+    """How many actions a plan has; infinite where there is none."""
+    return float("inf") if plan is None else len(plan)
+
+
+def str_from_plan(plan: Any) -> str:
+    """A plan in one line."""
+    if plan is None:
+        return "None"
+    words = (f"{name}({', '.join(map(str, args))})" for name, args in plan)
+    return f"[{', '.join(words)}]"
+
+
+def get_prefix(formula: Any) -> str:
+    """The first word of a fact or formula, in lower case."""
+    return str(formula[0]).lower()
+
+
+def get_args(formula: Any) -> Any:
+    """What follows the first word of a fact or formula."""
+    return formula[1:]
