@@ -13,7 +13,7 @@ from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import Candidate, candidates, fitted
 from tamp.perception.estimation.fusion import fuse, level
-from tamp.perception.estimation.likeness import turned_by_color
+from tamp.perception.estimation.likeness import likeliest_turn
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import Selection
@@ -188,7 +188,7 @@ def _estimate(
     best, gains = found[k], selection.gains(i)
     if gains[k] < FEWEST and best.hits < 0.2:
         return Estimate(None, 0.0)
-    pose = turned_by_color(scene.cloud, model, verified.pose, verified.own)
+    pose = likeliest_turn(scene.cloud, model, verified.pose, verified.own)
     others = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
     ]

@@ -1,4 +1,8 @@
-"""Telling apart by colour the poses that a shape's symmetry makes alike."""
+"""How likely measured points are if they lie on a model at a pose, and which of its nearly symmetrical turns that is.
+
+Few things are as symmetrical as they look: a can has a lid, a bowl a dent, a label a front. Over the points of a whole
+object that shows, where the residuals of any one of them would say nothing.
+"""
 
 from __future__ import annotations
 
@@ -17,23 +21,39 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-MOST = 600
-"""Points that are compared at each pose."""
+PRECISION = 0.0012
+"""Standard deviation of a fused point from the surface that it lies on [m]."""
+
+MOST = 4.5
+"""What a point costs at most for its place, and for its colour: three standard deviations."""
+
+FIRST, CLOSELY = 600, 2500
+"""Points, about, that all turns are judged by, and the finalists."""
 
 FINALISTS = 10
 """Turns that are looked at closely: those that stand for all of a round shape are too far apart for small marks."""
 
+FITTED = 80
+"""More turns than this are not fitted before they are judged: they are a ball's."""
+
 FINER = np.radians([8.0, 4.0, 2.0])
-"""By so much these are turned on, as long as that is better."""
-
-NEAR = 0.010
-"""A measured point takes its colour from the model's surface at most this far away [m]."""
+"""By so much finalists are turned on, as long as that is better."""
 
 
-def turned_by_color(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> Array:
-    """The pose among those that the shape cannot tell from a given one whose colours fit best, shape (4, 4).
+def misfit(cloud: Cloud, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> float:
+    """Negative logarithm of how likely points are, in place and colour, if they lie on a model at a pose."""
+    local, facing = (cloud.points[own] - pose[:3, 3]) @ pose[:3, :3], cloud.normals[own] @ pose[:3, :3]
+    index, near = model.nearest(local, facing, 0.012 + model.spacing)
+    gap = np.einsum("ij,ij->i", local - model.points[index], model.normals[index])
+    cost = np.minimum((gap / PRECISION) ** 2 / 2, MOST)
+    cost += np.minimum(difference(model.colors[index], cloud.colors[own]) / 2, MOST)
+    return float(np.where(near, cost, 2 * MOST).sum())
 
-    A shape that is nearly symmetrical lies a little otherwise when it is turned: the best turns are fitted anew.
+
+def likeliest_turn(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> Array:
+    """The likeliest of the poses that a shape's symmetries, which hold nearly, make alike, shape (4, 4).
+
+    Each is fitted anew: a shape that is nearly symmetrical lies a little otherwise when it is turned.
 
     Args:
         cloud: what was measured.
@@ -42,36 +62,27 @@ def turned_by_color(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArr
         points: indices of the points that belong to it.
     """
     poses = pose @ model.symmetries
-    if len(poses) == 1 or not model.colored or len(points) < 10:
+    if len(poses) == 1 or len(points) < 10:
         return pose
-    some = points[:: max(1, len(points) // MOST)]
-    first = np.argsort([mismatch(cloud, model, T, some) for T in poses], kind="stable")[:FINALISTS]
-    finalists = [_turned_on(cloud, model, polished(cloud, model, poses[i], some), some) for i in first]
+    few, many = (points[:: max(1, len(points) // count)] for count in (FIRST, CLOSELY))
+    if len(poses) <= FITTED:
+        poses = np.stack([polished(cloud, model, T, few) for T in poses])
+    first = np.argsort([misfit(cloud, model, T, few) for T in poses], kind="stable")[:FINALISTS]
+    finalists = [_turned_on(cloud, model, polished(cloud, model, poses[i], many), many) for i in first]
     return min(finalists, key=lambda found: found[1])[0]
 
 
 def _turned_on(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> tuple[Array, float]:
-    """A pose turned about the axes of a round shape until the colours fit best, and their mismatch there."""
-    best, least = pose, mismatch(cloud, model, pose, points)
-    for angle in FINER:
+    """A pose turned about the axes of a round shape until it is likeliest, and its misfit there."""
+    best, least = pose, misfit(cloud, model, pose, points)
+    for angle in FINER if model.colored else ():
         turns = [model.about_center(rotation(axis, sign * angle)) for axis in model.round_axes for sign in (1.0, -1.0)]
         better = bool(turns)
         while better:
             tried = [best @ turn for turn in turns]
-            costs = [mismatch(cloud, model, T, points) for T in tried]
+            costs = [misfit(cloud, model, T, points) for T in tried]
             k = int(np.argmin(costs))
             better = costs[k] < least
             if better:
                 best, least = tried[k], costs[k]
     return best, least
-
-
-def mismatch(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> float:
-    """Mean difference between the measured colours of some points and the model's there."""
-    local = (cloud.points[points] - pose[:3, 3]) @ pose[:3, :3]
-    index, near = model.nearest(local, cloud.normals[points] @ pose[:3, :3], NEAR)
-    if not near.any():
-        return float("inf")
-    off = difference(model.colors[index[near]], cloud.colors[points][near])
-    # Mixed and mirrored colours must not decide: beyond a point all are equally wrong.
-    return float(np.minimum(off, 9.0).mean() + 9.0 * (1 - near.mean()))

@@ -16,8 +16,8 @@ import numpy as np
 from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fit import agreement, polished
-from tamp.perception.estimation.fusion import VOXEL, Cloud
-from tamp.perception.estimation.models.color import difference
+from tamp.perception.estimation.fusion import VOXEL
+from tamp.perception.estimation.likeness import misfit
 from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.volume import Volume
@@ -26,12 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
-
-PRECISION = 0.0012
-"""Standard deviation of a fused point from the surface that it lies on [m]."""
-
-MOST = 4.5
-"""What a point costs at most for its place, and for its colour: three standard deviations."""
 
 VARIANTS = 8
 """Candidates of one object that are fitted in one place."""
@@ -128,23 +122,13 @@ def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, A
     some = own[:: max(1, len(own) // POINTS)]
     poses = np.stack([polished(scene.cloud, model, pose, some) for _, pose in candidates])
     seen_through = agreement(scene, model, poses, len(model.points)).violations * model.area / VOXEL**2
-    misfits = np.array([_misfit(scene.cloud, model, pose, some) for pose in poses])
+    misfits = np.array([misfit(scene.cloud, model, pose, some) for pose in poses])
     costs = seen_through + misfits * len(own) / max(1, len(some))
     best = int(costs.argmin())
     apart = np.array([model.apart(poses[best], pose) for pose in poses]) > APART
     # Candidates that come to the same pose are one: the first, which explained most before it was fitted.
     same = candidates[int(np.flatnonzero(~apart)[0])][0]
     return _Fit(same, poses[best], float(costs[best]), float(costs[apart].min(initial=np.inf)))
-
-
-def _misfit(cloud: Cloud, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> float:
-    """Negative logarithm of how likely points are, in place and colour, if they lie on a model at a pose."""
-    local, facing = (cloud.points[own] - pose[:3, 3]) @ pose[:3, :3], cloud.normals[own] @ pose[:3, :3]
-    index, near = model.nearest(local, facing, 0.012 + model.spacing)
-    gap = np.einsum("ij,ij->i", local - model.points[index], model.normals[index])
-    cost = np.minimum((gap / PRECISION) ** 2 / 2, MOST)
-    cost += np.minimum(difference(model.colors[index], cloud.colors[own]) / 2, MOST)
-    return float(np.where(near, cost, 2 * MOST).sum())
 
 
 def _lead(fits: dict[tuple[int, int], _Fit], costs: Array, columns: tuple[int, ...], row: int) -> float:

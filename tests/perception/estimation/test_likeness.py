@@ -1,4 +1,4 @@
-"""Turns of round shapes are told by their colours."""
+"""Turns of shapes that are nearly symmetrical are told by their colours, and by what is not symmetrical."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.likeness import turned_by_color
+from tamp.perception.estimation.likeness import likeliest_turn
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.rendering.surface import Surface, plain
-from tamp.task import Pose, Sphere
+from tamp.task import Box, Pose, Sphere
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -36,6 +36,21 @@ def test_a_balls_turn_is_found_between_those_that_stand_for_all(yaw: float, tilt
     model = object_model(_marked())
     true = Pose.from_rpy((0.1, 0.0, 0.05), (tilt, 0.0, yaw)).matrix
     cloud, guess = _seen(model, true), Pose((0.1, 0.0, 0.05)).matrix
-    found = turned_by_color(cloud, model, guess, np.arange(len(cloud.points)))
+    found = likeliest_turn(cloud, model, guess, np.arange(len(cloud.points)))
     turn = found[:3, :3].T @ true[:3, :3]
     assert np.degrees(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1))) < 6.0
+
+
+def test_what_is_a_little_narrower_at_one_end_is_not_turned_round() -> None:
+    body, end = plain(Box((0.08, 0.06, 0.04))), plain(Box((0.02, 0.057, 0.037)))
+    brick = Surface(
+        np.concatenate([body.vertices, end.vertices + np.array((0.05, 0.0, 0.0))]),
+        np.concatenate([body.faces, end.faces + len(body.vertices)]),
+        np.concatenate([body.colors, end.colors]),
+    )
+    model, true = object_model(brick), Pose.from_rpy((0.1, 0.0, 0.02), (0.0, 0.0, 0.4)).matrix
+    cloud = _seen(model, true)
+    assert len(model.symmetries) > 1, "it is nearly symmetrical"
+    for turn in model.symmetries:
+        found = likeliest_turn(cloud, model, true @ turn, np.arange(len(cloud.points)))
+        assert np.allclose(found, true, atol=2e-3)
