@@ -34,6 +34,16 @@ MARGIN = 0.001
 """How far outside its vertices PyBullet lets a hull begin [m]."""
 
 
+SLIVER = 1e-6
+"""Share of the largest face's area below which a face has no direction."""
+
+STIFF = 1e-6
+"""How little a vertex moves along what the faces around it do not tell, beside what they tell."""
+
+FARTHEST = 4.0
+"""Of the margin, which a vertex moves at most: the tip of a wedge would go far."""
+
+
 @dataclass(frozen=True)
 class Material:
     """What a body's surface and bulk are.
@@ -159,7 +169,7 @@ def hulls_as_obj(pieces: tuple[Part, ...], margin: float = MARGIN) -> str:
     first = 1
     for number, part in enumerate(pieces):
         lines.append(f"o part_{number}")
-        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in _drawn_in(part.vertices, margin).tolist()]
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in _drawn_in(part, margin).tolist()]
         lines += [f"f {a + first} {b + first} {c + first}" for a, b, c in part.faces.tolist()]
         first += len(part.vertices)
     return "\n".join(lines) + "\n"
@@ -172,19 +182,29 @@ def write_obj(folder: Path, text: str) -> Path:
     return path
 
 
-def _drawn_in(vertices: NDArray[np.float64], margin: float) -> NDArray[np.float64]:
-    """The vertices, shape (n, 3) [m], moved inwards by `margin` [m] along the principal axes of their cloud.
+def _drawn_in(part: Part, margin: float) -> NDArray[np.float64]:
+    """The vertices, shape (n, 3) [m], of a convex part whose faces are moved inwards by `margin` [m].
 
-    Exact for boxes, and within a fraction of the margin for other shapes; `eroded` is exact for all, with several times
-    the vertices. What is thinner than twice the margin keeps half of its thickness.
+    Each vertex goes where the faces that meet there are moved by that much, in the sense of least squares, each counted
+    by its area: what is broad stays flat and level, which decides whether something that stands on it tips over. Exact
+    where three faces meet, as is `eroded` everywhere, with several times the vertices. What is thinner than four times
+    the margin keeps half of its thickness.
     """
-    center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
-    _, axes = np.linalg.eigh(np.cov((vertices - center).T))
-    local = (vertices - center) @ axes
-    low, high = local.min(axis=0), local.max(axis=0)
-    middle, half = (low + high) / 2, (high - low) / 2
-    shrunk = middle + (local - middle) * np.maximum(0.5, 1 - margin / half)
-    return np.asarray(shrunk @ axes.T + center)
+    corners = part.vertices[part.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    broad = areas > SLIVER * areas.max()  # slivers have no direction
+    faces, areas, normals = part.faces[broad], areas[broad], normals[broad] / areas[broad, None]
+    heights = part.vertices @ normals.T
+    moved = np.minimum(margin, np.ptp(heights, axis=0) / 4)
+    weights, wanted = np.zeros((len(part.vertices), 3, 3)), np.zeros((len(part.vertices), 3))
+    for column in faces.T:
+        np.add.at(weights, column, areas[:, None, None] * normals[:, :, None] * normals[:, None, :])
+        np.add.at(wanted, column, -(areas * moved)[:, None] * normals)
+    weights += STIFF * np.maximum(np.trace(weights, axis1=1, axis2=2), 1e-12)[:, None, None] * np.eye(3)
+    shifts = np.linalg.solve(weights, wanted[:, :, None])[:, :, 0]
+    lengths = np.linalg.norm(shifts, axis=1)
+    return np.asarray(part.vertices + shifts * np.minimum(1.0, FARTHEST * margin / np.maximum(lengths, 1e-12))[:, None])
 
 
 def eroded(part: Part, margin: float = MARGIN) -> Part:
@@ -196,7 +216,7 @@ def eroded(part: Part, margin: float = MARGIN) -> Part:
     a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     areas = np.linalg.norm(normals, axis=1)
-    solid = areas > 1e-6 * areas.max()  # slivers have no direction
+    solid = areas > SLIVER * areas.max()
     normals, center = normals[solid] / areas[solid, None], part.vertices.mean(axis=0)
     distances = np.einsum("ij,ij->i", normals, a[solid] - center)
     moved = distances - min(margin, distances.min() / 2)

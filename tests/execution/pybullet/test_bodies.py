@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pybullet
 import pytest
+import trimesh
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from tamp.execution.pybullet.bodies import Material, create_body, eroded
-from tamp.task import Box, Capsule, Cylinder, Inertia, Mesh, Pose, Sphere, load_robot
+from tamp.execution.pybullet.bodies import Material, _drawn_in, create_body, eroded
+from tamp.execution.simulators import make_simulator
+from tamp.task import Box, Capsule, Cylinder, Inertia, Mesh, Object, Pose, Sphere, load_robot
 from tamp.task.mesh.parts import convex_hull, parts
 from tamp.world.robot.urdf import link_shapes
 
@@ -115,6 +117,35 @@ def test_drawn_in_face_by_face_a_part_has_every_face_that_far_inside(points, mar
     assume(thick > 2.5 * margin)
     reach = (normals @ eroded(part, margin).vertices.T).max(axis=1)
     assert (reach <= np.einsum("ij,ij->i", normals, a) - margin + 1e-7).all()
+
+
+def slanted_brick(slant, sides=(0.28, 0.037, 0.15)):
+    """A brick whose broad sides lean: what stands on its narrow side has its centre of mass beside the middle."""
+    x, y, z = (np.array(corner) for corner in zip(*np.ndindex(2, 2, 2), strict=True))
+    return convex_hull(np.stack([sides[0] * x, sides[1] * y + slant * sides[2] * z, sides[2] * z], axis=1))
+
+
+@given(slant=st.floats(-0.5, 0.5), margin=st.floats(0.0002, 0.002))
+def test_the_faces_of_a_slanted_brick_stay_level_when_they_are_drawn_in(slant, margin):
+    part = slanted_brick(slant)
+    drawn = _drawn_in(part, margin)
+    a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    for face, normal in zip(part.faces, normals, strict=True):
+        inside = (part.vertices[face] - drawn[face]) @ normal
+        assert inside == pytest.approx([margin] * 3, abs=0.01 * margin)
+
+
+@pytest.mark.parametrize("slant", [-0.16, 0.16])
+def test_a_slanted_brick_stands_where_its_centre_of_mass_is_over_its_base(slant, tmp_path):
+    part = slanted_brick(slant)
+    mesh = trimesh.Trimesh(part.vertices, part.faces, process=False)
+    mesh.export(tmp_path / "brick.obj")
+    brick = Object("brick", Mesh(tmp_path / "brick.obj"), Pose((0.1, 0.1, 0.0)))
+    with make_simulator("pybullet", [brick], {}) as world:
+        world.step(480)
+        assert world.poses()["brick"].matrix[2, 2] > 0.9999
 
 
 def test_a_finger_s_pad_stays_flat_when_it_is_drawn_in():
