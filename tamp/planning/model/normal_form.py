@@ -257,8 +257,10 @@ class _Normaliser:
         atom = put(self.pattern(rename_atom(effect.atom, renaming)), sigma)
         # What neither the atom nor the condition names makes the same effect for each object.
         names = tuple(name for p in inner if (name := p.variable.name) in atom)
+        # A parameter may go by the name of what the precondition says that it equals.
+        outer = tuple(term for name in parameters if isinstance(term := sigma.get(name, name), str))
         for choice in self.conditions(formula):
-            condition, more = self.closed(put_condition(choice, sigma), names, outer=parameters)
+            condition, more = self.closed(put_condition(choice, sigma), names, outer=outer)
             yield EffectSchema(put(atom, more), effect.positive, condition)
 
     def axiom(self, predicate: str, parameters: tuple[Parameter, ...], formula: Formula) -> None:
