@@ -7,7 +7,7 @@ warning says what this planner does instead.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, NamedTuple
@@ -164,13 +164,20 @@ def algorithm_of(name: str) -> str:
 
 
 def constraints_of(given: Any) -> tuple[Constraints | None, float]:
-    """Our constraints of PDDLStream's, and the most that a plan may cost by them."""
+    """Our constraints of PDDLStream's, and the most that a plan may cost by them.
+
+    Raises:
+        DomainError: where groups are no mapping of names to objects.
+    """
     if given is None or isinstance(given, Constraints):
         return given, inf
     if getattr(given, "hint", False):
         _warn("PlanConstraints: hint has no effect, the skeleton is followed")
     skeletons = tuple(tuple(_patterns(skeleton, given.exact)) for skeleton in given.skeletons or ())
-    groups = {name: tuple(values) for name, values in (given.groups or {}).items()}
+    groups = given.groups or {}
+    if not isinstance(groups, Mapping) or not all(isinstance(objects, Iterable) for objects in groups.values()):
+        raise DomainError(f"PlanConstraints: expected groups such as {{'block': ['a', 'b']}}, found {groups!r}")
+    groups = {name: tuple(objects) for name, objects in groups.items()}
     return Constraints(skeletons=skeletons, groups=groups) if skeletons else None, given.max_cost
 
 

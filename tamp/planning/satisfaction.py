@@ -6,6 +6,7 @@ bindings, cost, certified = constraint_satisfaction(streams, stream_map, init, t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -16,6 +17,8 @@ from tamp.planning.solve import solve
 MINIMIZE = "minimize"
 
 CONNECTIVES = ("and", "or", "not", "imply", "=")
+
+VARIABLE = re.compile(r"\?[^\s();?]+")
 
 ACTION, DONE = "assign-values", "values-assigned"
 """The action of the problem and the predicate of its goal."""
@@ -54,9 +57,12 @@ def constraint_satisfaction(
     wanted: list[str] = []
     costs: list[str] = []
     for term in terms:
-        head = _head(term)
-        (costs if head == MINIMIZE else wanted).append(reader.text(term[1] if head == MINIMIZE else term))
-        reader.move_function(head, term)
+        if _head(term) == MINIMIZE:
+            costs.append(reader.function(term))
+        else:
+            wanted.append(reader.text(term))
+    if both := reader.predicates.keys() & reader.functions.keys():
+        raise DomainError(f"{sorted(both)[0]!r} is a predicate in one term and minimised in another")
     variables = " ".join(reader.variables)
     predicates = " ".join(reader.declared(reader.predicates))
     effects = " ".join(f"(increase (total-cost) {cost})" for cost in costs) or "(increase (total-cost) 0)"
@@ -127,14 +133,18 @@ class _Reader:
             parts = map(self._argument, term[1:])
         return f"({' '.join([head, *parts])})"
 
-    def move_function(self, head: str, term: Any) -> None:
-        """What is minimised is no predicate."""
-        if head == MINIMIZE:
-            name = _head(term[1])
-            self.functions[name] = self.predicates.pop(name)
+    def function(self, term: Any) -> str:
+        """What is minimised: a function of variables and values, no formula."""
+        head = _head(term[1]) if len(term) == 2 else MINIMIZE
+        if head in (MINIMIZE, *CONNECTIVES):
+            raise DomainError(f"expected Minimize(('Distance', '?p', '?q')), a function and arguments, found {term!r}")
+        self.functions[head] = len(term[1]) - 1
+        return f"({' '.join([head, *map(self._argument, term[1][1:])])})"
 
     def _argument(self, value: Any) -> str:
         if isinstance(value, str) and value.startswith("?"):
+            if not VARIABLE.fullmatch(value):
+                raise DomainError(f"expected a variable such as '?p', found {value!r}")
             self.variables[value.lower()] = None
             return value
         name = f"value-{len(self.constants)}"

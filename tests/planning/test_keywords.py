@@ -176,3 +176,9 @@ def test_ours_are_taken_with_those_of_there():
     assert solve(
         problem, planner="max-astar", success_cost=3.0, max_time=20, stream_info={"sample": StreamInfo()}
     ).solved
+
+
+@pytest.mark.parametrize("groups", [["cup"], {"item": 3}])
+def test_groups_that_are_none(groups):
+    with pytest.raises(DomainError, match="expected groups such as"):
+        constraints_of(PlanConstraints([[("pick", ["item"])]], groups=groups))

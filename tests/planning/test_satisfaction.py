@@ -74,8 +74,21 @@ def test_what_cannot_be_satisfied(capsys):
     assert found.bindings is None and capsys.readouterr().out == "Solved: False\nCost: inf\n"
     dump_assignment(constraint_satisfaction(STREAMS, STREAM_MAP, INIT, terms()[:1], timeout=20.0))
     assert "?p = 0.0" in capsys.readouterr().out
-    with pytest.raises(DomainError, match="expected a term"):
-        constraint_satisfaction(STREAMS, STREAM_MAP, INIT, ["Pose"])
+
+
+@pytest.mark.parametrize(
+    ("term", "sentence"),
+    [
+        ("Pose", "expected a term such as"),
+        (("Pose", "a", "?p) (x"), r"expected a variable such as '\?p', found '\?p\) \(x'"),
+        (("minimize",), "expected Minimize"),
+        (Minimize(Not(("Far", "a", "?p"))), "expected Minimize"),
+        (Minimize(("Pose", "a", "?p")), "'pose' is a predicate in one term and minimised in another"),
+    ],
+)
+def test_terms_that_cannot_be_read(term, sentence):
+    with pytest.raises(DomainError, match=sentence):
+        constraint_satisfaction(STREAMS, STREAM_MAP, INIT, terms(term))
 
 
 def test_what_scripts_use_around_a_call(tmp_path, capsys):

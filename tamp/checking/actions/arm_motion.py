@@ -67,7 +67,7 @@ def check_move(
     if found is None:
         report("limits", TOO_WILD.format(move.phase))
     elif state.held is not None:
-        _check_load(scene, state, move, found, report)
+        _check_load(scene, state.held.object, move, found, report)
     met = set[str]()
     for time, touch in () if found is None else collisions(scene, state, move, found, allow):
         met.update(touch.bodies)
@@ -82,9 +82,8 @@ def check_move(
     _carry(scene, state)
 
 
-def _check_load(scene: Scene, state: State, move: Move, found: Looks, report: Report) -> None:
+def _check_load(scene: Scene, name: str, move: Move, found: Looks, report: Report) -> None:
     """The arm bears the weight of what it holds all the way."""
-    name = "" if state.held is None else state.held.object
     T, weight = found.bodies[-1].T, GRAVITY * scene.task.object(name).mass
     middle = inverse(T[0]) @ np.append(scene.center_of_mass(name, T[0]), 1.0)
     q = interpolate(move.trajectory, found.times)

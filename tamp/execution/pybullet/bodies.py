@@ -190,11 +190,7 @@ def _drawn_in(part: Part, margin: float) -> NDArray[np.float64]:
     where three faces meet, as is `eroded` everywhere, with several times the vertices. What is thinner than four times
     the margin keeps half of its thickness.
     """
-    corners = part.vertices[part.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = np.linalg.norm(normals, axis=1)
-    broad = areas > SLIVER * areas.max()  # slivers have no direction
-    faces, areas, normals = part.faces[broad], areas[broad], normals[broad] / areas[broad, None]
+    faces, normals, areas = _broad_faces(part)
     heights = part.vertices @ normals.T
     moved = np.minimum(margin, np.ptp(heights, axis=0) / 4)
     weights, wanted = np.zeros((len(part.vertices), 3, 3)), np.zeros((len(part.vertices), 3))
@@ -207,18 +203,24 @@ def _drawn_in(part: Part, margin: float) -> NDArray[np.float64]:
     return np.asarray(part.vertices + shifts * np.minimum(1.0, FARTHEST * margin / np.maximum(lengths, 1e-12))[:, None])
 
 
+def _broad_faces(part: Part) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """The faces of a convex part but for slivers, (m, 3), their outward unit normals, (m, 3), and twice their areas."""
+    a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    areas = np.linalg.norm(normals, axis=1)
+    broad = areas > SLIVER * areas.max()
+    return part.faces[broad], normals[broad] / areas[broad, None], areas[broad]
+
+
 def eroded(part: Part, margin: float = MARGIN) -> Part:
     """What is left of a convex part when each of its faces moves inwards by `margin` [m], so that none is tilted.
 
     The vertices of an intersection of half-spaces are the faces of the hull of their dual points n / d, for planes
     n x = d around the origin. What is thinner than twice the margin keeps about half of its thickness.
     """
-    a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    areas = np.linalg.norm(normals, axis=1)
-    solid = areas > SLIVER * areas.max()
-    normals, center = normals[solid] / areas[solid, None], part.vertices.mean(axis=0)
-    distances = np.einsum("ij,ij->i", normals, a[solid] - center)
+    faces, normals, _ = _broad_faces(part)
+    center = part.vertices.mean(axis=0)
+    distances = np.einsum("ij,ij->i", normals, part.vertices[faces[:, 0]] - center)
     moved = distances - min(margin, distances.min() / 2)
     points = normals / moved[:, None]
     _, kept = np.unique(np.round(points / np.abs(points).max(), 9), axis=0, return_index=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -39,10 +40,14 @@ def put_action(plan: Plan, i: int, action: Action) -> Plan:
     return replace(plan, actions=(*plan.actions[:i], action, *plan.actions[i + 1 :]))
 
 
+def changed(task: Task, name: str, **values: Any) -> Task:
+    """The task with other values of an object's attributes."""
+    return replace(task, objects=tuple(replace(o, **values) if o.name == name else o for o in task.objects))
+
+
 def stand(task: Task, plan: Plan, name: str, pose: Pose) -> Pair:
     """Task and plan with an object that stands elsewhere at the start."""
-    objects = tuple(replace(o, pose=pose) if o.name == name else o for o in task.objects)
-    return replace(task, objects=objects), replace(plan, start={**plan.start, name: pose})
+    return changed(task, name, pose=pose), replace(plan, start={**plan.start, name: pose})
 
 
 def recentred(plan: Plan, name: str, by: Pose) -> Plan:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.task import At, Plan, Task
-from tests.checking.mutations.editing import Pair, choose, shifted, sideways
+from tests.checking.mutations.editing import Pair, changed, choose, shifted, sideways
 
 
 def stale_start(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -35,9 +35,8 @@ def one_in_the_air_frees_another(task: Task, plan: Plan, rng: np.random.Generato
         return None
     loose, freed = (task.objects[i].name for i in rng.permutation(len(task.objects))[:2])
     up = shifted(task.object(loose).pose, np.array([0.0, 0.0, rng.uniform(0.03, 0.1)]))
-    objects = tuple(replace(o, pose=up) if o.name == loose else o for o in task.objects)
     pose = shifted(plan.start[freed], sideways(rng, 0.06, 0.2))
-    return replace(task, objects=objects), replace(plan, start={**plan.start, freed: pose})
+    return changed(task, loose, pose=up), replace(plan, start={**plan.start, freed: pose})
 
 
 def other_home(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -52,5 +51,4 @@ def goal_missed(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     if name is None:
         return None
     goal = At(shifted(task.object(name).goal.pose, sideways(rng, 0.035, 0.3)))
-    objects = tuple(replace(o, goal=goal) if o.name == name else o for o in task.objects)
-    return replace(task, objects=objects), plan
+    return changed(task, name, goal=goal), plan

@@ -8,7 +8,18 @@ import numpy as np
 
 from tamp.task import At, Attachment, Box, Grip, Inertia, Move, Object, Plan, Pose, Release, Task, load_robot
 from tamp.task.robot import PAD_FRICTION
-from tests.checking.mutations.editing import Pair, choose, put, recentred, shifted, sideways, stand, step_at, steps_of
+from tests.checking.mutations.editing import (
+    Pair,
+    changed,
+    choose,
+    put,
+    recentred,
+    shifted,
+    sideways,
+    stand,
+    step_at,
+    steps_of,
+)
 
 
 def regrip(task: Task, plan: Plan, where: tuple[int, int], attachment: Attachment, width: float) -> Plan:
@@ -96,8 +107,7 @@ def swings_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     away = np.cross(gripper.axis, (0.0, 0.0, rng.choice([-1.0, 1.0]))) * beside
     center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(away))
     spread = Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3))
-    objects = (replace(o, mass=mass, inertia=spread) if o.name == thing.name else o for o in task.objects)
-    return replace(task, objects=tuple(objects)), plan
+    return changed(task, thing.name, mass=mass, inertia=spread), plan
 
 
 def cut_between_pads(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:

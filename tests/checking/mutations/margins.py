@@ -8,7 +8,17 @@ import numpy as np
 
 from tamp.task import Attachment, Grip, Move, Plan, Pose, Release, Task, load_robot
 from tamp.task.robot import PAD_FRICTION
-from tests.checking.mutations.editing import Pair, choose, put, put_action, shifted, sideways, step_at, steps_of
+from tests.checking.mutations.editing import (
+    Pair,
+    changed,
+    choose,
+    put,
+    put_action,
+    shifted,
+    sideways,
+    step_at,
+    steps_of,
+)
 
 TURN = 0.018  # [rad]
 
@@ -114,7 +124,7 @@ def too_heavy(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
         return None
     name = step_at(plan, where).attachment.object
     mass = rng.uniform(20.0, 100.0)
-    return replace(task, objects=tuple(replace(o, mass=mass) if o.name == name else o for o in task.objects)), plan
+    return changed(task, name, mass=mass), plan
 
 
 def too_heavy_for_the_arm(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -124,5 +134,4 @@ def too_heavy_for_the_arm(task: Task, plan: Plan, rng: np.random.Generator) -> P
         return None
     name, friction, force = step_at(plan, where).attachment.object, 50.0, load_robot(task.robot).gripper.force
     mass = rng.uniform(0.3, 0.9) * 2 * PAD_FRICTION * friction * force / 9.81
-    objects = (replace(o, mass=mass, friction=friction) if o.name == name else o for o in task.objects)
-    return replace(task, objects=tuple(objects)), plan
+    return changed(task, name, mass=mass, friction=friction), plan

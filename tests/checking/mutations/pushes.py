@@ -9,7 +9,7 @@ import numpy as np
 from tamp.checking.robot.kinematics import read_kinematics
 from tamp.task import At, Box, Cylinder, Move, Object, Plan, Pose, Task, load_robot
 from tamp.task.mesh.parts import parts
-from tests.checking.mutations.editing import Pair, choose, put, recentred, shifted, sideways, step_at, steps_of
+from tests.checking.mutations.editing import Pair, changed, choose, put, recentred, shifted, sideways, step_at, steps_of
 
 
 def push_beside(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -37,9 +37,8 @@ def push_from_afar(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | N
     T = Pose(tuple(by)) @ plan.start[name]
     away = plan.start[name].inverse() @ T
     attached = replace(move.pushed, T_tool_object=move.pushed.T_tool_object @ away)
-    objects = tuple(replace(o, pose=T) if o.name == name else o for o in task.objects)
     moved = put(plan, where, replace(move, pushed=attached))
-    return replace(task, objects=objects), replace(moved, start={**plan.start, name: T})
+    return changed(task, name, pose=T), replace(moved, start={**plan.start, name: T})
 
 
 def push_through(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -93,8 +92,7 @@ def push_what_sticks(task: Task, plan: Plan, rng: np.random.Generator) -> Pair |
     if where is None:
         return None
     name, friction = step_at(plan, where).pushed.object, rng.uniform(60.0, 200.0)
-    sticky = (replace(o, friction=friction) if o.name == name else o for o in task.objects)
-    return replace(task, objects=tuple(sticky)), plan
+    return changed(task, name, friction=friction), plan
 
 
 def push_what_is_heavy(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -103,8 +101,7 @@ def push_what_is_heavy(task: Task, plan: Plan, rng: np.random.Generator) -> Pair
     if where is None:
         return None
     name, mass = step_at(plan, where).pushed.object, rng.uniform(300.0, 1000.0)
-    heavy = (replace(o, mass=mass) if o.name == name else o for o in task.objects)
-    return replace(task, objects=tuple(heavy)), plan
+    return changed(task, name, mass=mass), plan
 
 
 def push_what_rolls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:

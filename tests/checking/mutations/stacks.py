@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.task import Box, Object, Plan, Pose, Task
-from tests.checking.mutations.editing import Pair, choose
+from tests.checking.mutations.editing import Pair, changed, choose
 
 LIGHT, HEAVY = 0.05, 6.0
 CORNER = (-0.25, 0.55)  # of the table, where nothing else is [m]
@@ -17,7 +17,7 @@ def light_counterweight(task: Task, plan: Plan, rng: np.random.Generator) -> Pai
     """What holds a plank down weighs next to nothing, and what stands on its ends does not balance."""
     if not any(o.name == "plank" for o in task.objects):
         return None
-    return weighing(task, "ballast", rng.uniform(LIGHT / 2, LIGHT)), plan
+    return changed(task, "ballast", mass=rng.uniform(LIGHT / 2, LIGHT)), plan
 
 
 def heavy_load(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -25,7 +25,7 @@ def heavy_load(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     name = choose([o.name for o in task.objects if o.name in ("red", "green", "blue")], rng)
     if name is None or not any(o.name == "plank" for o in task.objects):
         return None
-    return weighing(task, name, rng.uniform(HEAVY, 1.2 * HEAVY)), plan
+    return changed(task, name, mass=rng.uniform(HEAVY, 1.2 * HEAVY)), plan
 
 
 def sunk_tower(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -45,8 +45,3 @@ def stands_tilted(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | No
     pose = Pose.from_rpy((*CORNER, up), (0.0, tilt, yaw))
     box = Object("tilted", Box((wide, 0.05, high)), pose)
     return replace(task, objects=(*task.objects, box)), replace(plan, start={**plan.start, box.name: pose})
-
-
-def weighing(task: Task, name: str, mass: float) -> Task:
-    """The task with another mass of an object [kg]."""
-    return replace(task, objects=tuple(replace(o, mass=mass) if o.name == name else o for o in task.objects))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.task import Move, Plan, Task, Trajectory
-from tests.checking.mutations.editing import Pair, put, step_at, steps_of
+from tests.checking.mutations.editing import Pair, changed, put, step_at, steps_of
 
 
 def topple_halfway(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -28,8 +28,7 @@ def topple_on_ice(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | No
     if where is None:
         return None
     name, friction = step_at(plan, where).pushed.object, rng.uniform(0.02, 0.15)
-    slippery = (replace(o, friction=friction) if o.name == name else o for o in task.objects)
-    return replace(task, objects=tuple(slippery)), plan
+    return changed(task, name, friction=friction), plan
 
 
 def _topple(plan: Plan) -> tuple[int, int] | None:
