@@ -170,9 +170,10 @@ def hulls_as_obj(pieces: tuple[Part, ...], margin: float = MARGIN) -> str:
     """An OBJ file with one group per convex part, each drawn in by `margin` [m]: the one that PyBullet adds to it."""
     lines: list[str] = []
     first = 1
+    draw = _drawn_in if len(pieces) == 1 else _along_axes
     for number, part in enumerate(pieces):
         lines.append(f"o part_{number}")
-        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in _drawn_in(part, margin).tolist()]
+        lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in draw(part, margin).tolist()]
         lines += [f"f {a + first} {b + first} {c + first}" for a, b, c in part.faces.tolist()]
         first += len(part.vertices)
     return "\n".join(lines) + "\n"
@@ -186,15 +187,13 @@ def write_obj(folder: Path, text: str) -> Path:
 
 
 def _drawn_in(part: Part, margin: float) -> NDArray[np.float64]:
-    """The vertices, shape (n, 3) [m], of a convex part moved inwards by `margin` [m].
+    """The vertices, shape (n, 3) [m], of a convex object moved inwards by `margin` [m].
 
     Exact where the faces that meet at a vertex all can be moved by that much, as at a brick's, be it slanted: what is
-    broad stays level, which decides whether it stands. Else they move along the principal axes of their cloud, which is
-    within a fraction of the margin; `eroded` is exact for all, with several times the vertices. What is thinner than
-    four times the margin keeps half of its thickness.
+    broad stays level, which decides whether it stands. Else they move along the principal axes of their cloud.
     """
     moved = _with_faces(part, margin)
-    return _along_axes(part.vertices, margin) if moved is None else moved
+    return _along_axes(part, margin) if moved is None else moved
 
 
 def _with_faces(part: Part, margin: float) -> NDArray[np.float64] | None:
@@ -212,7 +211,14 @@ def _with_faces(part: Part, margin: float) -> NDArray[np.float64] | None:
     return np.asarray(part.vertices + shifts) if off <= OFF * margin and far <= FARTHEST * margin else None
 
 
-def _along_axes(vertices: NDArray[np.float64], margin: float) -> NDArray[np.float64]:
+def _along_axes(part: Part, margin: float) -> NDArray[np.float64]:
+    """The vertices moved along the principal axes of their cloud, which is within a fraction of the margin.
+
+    `eroded` is exact, with several times the vertices. What is thinner than four times the margin keeps half of its
+    thickness. Between fingers a wall of pieces drawn in like this, each by itself, is held more firmly than an exact
+    one, whose contacts wander.
+    """
+    vertices = part.vertices
     center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     _, axes = np.linalg.eigh(np.cov((vertices - center).T))
     local = (vertices - center) @ axes
