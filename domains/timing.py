@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from tamp.streams.affordances.friction_cones import sliding_share
 from tamp.streams.collisions import CONTACT_DEPTH, touched
 from tamp.streams.motion.paths import kept_from
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import Attachment, Move
+from tamp.task import Attachment, Move, Trajectory
+from tamp.world.robot.chain import chain
+from tamp.world.robot.payload import GRAVITY
 from tamp.world.scene import Scene
-from tamp.world.timing.time_parametrization import time_free_path
+from tamp.world.timing.time_parametrization import stretched, time_free_path
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
+SPARED = 0.9  # share of what slows down what slides that the hand that pushes it may slow down by
 CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
 
 
@@ -56,7 +62,7 @@ class Timing:
         self, workspace: Workspace, poses: Mapping[str, NDArray[np.float64]], speeds: Speeds = DEFAULT_SPEEDS
     ) -> None:
         self._speeds = speeds
-        self._world = workspace.world
+        self._workspace, self._world = workspace, workspace.world
         self._poses = dict(poses)
 
     def put(self, name: str, T_world_object: NDArray[np.float64] | None) -> None:
@@ -114,7 +120,7 @@ class Timing:
         return {name: least - CLEARANCE for name, least in near.items()}
 
     def push(self, pushed: Attachment, path: NDArray[np.float64], opening: float, below: tuple[str, ...]) -> Move:
-        """A motion with an object before the hand.
+        """A motion with an object before the hand, which does not slide on where that slows down.
 
         Args:
             pushed: the object, at rest in the tool frame.
@@ -128,10 +134,23 @@ class Timing:
         scene = Scene(self._poses).attached(pushed.object, pushed.T_tool_object.matrix, opening)
         checker = self._world.checker(scene, margin=CLEARANCE, held_margin=-CONTACT_DEPTH - CLEARANCE)
         timed = time_free_path(path, self._world.robot.spec, checker, speed=self._speeds.pushing)
-        if timed.trajectory is None:
+        if (trajectory := timed.trajectory) is None:
             raise NotFree(f"push: {timed.reason}")
+        share = sliding_share(self._workspace, pushed.object, below)
+        hasty = self._slowing(trajectory) / max(SPARED * GRAVITY * share, 1e-9)
+        if hasty > 1.0:
+            trajectory = stretched(trajectory, math.sqrt(hasty))
         contacts = frozenset({("robot", pushed.object), *((pushed.object, other) for other in below)})
-        return Move("push", timed.trajectory, opening, None, contacts, pushed)
+        return Move("push", trajectory, opening, None, contacts, pushed)
+
+    def _slowing(self, trajectory: Trajectory) -> float:
+        """How fast the tool slows down at most on a straight way [m/s^2]."""
+        at = chain(self._world.robot).forward(trajectory.positions)[1]
+        gone = np.linalg.norm(np.diff(at, axis=0), axis=1)
+        speeds = np.concatenate([[0.0], gone / np.diff(trajectory.times), [0.0]])
+        middles = (trajectory.times[1:] + trajectory.times[:-1]) / 2
+        moments = np.concatenate([trajectory.times[:1], middles, trajectory.times[-1:]])
+        return float(-(np.diff(speeds) / np.diff(moments)).min())
 
 
 def held(obj: str, grasp: Grasp) -> Attachment:

@@ -19,6 +19,7 @@ from tamp.streams.hand.finger_closing import felt
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task.model import TABLE_FRICTION
+from tamp.task.robot import PAD_FRICTION
 from tamp.world.geometry.half_spaces import half_spaces
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ FAR = 3 * NEAR  # what is farther than this from the box around a part is not ne
 EDGES = 8  # of a linearised cone, which lies inside the true one
 DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
 ENOUGH = 64  # contacts that mostly hold what all of them hold
+FIRM = 0.85  # share of the friction of pads that a push may call on
 LENGTH = 0.05  # by which moments are divided, so that they are of the order of the forces [m]
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
@@ -202,6 +204,16 @@ def _wrenches(
             wrench = np.concatenate([forces, moments], axis=2).reshape(-1, 6).T
             block[row[name] : row[name] + 6] = sign * wrench
     return block
+
+
+def pad_cone(workspace: Workspace, obj: str) -> float:
+    """How far off a flank's normal fingers are counted on to push an object without slipping along there [rad]."""
+    return float(np.arctan(FIRM * PAD_FRICTION * friction_of(workspace, obj)))
+
+
+def sliding_share(workspace: Workspace, obj: str, on: tuple[str, ...]) -> float:
+    """The share of its weight that pushes an object along what it stands on."""
+    return friction_of(workspace, obj) * min((friction_of(workspace, name) for name in on), default=0.0)
 
 
 def friction_of(workspace: Workspace, name: str) -> float:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import pad_cone
 from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import outline
 from tamp.streams.affordances.support import inside_support
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-SLANTS = np.radians([0.0, 10.0, -10.0, 20.0, -20.0])  # of a way against the side that is pushed
+SLANTS = np.radians([0.0, 10.0, -10.0, 20.0, -20.0])  # of a way against the side that is pushed, where friction holds
 STEADY = 0.018  # the centre of mass stays at least this far inside the table's edges [m]
 FIRM, GAP = 0.012, 0.003  # and this far inside that part of its base which is on the table, within such a gap [m]
 OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over the edge
@@ -135,8 +136,9 @@ def directions(workspace: Workspace, obj: str, placement: Placement) -> tuple[Di
 
 def _directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
     points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
+    cone = pad_cone(workspace, obj)
     for behind, side in _sides(points):
-        for slant in SLANTS:
+        for slant in SLANTS[np.abs(SLANTS) <= cone]:
             ahead = -_turned(behind, slant)
             touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
             across = (side - touch) @ np.array([-behind[1], behind[0]])

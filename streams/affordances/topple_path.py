@@ -45,6 +45,7 @@ class Topple:
     Attributes:
         ahead: level unit vector in which it is pushed, (3,).
         heights: above the table at which it tips before it slides, the best first [m].
+        share: of its weight that this takes, at most.
         pushed: its poses while it is pushed, the first at rest, the last one past its balance.
         fall: those after that, from the last one on to `end`.
         end: where it lies at last.
@@ -52,6 +53,7 @@ class Topple:
 
     ahead: Array
     heights: Array
+    share: float
     pushed: tuple[Pose, ...]
     fall: tuple[Pose, ...]
     end: Placement
@@ -103,7 +105,8 @@ def _topples(workspace: Workspace, obj: str, placement: Placement) -> Iterator[T
         pushed, fall = _turned_over(geometry, T, outward, resting(workspace, obj))
         if len(heights) and fall and _on_table(workspace, obj, fall[-1]):
             before, after = (tuple(map(Pose.from_matrix, part)) for part in (pushed, fall))
-            yield Topple(np.append(outward, 0.0), heights, before, after, Placement(after[-1], (TABLE,)))
+            share = lever / float(heights.min() - world[:, 2].min())
+            yield Topple(np.append(outward, 0.0), heights, share, before, after, Placement(after[-1], (TABLE,)))
 
 
 def _turned_over(geometry: Geometry, T: Array, outward: Array, faces: list[Array]) -> tuple[list[Array], list[Array]]:

@@ -26,7 +26,7 @@ from tamp.streams.grasping.ranking import over_table, placement_cost, untwisted
 from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
-from tamp.streams.hand.stability import FIRM, askew, looseness, second_best
+from tamp.streams.hand.stability import FIRM, askew, looseness, second_best, too_heavy
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 
@@ -75,6 +75,9 @@ def _ranked(workspace: Workspace, obj: str, places: tuple[Placement, ...]) -> tu
 
 def _drawn(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Grasp | None]:
     workspace: Workspace = context.scene
+    if (heavy := too_heavy(workspace, obj)) is not None:
+        context.fail(heavy)
+        return
     found, costs, takes = yield from _candidates(context, workspace, obj, places)
     if len(costs):
         yield from _firm_first(workspace, found, costs, takes, obj, places)

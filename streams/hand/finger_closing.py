@@ -8,7 +8,7 @@ import numpy as np
 
 from tamp.streams.hand.clearance import hand_beside
 from tamp.streams.hand.rim_contact import slips_off
-from tamp.streams.surfaces import surface_points
+from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import CLEARANCE, Grasp
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -119,7 +119,10 @@ def between_pads(
 
 def felt(workspace: Workspace, obj: str) -> NDArray[np.float64]:
     """Many points on an object's surface in its own frame, shape (n, 3); the same for every seed."""
+    return felt_surface(workspace, obj).points
+
+
+def felt_surface(workspace: Workspace, obj: str) -> SurfacePoints:
+    """The same with their normals."""
     parts = workspace.world.geometries[obj].parts
-    return workspace.cache.value(
-        ("felt", obj), lambda: surface_points(parts, PAD_POINTS, np.random.default_rng(0)).points
-    )
+    return workspace.cache.value(("felt", obj), lambda: surface_points(parts, PAD_POINTS, np.random.default_rng(0)))

@@ -82,6 +82,15 @@ class Squeezed:
         return _apart(self._planes, self._origins, self.width, np.tile(np.eye(3), (len(shifts), 1, 1)), shifts)
 
 
+def too_heavy(workspace: Workspace, obj: str) -> str | None:
+    """Why friction carries an object in no grasp, in words; None where it does in some."""
+    item, gripper = workspace.task.object(obj), workspace.world.robot.spec.gripper
+    weight, carries = GRAVITY * item.mass, 2 * PAD_FRICTION * item.friction * gripper.force
+    if weight <= carries:
+        return None
+    return f"{obj} weighs {weight:.1f} N, the fingers carry {carries:.1f} N by friction"
+
+
 @compiled
 def _apart(planes: Planes, origins: Array, width: float, turns: Array, shifts: Array) -> Array:
     """How far apart rays along the closing axis, from origins (r, 3), say that the pads stand, shape (n,) [m].

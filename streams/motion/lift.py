@@ -13,6 +13,7 @@ import numpy as np
 from tamp.streams.affordances.neighbours import standing_around
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, GRAZED, lift_contact, told
 from tamp.streams.context import Context
+from tamp.streams.motion.payload import lift_too_heavy
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -90,16 +91,22 @@ def lifted(context: Context, reach: Reach) -> tuple[Way, Array] | None:
 
 
 def _path(workspace: Workspace, reach: Reach, way: Way) -> tuple[Array | None, str]:
-    """The arm's path along a way off, shape (n, joints), clear of the table and itself; None, and why if that is known.
+    """The arm's path along a way off, shape (n, joints); None, and why if that is known.
 
-    The reason is empty where the arm cannot follow the way.
+    It is clear of the table and itself, and within the arm's strength. The reason is empty where the arm cannot follow
+    the way.
     """
 
     def found() -> tuple[Array | None, str]:
         robot, q = workspace.world.robot, reach.approach[-1]
         T = robot.forward(q)
         path = straight_lines(robot, q, [moved(T, np.array(offset)) for offset in way])
-        contact = None if path is None else lift_contact(workspace, reach.object, reach.grasp, path, {})
+        if path is None:
+            return None, ""
+        T_tool_object = reach.grasp.T_object_tool.inverse().matrix
+        if (heavy := lift_too_heavy(workspace, reach.object, T_tool_object, path)) is not None:
+            return None, heavy
+        contact = lift_contact(workspace, reach.object, reach.grasp, path, {})
         return (path, "") if contact is None else (None, told(contact))
 
     return workspace.cache.value(("lift", reach, way), found)

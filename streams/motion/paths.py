@@ -11,6 +11,7 @@ from tamp import clock
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.context import Context
 from tamp.streams.hand.stability import hanging
+from tamp.streams.motion.payload import load_aware
 from tamp.streams.values import ArmPath, Configuration, Grasp
 from tamp.streams.workspace import Workspace, standing
 from tamp.task import Pose
@@ -113,7 +114,7 @@ def _path(
     ends = np.asarray(start.q), np.asarray(goal.q)
     seed = int(context.rng.integers(2**31))
     for held_margin, iterations in efforts:
-        checker = workspace.world.checker(scene, margin=margin, held_margin=held_margin)
+        checker = load_aware(workspace, scene, workspace.world.checker(scene, margin=margin, held_margin=held_margin))
         budget = max(context.deadline - clock.now(), 0.0)
         result = workspace.world.motions.plan(
             checker, *ends, seed=seed, timeout=budget, iterations=iterations, recheck=RECHECK

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import pad_cone
 from tamp.streams.affordances.slide_path import Way
 from tamp.streams.collisions import ARM_MARGIN
-from tamp.streams.hand.finger_closing import felt
+from tamp.streams.hand.finger_closing import felt, felt_surface
 from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -132,6 +133,7 @@ def upright(workspace: Workspace, beside: Array) -> Array:
 
 OPENINGS = (0.0, 0.5, 1.0)  # of fingers of which one pushes, as shares of the stroke
 FARTHEST_FINGERTIP, FINGERTIP_HALVINGS = 0.09, 14  # of the search for where the hand touches the object from behind [m]
+STEEP = 0.9  # vertical component from which a normal is that of a top or a bottom, and of no flank
 ASTRAY = 0.3  # angle between a nudge and the line from the touch to the centre of mass [rad]
 
 
@@ -179,12 +181,22 @@ def _fingertips_touching(own: FreeHand, tool: Array, opening: float, back: Array
 def _presses_straight(
     workspace: Workspace, obj: str, placement: Placement, center: Array, ahead: Array, finger: tuple[float, float]
 ) -> bool:
-    """Whether a flat finger that reaches so far to both sides and down to a height [m] touches behind the centre."""
-    T = placement.pose.matrix
-    points = felt(workspace, obj) @ T[:3, :3].T + T[:3, 3]
-    aside = (points - center) @ [-ahead[1], ahead[0], 0.0]
+    """Whether a flat finger that reaches so far to both sides and down to a height [m] touches behind the centre.
+
+    It does not slip along there.
+    """
+    T, surface = placement.pose.matrix, felt_surface(workspace, obj)
+    points, inward = surface.points @ T[:3, :3].T + T[:3, 3], -surface.normals @ T[:3, :3].T
+    across = np.array([-ahead[1], ahead[0], 0.0])
+    aside, along = (points - center) @ across, (points - center) @ ahead
     touched = np.flatnonzero((np.abs(aside) < finger[0]) & (points[:, 2] > finger[1]))
     if not len(touched):
         return False
-    first = touched[((points - center) @ ahead)[touched].argmin()]
-    return bool(abs(aside[first]) < np.tan(ASTRAY) * -((points[first] - center) @ ahead))
+    first = touched[along[touched].argmin()]
+    if not abs(aside[first]) < np.tan(ASTRAY) * -along[first]:
+        return False
+    pressed = inward[touched[along[touched] < along[first] + TOUCHED]]
+    pressed = pressed[(pressed @ ahead > 0.0) & (np.abs(pressed[:, 2]) < STEEP)]
+    turned, cone = np.arctan2(pressed @ across, pressed @ ahead), pad_cone(workspace, obj)
+    # Of a corner, which the flat of the finger presses on, both sides are seen.
+    return bool(turned.min(initial=np.inf) < cone and turned.max(initial=-np.inf) > -cone)

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import sliding_share
 from tamp.streams.affordances.slide_path import Way
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, told
 from tamp.streams.context import Context
+from tamp.streams.motion.payload import push_too_heavy
 from tamp.streams.pushing.hand_contact import STEP, hands_at
 from tamp.streams.values import Placement, Slide
 from tamp.streams.workspace import TABLE, Workspace
@@ -64,7 +66,9 @@ def pushed(
             continue
         T_tool_object = Pose.from_matrix(T).inverse() @ start.pose
         slide = Slide(obj, start, end, opening, begin[::-1], push[::-1], after, T_tool_object)
-        hit = push_hits(workspace, slide, {})
+        hit = push_too_heavy(workspace, slide, sliding_share(workspace, obj, start.on)) or push_hits(
+            workspace, slide, {}
+        )
         if hit is None:
             yield slide
         else:

@@ -11,6 +11,7 @@ import numpy as np
 from tamp.streams.affordances.topple_path import Topple, topples
 from tamp.streams.cache import recalled
 from tamp.streams.context import Context
+from tamp.streams.motion.payload import push_too_heavy
 from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offer, table_alone
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import drawn_back, push_hits
@@ -65,7 +66,7 @@ def _toppled(context: Context, obj: str, start: Placement, topple: Topple) -> It
                 context.fail(f"the way to push {obj} over leaves the joint limits")
                 continue
             slide = Slide(obj, start, topple.end, opening, begin[::-1], push, after, T_tool_object, topple.fall)
-            hit = push_hits(workspace, slide, {})
+            hit = push_too_heavy(workspace, slide, topple.share) or push_hits(workspace, slide, {})
             if hit is None:
                 yield slide
             else:

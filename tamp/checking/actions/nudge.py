@@ -13,7 +13,16 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.grip_and_release import check_rest
-from tamp.checking.actions.push import check_path, check_stopped, direction, founded, tipping, touched_behind, watch
+from tamp.checking.actions.push import (
+    aslant,
+    check_path,
+    check_stopped,
+    direction,
+    founded,
+    tipping,
+    touched_behind,
+    watch,
+)
 from tamp.checking.physics.support import balanced, carriers
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import TABLE, Scene, State
@@ -76,10 +85,12 @@ def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow
     if state.nudged[name] > allow.nudged:
         far = f"{1000 * state.nudged[name]:.0f} mm since it was last gripped"
         yield f"{name} is nudged by {far}: nobody knows where it comes to rest"
-    lever = scene.center_of_mass(name, path[0]) - touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
-    if not len(lever):
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
+    if not len(touching.points):
         yield f"no finger touches {name} on the side away from where it is nudged"
         return
+    yield from aslant(scene, name, touching, ahead)
+    lever = scene.center_of_mass(name, path[0]) - touching.points
     across = np.abs(lever @ [-ahead[1], ahead[0], 0.0])
     if not (across < np.tan(allow.push) * (lever @ ahead)).any():
         yield f"{name} would turn away: the finger does not press towards its centre of mass"

@@ -16,13 +16,15 @@ from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
 from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed, check_uncovered
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.contacts import contacts
+from tamp.checking.physics.contacts import Patch, contacts
+from tamp.checking.physics.equilibrium import holds_ahead
 from tamp.checking.physics.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
+from tamp.task.robot import PAD_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
     from tamp.task.plan import Attachment, Move
 
     Array = NDArray[np.float64]
+
+HOLDS = 0.9
+"""Share of the friction of pads that keeps them from slipping along a flank for certain."""
 
 
 def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
@@ -119,7 +124,7 @@ def check_force(
     """The arm bears what it pushes with, `push`, shape (3,) [N], where the fingers touch as it begins, all the way."""
     path = seen.bodies[-1].T
     ahead = push / max(float(np.linalg.norm(push)), 1e-12)
-    touching = touched_behind(scene, move, name, path[0], ahead, within, allow)
+    touching = touched_behind(scene, move, name, path[0], ahead, within, allow).points
     if not len(touching):
         return
     at = path @ inverse(path[0]) @ np.append(touching.mean(axis=0), 1.0)
@@ -150,11 +155,12 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
     """Why the fingers would not keep an object before them, as they touch it at the start."""
     ahead = direction(path)
     touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
-    if not len(touching):
+    if not len(touching.points):
         yield f"no finger touches {name} on the side away from where it is pushed"
         return
+    yield from aslant(scene, name, touching, ahead, scene.center_of_mass(name, path[0]))
     across = np.array([-ahead[1], ahead[0], 0.0])
-    beside = (touching - scene.center_of_mass(name, path[0])) @ across
+    beside = (touching.points - scene.center_of_mass(name, path[0])) @ across
     if beside.min() > -allow.lever or beside.max() < allow.lever:
         yield f"{name} would turn away: its centre of mass is not between the contacts that push it"
 
@@ -169,7 +175,7 @@ def tipping(
     """
     path = seen.bodies[-1].T
     ahead = direction(path)
-    touching = touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow)
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.nudge, allow).points
     if not len(touching):
         return
     friction = scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
@@ -191,17 +197,30 @@ def tipping(
 
 def touched_behind(
     scene: Scene, move: Move, name: str, T: Array, ahead: Array, within: float, allow: Tolerances
-) -> Array:
-    """Where, shape (n, 3), fingers touch an object at T when a motion starts, and press within an angle [rad] of ahead.
+) -> Patch:
+    """Where fingers touch an object at T when a motion starts, and press within an angle [rad] of ahead.
 
     `ahead` is a unit vector, shape (3,).
     """
     placed = scene.links.tree.forward(move.trajectory.positions[:1], move.opening)
     hand = {s.name: (s, placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
     patches = contacts(scene.solids[name], T, hand, allow.standing).patches
-    cosine = {link: patch.normals @ ahead for link, patch in patches.items()}
-    points = [patches[link].points[cosine[link] > np.cos(within)] for link in sorted(patches)]
-    return np.concatenate([np.empty((0, 3)), *points])
+    points = np.concatenate([np.empty((0, 3)), *(patches[link].points for link in sorted(patches))])
+    normals = np.concatenate([np.empty((0, 3)), *(patches[link].normals for link in sorted(patches))])
+    behind = normals @ ahead > np.cos(within)
+    return Patch(points[behind], normals[behind])
+
+
+def aslant(scene: Scene, name: str, touching: Patch, ahead: Array, about: Array | None = None) -> Iterator[str]:
+    """Why fingers would slip along the flank of an object that they push aslant, where they touch it.
+
+    What they press with, within friction, adds up to a force straight `ahead`, a level unit vector, shape (3,); without
+    a moment about a place, shape (3,), where one is given.
+    """
+    arms = np.zeros_like(touching.points) if about is None else touching.points - about
+    if not holds_ahead(arms, touching.normals, HOLDS * PAD_FRICTION * scene.friction(name), ahead):
+        off = float(np.degrees(np.arccos(np.clip((touching.normals @ ahead).max(), -1.0, 1.0))))
+        yield f"the fingers would slip along {name}, which they push {off:.0f} degrees aslant"
 
 
 def _rates(path: Array, times: Array) -> Array:

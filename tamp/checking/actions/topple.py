@@ -13,7 +13,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.grip_and_release import check_attachment, check_strayed, check_uncovered
-from tamp.checking.actions.push import check_force, founded, touched_behind, watch
+from tamp.checking.actions.push import aslant, check_force, founded, touched_behind, watch
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.trajectory_limits import malformed
@@ -105,14 +105,15 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
     edges = [corner[corner[:, 2] < corner[:, 2].min() + allow.standing] for corner in corners[[0, -1]]]
     center = scene.center_of_mass(name, path[0])
     touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
-    if not len(touching):
+    if not len(touching.points):
         yield f"no finger touches {name} on the side away from where it is pushed over"
         return
+    yield from aslant(scene, name, touching, ahead)
     lever = float((edges[0] @ ahead).max() - center @ ahead)
-    height = float(touching[:, 2].min() - corners[0, :, 2].min())
+    height = float(touching.points[:, 2].min() - corners[0, :, 2].min())
     if lever > scene.friction(name) * scene.friction(TABLE) * height:
         yield f"{name} would slide before it tips: it is pushed {1000 * height:.0f} mm above the table"
-    pressed, carried = touching @ across, edges[1] @ across
+    pressed, carried = touching.points @ across, edges[1] @ across
     if pressed.min() > carried.max() or pressed.max() < carried.min():
         yield f"{name} would turn away: the finger presses beside the edge that it shall turn about"
     beyond = scene.center_of_mass(name, path[-1]) @ ahead - (edges[1] @ ahead).max()
@@ -123,7 +124,7 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
 def _push_over(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Array:
     """The level force that begins to turn an object over its edge ahead where the fingers touch it, shape (3,) [N]."""
     ahead = _ahead(path)
-    touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow)
+    touching = touched_behind(scene, move, name, path[0], ahead, allow.push, allow).points
     corners = _corners(scene, name, path[:1])[0]
     low = corners[:, 2].min()
     lever = float((corners[corners[:, 2] < low + allow.standing] @ ahead).max())

@@ -84,6 +84,27 @@ def holds_up(normals: Array, friction: float) -> bool:
     return bool(nnls(pushes, np.array([0.0, 0.0, 1.0]))[1] < STEEP)
 
 
+def holds_ahead(arms: Array, normals: Array, friction: float, ahead: Array) -> bool:
+    """Whether pushes along unit normals, within friction, add up to a level force along `ahead`, without a moment.
+
+    What slides along something level needs no more: that bears what presses it down.
+
+    Args:
+        arms: where it is pushed, from the place about which there is no moment about the vertical, shape (n, 3) [m].
+        normals: unit normals there, into the body, shape (n, 3).
+        friction: coefficient of the contacts.
+        ahead: level unit vector, shape (3,).
+    """
+    from scipy.optimize import nnls
+
+    aside = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
+    aside /= np.maximum(np.linalg.norm(aside, axis=1), ZERO)[:, None]
+    forces = np.concatenate([normals + friction * aside, normals - friction * aside])
+    moments = np.cross(np.tile(arms, (2, 1)), forces)[:, 2] / SCALE
+    pushes = np.stack([forces[:, 0], forces[:, 1], moments])
+    return bool(nnls(pushes, np.array([ahead[0], ahead[1], 0.0]))[1] < STEEP)
+
+
 def _inside(points: Array) -> float:
     """Signed distance of the origin from the convex hull of points in the plane; positive inside.
 

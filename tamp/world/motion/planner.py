@@ -6,14 +6,14 @@ from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from tamp import clock
 from tamp.errors import meant
-from tamp.world.collision.checker import CollisionChecker
 from tamp.world.motion.paths import RESOLUTION, Array, StateChecker, shortcut, without_duplicates
+from tamp.world.robot.model import RobotModel
 
 ITERATIONS = 100_000
 """How often a planner may extend its trees before it gives up, whatever the clock says."""
@@ -181,6 +181,16 @@ def _obstacle(
 CAPACITY = 2048
 
 
+class KnownChecker(StateChecker, Protocol):
+    """A checker whose answers can be remembered."""
+
+    robot: RobotModel
+
+    @property
+    def fingerprint(self) -> bytes:
+        """Equal for checkers that answer every question alike."""
+
+
 class MotionCache:
     """Remembers answers by everything that decides them, the least recently asked forgotten first.
 
@@ -196,7 +206,7 @@ class MotionCache:
 
     def plan(
         self,
-        checker: CollisionChecker,
+        checker: KnownChecker,
         q_start: np.ndarray,
         q_goal: np.ndarray,
         *,

@@ -75,10 +75,10 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
         float(np.sqrt((np.abs(accelerations(trajectory)) / acceleration).max())),
         float(np.sqrt((ends / limits.acceleration).max())),
     )
-    return trajectory if excess <= 1.0 + SLACK / 2 else _stretched(trajectory, excess)
+    return trajectory if excess <= 1.0 + SLACK / 2 else stretched(trajectory, excess)
 
 
-def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     """The same motion, slower by a factor."""
     return Trajectory(factor * trajectory.times, trajectory.positions, trajectory.velocities / factor)
 

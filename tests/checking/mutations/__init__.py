@@ -91,6 +91,7 @@ from tests.checking.mutations.pushes import (
     push_through,
     push_what_is_heavy,
     push_what_rolls,
+    push_what_slips,
     push_what_sticks,
 )
 from tests.checking.mutations.stacks import heavy_load, light_counterweight, stands_tilted, sunk_tower
@@ -163,6 +164,7 @@ PUSHES: dict[Mutation, tuple[str, ...]] = {
     push_hastily: ("push",),
     push_what_sticks: ("push",),
     push_what_is_heavy: ("limits",),
+    push_what_slips: ("push",),
     push_what_rolls: ("push",),
 }
 

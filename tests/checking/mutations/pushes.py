@@ -127,6 +127,20 @@ def push_what_rolls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | 
     return replace(task, objects=objects), recentred(plan, thing.name, by)
 
 
+def push_what_slips(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Its flank is pushed so far aslant that the fingers slip along it."""
+    where = _push(plan, rng)
+    if where is None or not isinstance(task.object(step_at(plan, where).pushed.object).shape, Box):
+        return None
+    move = step_at(plan, where)
+    tool = read_kinematics(load_robot(task.robot)).tool(move.trajectory.positions[[0, -1]])
+    way = np.abs((tool[1, :3, 3] - tool[0, :3, 3]) @ (tool[0] @ move.pushed.T_tool_object.matrix)[:3, :3])
+    low, middle, high = np.sort(way)
+    if middle < 0.08 * high or low > 0.01 * high:
+        return None
+    return changed(task, move.pushed.object, friction=float(rng.uniform(0.2, 0.6) * middle / high)), plan
+
+
 def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:
     """Where a push is, or None."""
     return choose([where for where in steps_of(plan, Move) if step_at(plan, where).pushed is not None], rng)

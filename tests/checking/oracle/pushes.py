@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tamp.task import Cylinder, Move
+from tamp.task import Box, Cylinder, Move
 from tamp.task.model import TABLE_FRICTION
 from tests.checking.oracle.bodies import links_along, meets, robot, tool_at
 from tests.checking.oracle.world import World, rests, strains
@@ -12,6 +12,7 @@ from tests.checking.oracle.world import World, rests, strains
 REACH = 0.01  # a finger farther than this from an object does not push it [m]
 LIFTED = 0.01  # [m]
 ROLLS = 0.5  # share of a can's axis that is upright, or along the push, below which it rolls away
+SLIPS = 0.7  # share of the friction that would just hold fingers on a flank
 MARGIN = 2.0  # no edge of it is so many radii ahead of its middle
 
 
@@ -36,12 +37,20 @@ def push(world: World, move: Move) -> str | None:
     shape, way = world.task.object(name).shape, (ahead - before)[:3, 3]
     if isinstance(shape, Cylinder) and max(abs(before[:3, 2] @ way) / np.linalg.norm(way), abs(before[2, 2])) < ROLLS:
         return f"{name} rolls away"
+    if isinstance(shape, Box) and world.task.object(name).friction < SLIPS * _aslant(before, way):
+        return f"the fingers slip along {name}"
     tip = tool_at(q[0])
     sticks = 9.81 * world.task.object(name).mass * world.task.object(name).friction * TABLE_FRICTION
     if strains(q[0], np.linalg.inv(tip) @ _at(tip, height + _bottom(world, name)), sticks * way / np.linalg.norm(way)):
         return f"the arm cannot push {name}"
     world.poses[name] = ahead
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
+
+
+def _aslant(T: np.ndarray, way: np.ndarray) -> float:
+    """The tangent of the angle between a way, shape (3,), and the normal of the face of a box at T that looks back."""
+    across = np.sort(np.abs(way @ T[:3, :3]))
+    return float(across[1] / across[2])
 
 
 def _at(tool: np.ndarray, height: float) -> np.ndarray:

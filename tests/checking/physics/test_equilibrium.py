@@ -56,3 +56,31 @@ def test_what_has_slid_to_rest_stays_where_friction_just_holds_it(share, rests):
     normals = np.array([(0.0, 0.0, 1.0)] * 2 + [(-1.0, 0.0, 0.0)] * 2)
     center = np.array([run / 2, 0.0, rise / 2])
     assert (statics.balance(points, normals, np.full(4, mu), center, 0.001) >= 0.001) == rests
+
+
+def facing(*degrees):
+    """Level unit normals, each so many degrees off straight ahead along x."""
+    angle = np.radians(degrees)
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=1)
+
+
+AHEAD = np.array([1.0, 0.0, 0.0])
+TWO = np.array([[-0.05, -0.04, 0.0], [-0.05, 0.04, 0.0]])
+
+
+@pytest.mark.parametrize(("friction", "slant", "held"), [(0.3, 20, False), (0.3, 14, True), (0.15, 10, False)])
+def test_a_flank_is_pushed_as_far_aslant_as_friction_holds(friction, slant, held):
+    assert statics.holds_ahead(TWO, facing(slant, slant), friction, AHEAD) == held
+    assert statics.holds_ahead(np.zeros((1, 3)), facing(-slant), friction, AHEAD) == held
+
+
+def test_fingers_on_both_sides_of_what_is_round_hold_it_between_them_without_friction():
+    assert statics.holds_ahead(TWO, facing(20, -20), 0.01, AHEAD)
+    assert not statics.holds_ahead(TWO, facing(20, 5), 0.01, AHEAD)
+    beside = TWO + np.array([0.0, 0.03, 0.0])  # their pushes meet beside the centre of mass, and turn it
+    assert not statics.holds_ahead(beside, facing(20, -20), 0.01, AHEAD)
+
+
+def test_a_flank_that_leans_is_pushed_straight_ahead_all_the_same():
+    down = np.array([[np.cos(0.8), 0.0, -np.sin(0.8)]])
+    assert statics.holds_ahead(np.zeros((1, 3)), down, 0.1, AHEAD)

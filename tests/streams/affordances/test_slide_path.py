@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.slide_path import FIRM, STEADY, slidable, ways
+from tamp.streams.affordances.slide_path import FIRM, STEADY, directions, slidable, ways
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
 from tamp.task import Box, Mesh, Object, Pose
@@ -97,3 +97,11 @@ def test_the_hand_pushes_from_behind_in_line_with_the_centre_of_mass(workspace, 
         assert way.behind @ ahead < -np.cos(np.radians(21.0))
         lever = np.array(start.pose.xyz[:2]) - way.touch
         assert abs(lever[0] * ahead[1] - lever[1] * ahead[0]) < 1e-9
+
+
+@pytest.mark.parametrize(("friction", "farthest"), [(0.5, 20.0), (0.3, 10.0), (0.15, 0.0)])
+def test_what_is_slippery_is_pushed_no_farther_aslant_than_friction_holds(friction, farthest):
+    workspace = workspace_of(replace(FLAT, friction=friction))
+    found = directions(workspace, "flat", workspace.start["flat"])
+    slants = np.degrees([np.arccos(np.clip(-way.ahead @ way.behind, -1.0, 1.0)) for way in found])
+    assert slants.max() == pytest.approx(farthest, abs=1e-4)
