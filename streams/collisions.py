@@ -155,13 +155,15 @@ def lift_contact(
 ) -> Contact | None:
     """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
 
-    What the object touches where it begins, it may touch on; all else it keeps clear of.
+    What the object touches where it begins, it may touch on; all else it keeps clear of, and at the end of everything,
+    since the motion on begins there.
     """
     scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
     T_start = workspace.world.robot.forward(path[0]) @ grasp.T_object_tool.inverse().matrix
     touch = touched(workspace.world, obj, T_start, others)
-    checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
-    return checker.first_contact(path)
+    leaving = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
+    gone = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
+    return leaving.first_contact(path) or gone.first_contact(path[-1:])
 
 
 def touched(

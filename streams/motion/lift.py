@@ -30,6 +30,7 @@ LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, 
 # How far straight up first, then up in all, and to a side, where it leans on something or is leant over [m].
 OBLIQUE = ((0.0, 0.08, 0.03), (0.03, 0.12, 0.05))
 SIDES = 8
+COLLIDES = 2  # how badly an object meets something that it does not merely graze
 STEP = 0.01  # between poses of an object on its way [m]
 
 Way = tuple[tuple[float, float, float], ...]
@@ -72,11 +73,9 @@ def lifted(context: Context, reach: Reach) -> tuple[Way, Array] | None:
     scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))
     beyond = [workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN) for scene in scenes]
     found: list[tuple[int, Way, Array]] = []
-    reached = 0
     for way, meeting in _clear_first(workspace, reach):
-        if found and meeting > reached:
+        if found and meeting == COLLIDES:
             break
-        reached = meeting
         path, why = _path(workspace, reach, way)
         if path is not None:
             met = sum(checker.first_contact(path[-1:]) is not None for checker in beyond)
@@ -139,7 +138,7 @@ def _ways() -> Iterator[Way]:
 
 
 def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping[str, Placement]) -> int:
-    """How badly an object meets what is around it on its way off: 0 not at all, 1 if it grazes, 2 if it collides."""
+    """How badly an object meets what is around it on its way off: 0 not at all, 1 if it grazes, else COLLIDES."""
     lower, upper = workspace.bounds(obj, pose)
     corners = np.vstack([np.zeros(3), *way])
     low, high = lower + corners.min(axis=0), upper + corners.max(axis=0)
@@ -154,6 +153,6 @@ def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping
         def overlaps(depth: float) -> bool:
             return any(workspace.world.overlap(obj, T, *other, tolerance=depth) for T in passed for other in others)
 
-        return 0 if not overlaps(GRAZED) else 1 if not overlaps(CONTACT_DEPTH) else 2
+        return 0 if not overlaps(GRAZED) else 1 if not overlaps(CONTACT_DEPTH) else COLLIDES
 
     return workspace.cache.value(("off", obj, pose, way, *near.items()), found) if near else 0

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tamp.streams import collisions
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.values import Grasp, Placement
-from tamp.task import Pose
+from tamp.task import Box, Object, Pose
 from tests.streams.tables import CUBE, RED, SLAB, ToldContext, workspace_of
 
 FROM_ABOVE = Grasp(Pose.from_rpy((0.0, 0.0, 0.02), (np.pi, 0.0, 0.0)), 0.05)
@@ -113,3 +113,15 @@ def test_what_is_lifted_gets_hardly_deeper_into_what_it_touches_than_it_was(dept
     nearest = collisions.touched(scene().world, "red", red.matrix, {"cube": cube.matrix})["cube"]
     expected = -max(depth, 0.0) - collisions.SCRAPED
     assert nearest == pytest.approx(max(expected, -collisions.CONTACT_DEPTH), abs=1e-6)
+
+
+@pytest.mark.parametrize(("gap", "hit"), [(0.001, True), (0.004, False)])
+def test_what_is_lifted_ends_clear_of_what_it_touched(gap, hit):
+    """It may pass along a wall, but the motion on begins where the lift ends, and none begins in contact."""
+    wall = Object("wall", Box((0.02, 0.02, 0.1)), Pose((RED.pose.xyz[0], RED.pose.xyz[1] + 0.035 + gap, 0.05)))
+    workspace = workspace_of(RED, wall)
+    grasp = Grasp(FROM_ABOVE.T_object_tool @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, np.pi / 2)), 0.05)
+    handlings = list(inverse_kinematics(ToldContext(workspace_of(RED)), "red", workspace.start["red"], grasp))
+    assert handlings
+    hits = [collisions.handling_hits(workspace, found, {"wall": workspace.start["wall"]}) for *_, found in handlings]
+    assert any(not one for one in hits) != hit

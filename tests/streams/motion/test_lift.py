@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH
 from tamp.streams.motion.lift import LIFTS, Reach, lifted
 from tamp.streams.values import Grasp
 from tamp.task import Box, Object, Pose
@@ -44,3 +44,18 @@ def test_what_another_leans_over_is_drawn_away_from_under_it():
     passed = way_off(workspace)
     assert not any(workspace.world.overlap("under", T, "over", over, tolerance=tolerance) for T in passed)
     assert passed[-1, 0, 3] > passed[0, 0, 3] + 0.01
+
+
+def test_what_grazes_its_neighbour_is_lifted_clear_of_it():
+    """The way on begins there, and no motion begins in contact."""
+    upright, tilt = Object("under", LEAF, Pose((0.0, 0.0, 0.08))), 0.001
+    side, end = Box((0.02, 0.14, 0.3)), Box((0.06, 0.02, 0.3))
+    walls = (
+        Object("wall", side, Pose.from_rpy((0.0141, 0.0, 0.15), (0.0, -tilt, 0.0))),  # more in the way the higher up
+        Object("opposite", side, Pose((-0.019, 0.0, 0.15))),
+        *(Object(f"end_{y:+.3f}", end, Pose((0.0, y, 0.15))) for y in (-0.074, 0.074)),
+    )
+    workspace = workspace_of(upright, *walls)
+    passed = way_off(workspace)
+    assert workspace.world.separation("under", passed[0], "wall", walls[0].pose.matrix) < 0.0
+    assert workspace.world.separation("under", passed[-1], "wall", walls[0].pose.matrix) > ARM_MARGIN
