@@ -77,16 +77,8 @@ class Prospects:
         return why
 
     def turned(self, name: str) -> bool:
-        """Whether two grasps have to turn an object over for its goal.
-
-        What is pushed first may turn over by that, and what lies flat is not taken up again by a second grasp.
-        """
-        workspace = self.asker.workspace
-        if name not in workspace.goals or lies_flat(workspace, name):
-            return False
-        if to_be_pushed(workspace, name, workspace.start[name]):
-            return False
-        return upside_down(workspace, name, workspace.goals[name])
+        """Whether two grasps have to turn an object over for its goal, as things stand."""
+        return turned_over(self.asker.workspace, name)
 
     def _regrasp_helps(self, workspace: Workspace, name: str, iterations: int) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
@@ -96,6 +88,18 @@ class Prospects:
             if self.asker.ask(workspace, iterations, movable, regrasped={name}).plan is not None:
                 self.regrasped.add(name)
         return name in self.regrasped
+
+
+def turned_over(workspace: Workspace, name: str) -> bool:
+    """Whether two grasps have to turn an object over for its goal.
+
+    What is pushed first may turn over by that, and what lies flat is not taken up again by a second grasp.
+    """
+    if name not in workspace.goals or lies_flat(workspace, name):
+        return False
+    if to_be_pushed(workspace, name, workspace.start[name]):
+        return False
+    return upside_down(workspace, name, workspace.goals[name])
 
 
 LOOKED_AT = 12  # grasps of an object

@@ -20,7 +20,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     nearly_there,
     supports_first,
 )
-from tamp.pipeline.strategies.serialization.nearest_placement import bring_near
+from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, combined
@@ -326,15 +326,19 @@ class Ordering:
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
-        if refused is not None:
-            self._left[name] = refused
-            if solution.plan is None and not effort.others_move:
-                self._vain[name] = self._surroundings(name)
-            if solution.plan is not None and effort.others_move:  # what is refused is tried by way of another grasp
-                self._prospects.regrasped.add(name)
+        if refused is None:
+            self._ledger.reach(name)
+            return True
+        self._left[name] = refused
+        if solution.plan is None and not effort.others_move:
+            self._vain[name] = self._surroundings(name)
+        if solution.plan is None or name not in goals:
             return False
-        self._ledger.reach(name)
-        return True
+        if bring_to_rest(self._asker, name, self._ledger.reached, turned):
+            return self._ledger.reach_near([name])
+        if effort.others_move:  # what is refused is tried by way of another grasp
+            self._prospects.regrasped.add(name)
+        return False
 
     def _surroundings(self, name: str) -> Placements:
         """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try.

@@ -12,8 +12,14 @@ import numpy as np
 
 from tamp import clock
 from tamp.pipeline.situation import raised
-from tamp.pipeline.strategies.serialization.candidate_placements import on_table, substitutes
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for, farthest_first
+from tamp.pipeline.strategies.serialization.candidate_placements import on_table, settled, substitutes
+from tamp.pipeline.strategies.serialization.feasibility import turned_over
+from tamp.pipeline.strategies.serialization.goal_graph import (
+    asking_for,
+    away,
+    farthest_first,
+    nearly_there,
+)
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import Context
 from tamp.planning.context import generator_for
@@ -24,6 +30,7 @@ from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import clear_of_falling, hand_hits, opening_for
+from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -130,7 +137,7 @@ UNSEEN = 1  # and of those where it might be laid down or dropped by another gra
 VAIN = 2  # places on one face to which the arm brings it by none of the grasps, after which no more are looked at
 BESIDE = 0.04  # places on the table that are nearer than this to one to which the arm brings it not are not tried [m]
 ALIKE = 0.985  # cosine of the angle between two faces that count as one
-SLID = 2  # places tried for what can only be gripped once it was slid: by which grasp nobody knows before
+WHEREVER = 2  # places tried for what is slid or turned over before it is put there: by which grasp nobody knows before
 ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
 
 
@@ -157,12 +164,35 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
     workspace, samplers = asker.workspace, asker.progress.now.samplers
     grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
     if not grips.grasps:
-        return to_be_pushed(workspace, name, workspace.start[name]) and _slide_near(asker, name, kept, free)
+        pushed = to_be_pushed(workspace, name, workspace.start[name])
+        return pushed and _put_wherever(asker, name, kept, free, SLIDING)
     with asker.within(CAREFUL):
+        if turned_over(workspace, name) and _put_wherever(asker, name, kept, free, ITERATIONS, {name}):
+            return True
         if _put_near(asker, name, grips, kept, free):
             return True
         cut_short = asker.late
     return cut_short and _put_on_table(asker, name, grips, kept, free)
+
+
+def bring_to_rest(asker: Asker, name: str, kept: Collection[str], regrasped: Collection[str]) -> bool:
+    """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
+
+    What leans on others at its goal does not stay there before they come.
+
+    Args:
+        asker: the plan so far, which grows.
+        name: an object with a goal pose, on supports that are at theirs.
+        kept: objects that must stay at their goals.
+        regrasped: the object, where it reaches its goal only by way of another placement and grasp.
+    """
+    workspace, goal = asker.workspace, asker.workspace.goals[name]
+    place = settled(workspace, name, goal, asker.progress.now.setup.settings.settling)
+    if place is None:
+        return False
+    there = replace(workspace, start={**workspace.start, name: place})
+    moved = away(there, name) > RELEASE_HEIGHT
+    return moved and nearly_there(there, name) and _put(asker, name, place, kept, (), ITERATIONS, regrasped)
 
 
 def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:
@@ -223,8 +253,18 @@ def _alike(place: Placement, other: Placement) -> bool:
     return (place.on == (TABLE,)) == (other.on == (TABLE,)) and float(up @ other_up) > ALIKE
 
 
-def _slide_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
-    """The same for an object that can only be gripped where it was slid to."""
+def _put_wherever(
+    asker: Asker,
+    name: str,
+    kept: Collection[str],
+    free: Collection[str],
+    iterations: int,
+    regrasped: Collection[str] = (),
+) -> bool:
+    """Put an object to the nearest places, where only the planner can tell the grasp that serves there.
+
+    That is so for what can only be gripped where it was slid to, and for what two grasps have to turn over.
+    """
     workspace = asker.workspace
 
     def uncovered(place: Placement) -> bool:
@@ -232,8 +272,8 @@ def _slide_near(asker: Asker, name: str, kept: Collection[str], free: Collection
 
     simulator = asker.progress.now.setup.settings.settling
     found = substitutes(workspace, name, uncovered, lambda R: True, asker.deadline, simulator)
-    places = filter(uncovered, found)
-    return any(not asker.late and _put(asker, name, place, kept, (), SLIDING) for place in islice(places, SLID))
+    places = islice(filter(uncovered, found), WHEREVER)
+    return any(not asker.late and _put(asker, name, place, kept, (), iterations, regrasped) for place in places)
 
 
 def _put(
@@ -243,6 +283,7 @@ def _put(
     kept: Collection[str],
     serving: Sequence[Grasp],
     iterations: int = ITERATIONS,
+    regrasped: Collection[str] = (),
 ) -> bool:
     """Plan to put an object to a place while all others stay; with the grasps that serve there, or else with any."""
     workspace = asker.workspace
@@ -253,5 +294,5 @@ def _put(
         yield from serving
 
     samplers = {"sample-grasp": grasps} if serving else {}
-    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers)
+    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers, regrasped)
     return solution.plan is not None and asker.refused(solution.plan) is None

@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 import time
 from contextlib import nullcontext
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +12,13 @@ import pytest
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization import nearest_placement as nearness
-from tamp.pipeline.strategies.serialization.nearest_placement import KEPT, Grips, bring_near
+from tamp.pipeline.strategies.serialization.goal_graph import nearly_there
+from tamp.pipeline.strategies.serialization.nearest_placement import (
+    KEPT,
+    Grips,
+    bring_near,
+    bring_to_rest,
+)
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.scoring.ede import ede, mean_edge
@@ -82,15 +89,41 @@ SLAB = Object("slab", Box((0.12, 0.16, 0.03)), Pose((0.0, -0.4, 0.015)), At(Pose
 NEARNESS_CUBE = Object("cube", Box((0.05, 0.05, 0.05)), Pose((0.0, -0.2, 0.025)), At(Pose((0.1, 0.0, 0.125))))
 
 
+def asker_of(*objects):
+    setup = prepare(Task("near", objects))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    return Asker(Progress(attempt), seed=0, deadline=time.monotonic() + 600.0, algorithm="adaptive")
+
+
 @pytest.mark.parametrize(("obj", "actions"), [(NEARNESS_CUBE, {"pick", "place"}), (SLAB, {"slide", "pick"})])
 def test_what_cannot_rest_where_it_shall_is_brought_near_even_if_it_has_to_be_slid_first(obj, actions):
-    setup = prepare(Task("near", (BLOCK, obj)))
-    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
-    asker = Asker(Progress(attempt), seed=0, deadline=time.monotonic() + 600.0, algorithm="adaptive")
+    asker = asker_of(BLOCK, obj)
     assert bring_near(asker, {obj.name}, set())
     here = asker.workspace.start[obj.name].pose
     assert ede(mean_edge(obj.shape), here, obj.goal.pose) < 0.15
     assert actions <= {action.name for action in asker.progress.actions}
+
+
+TALL = Box((0.05, 0.05, 0.1))
+TURNED = Object("tall", TALL, Pose((0.0, -0.2, 0.05)), At(Pose.from_rpy((0.1, 0.0, 0.15), (np.pi, 0.0, 0.0))))
+
+
+def test_what_two_grasps_have_to_turn_over_is_turned_over_on_its_way_near():
+    asker = asker_of(BLOCK, TURNED)
+    assert bring_near(asker, {"tall"}, set())
+    assert [action.name for action in asker.progress.actions].count("place") == 2
+    assert asker.workspace.start["tall"].pose.matrix[2, 2] < -0.99
+
+
+@pytest.mark.parametrize(("tilt", "brought"), [(0.06, True), (0.0, False)])
+def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from_there(tilt, brought):
+    asker = asker_of(replace(RED, goal=At(Pose((0.1, -0.2, 0.025)))))
+    now = asker.progress.now
+    tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.025 + 0.025 * tilt), (tilt, 0.0, 0.0)), ("table",))
+    asker.progress.now = replace(now, workspace=replace(now.workspace, goals={"red": tilted}))
+    assert bring_to_rest(asker, "red", set(), set()) == brought
+    assert (nearly_there(asker.workspace, "red"), bool(asker.progress.actions)) == (brought, brought)
+    assert asker.workspace.start["red"].pose.matrix[2, 2] > 0.9999
 
 
 def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
@@ -121,6 +154,7 @@ def looked_into(monkeypatch, places, serves):
 
     grips = SimpleNamespace(grasps=("grasp",), fits=None, roomy=lambda place: ("grasp",), serving=serving)
     monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
+    monkeypatch.setattr(nearness, "turned_over", lambda *args: False)
     monkeypatch.setattr(nearness, "substitutes", lambda *args: iter(places))
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
     asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False, within=lambda share: nullcontext())
@@ -143,6 +177,7 @@ def test_where_time_is_up_for_the_nearest_places_the_table_is_left(monkeypatch):
     )
     monkeypatch.setattr("tamp.clock.now", lambda: time[0])
     monkeypatch.setattr(nearness, "Grips", lambda *args: grips)
+    monkeypatch.setattr(nearness, "turned_over", lambda *args: False)
     monkeypatch.setattr(nearness, "substitutes", settling)
     monkeypatch.setattr(nearness, "on_table", lambda *args: table)
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append(place) or True)
