@@ -74,6 +74,8 @@ class Sobriety:
         self._session = session
         self._budget = budget
         self._spent = 0
+        self._learnt = False
+        self._searched = 0
 
     @property
     def overdue(self) -> bool:
@@ -91,15 +93,31 @@ class Sobriety:
             pass
 
     def _round(self) -> bool:
-        """Draw, and search; whether it is worth going on."""
+        """Draw, and search; whether it is worth going on. A plan that fails is followed by a search of the same values.
+
+        Tests between them are asked where a plan rests on them: it takes several plans to know which values get along.
+        """
         session, before = self._session, self._session.work
         session.grounder.be_shallow(sober=True)
-        if not session.rounds.expand(tests=True):
+        if not self._learnt and not self._draw(before):
             return False
+        refuted, searching = len(session.knowledge.refuted), session.searching
         result = session.search(sure=True)
         if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
             return False
+        self._learnt = result.plan is not None and len(session.knowledge.refuted) > refuted
+        if self._learnt:
+            session.rounds.ask_alike(refuted, most=session.searching - searching)
+        self._searched = session.searching - searching
         self._spent += session.work - before
+        return True
+
+    def _draw(self, before: int) -> bool:
+        """Draw from every stream, and again while that is less work than the last search was; whether any had more."""
+        if not self._session.rounds.expand(tests=True):
+            return False
+        while self._session.work - before < self._searched and self._session.rounds.expand(tests=True):
+            pass
         return True
 
 

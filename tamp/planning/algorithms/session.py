@@ -10,6 +10,7 @@ from typing import Any
 from tamp.planning.algorithms.costs import Costs
 from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
+from tamp.planning.algorithms.lifting import Lifter
 from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.backjumping import Binder, progress
 from tamp.planning.binding.learning import Lessons
@@ -76,8 +77,9 @@ MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
 
 
-SEARCH_CALLS, OPERATORS_A_CALL = 20, 5
-"""How many calls of streams a search counts for at least, where work is compared, and how many operators for one."""
+SEARCH_CALLS, OPERATORS_A_CALL, STATES_A_CALL = 20, 5, 24_000
+"""How many calls of streams a search counts for at least, where work is compared; how many operators count for one, and
+how many states times operators."""
 
 
 class Session:
@@ -99,6 +101,7 @@ class Session:
         self._eager = eager
         self._invariants = find_invariants(self.schema, self.connectors.fluent)
         self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options)
+        self._lifter = Lifter(self.knowledge, self.grounder)
         self._prepare(options, started)
 
     def _prepare(self, options: Options, started: float, frozen: frozenset[int] = frozenset()) -> None:
@@ -246,11 +249,19 @@ class Session:
         Raises:
             Ended: at a limit.
         """
+        if sure:  # moves lead anywhere, so that there is no plan with them where there is none without
+            result = self._searched(novel, sure, moves=False)
+            if result.plan is None:
+                return result
+        return self._searched(novel, sure, moves=True)
+
+    def _searched(self, novel: bool, sure: bool, moves: bool) -> SearchResult:
+        """One search; `moves`: with what the moves cost that are left out of it."""
         self.limits.check()
         self.limits.iterations += 1
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
-            task = self.symbolic.task(self.lessons.blames, novel, sure)
+            task = self.symbolic.task(self.lessons.blames, novel, sure, moves)
         self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
             return SearchResult(None, proven=True)
@@ -258,6 +269,7 @@ class Session:
         with self.stopwatch.timed("search"):
             left = min(self.limits.left, self.options.max_search_s)
             result = self.symbolic.run(task, left, bound, novel or sure)
+        self.searching += result.states * len(task.operators) // STATES_A_CALL
         self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()
         return result
@@ -282,26 +294,7 @@ class Session:
 
         What was drawn before competes there with fresh draws: the search would try the values in ever new combinations.
         """
-        lifted: dict[int, int] = {}
-        for step in skeleton.steps:
-            for handle in step.binding.values():
-                self._lift(handle, lifted)
-        steps = [self.grounder.renamed(step, lifted) for step in skeleton.steps]
-        return self.skeleton(step for step in steps if step is not None) if None not in steps else skeleton
-
-    def _lift(self, handle: int, lifted: dict[int, int]) -> int:
-        """What stands for what a stream gave or may give: the placeholder of the stream for lifted inputs."""
-        source = self.knowledge.source(handle) or self.objects.origin(handle)
-        if handle in lifted or source is None or source.fluents:
-            return lifted.setdefault(handle, handle)
-        lifted[handle] = handle
-        inputs = tuple(self._lift(h, lifted) for h in source.inputs)
-        template = self.knowledge.find(source.external, inputs) or source
-        outputs = source.placeholders if handle in source.placeholders else source.outputs_with(handle)
-        found = next((new for new, old in zip(template.placeholders, outputs, strict=False) if old == handle), handle)
-        if found not in lifted.values():
-            lifted[handle] = found
-        return lifted[handle]
+        return self.skeleton(self._lifter.lift(skeleton.steps))
 
     def bind(self, skeleton: Skeleton, budget: Budget) -> bool:
         """Try to bind a skeleton, and learn from it where it fails; whether it gave an acceptable plan.

@@ -132,10 +132,12 @@ class TaskBuilder:
         blames: dict[int, Blame],
         novel: bool = False,
         sure: bool = False,
+        moves: bool = True,
     ) -> GroundTask:
         """The task of this moment; unreachable operators are left out.
 
-        With `novel` those blamed for a failure are, too; with `sure` everything that hopes for anything.
+        With `novel` those blamed for a failure are, too; with `sure` everything that hopes for anything; without
+        `moves` all that says what they cost which are left to binding.
         """
         knowledge = self._knowledge
         self._note_certain(operators, axioms)
@@ -156,16 +158,16 @@ class TaskBuilder:
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
         valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
-        moves = self._moves.over(live, given, goal[0])
-        reached.update(fact for group in moves.groups for fact in group)
+        moving = self._moves.over(live, given, goal[0]) if moves else Moves()
+        reached.update(fact for group in moving.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)
-        ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moves.fluent)
+        ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moving.fluent)
         wanted = number.literals(ends, goal[1])
         if wanted is None or not all(f in reached for f in ends if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
-        made = [t for op in live for t in self._operators(op, number, blames, novel, moves)]
+        made = [t for op in live for t in self._operators(op, number, blames, novel, moving)]
         made, wanted = self._on_course(made, wanted, number)
-        made += moves.operators(number.of)
+        made += moving.operators(number.of)
         made += [
             TaskOperator(None, (), (), (TaskEffect(number.of(hope), adds=True),), self._reluctance(test))
             for hope, test in hopes.items()
@@ -177,10 +179,10 @@ class TaskBuilder:
             if (literals := number.literals(*body)) is not None
         ]
         atoms = number.atoms()
-        groups = tuple(tuple(number.of(f) for f in group) for group in (*self._groups(atoms), *moves.groups))
+        groups = tuple(tuple(number.of(f) for f in group) for group in (*self._groups(atoms), *moving.groups))
         begun: set[Fact] = {(PLACE, start.number) for start in self._course.starts}
         begun |= {(PLACE, "done") for start in self._course.starts if self._course.done(start)}
-        initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun or f in moves.initial)
+        initial = frozenset(i for i, f in enumerate(atoms) if f in state or f in begun or f in moving.initial)
         return GroundTask(atoms, initial, *wanted, tuple(made), tuple(defined), groups)
 
     def _priced(self, axiom: GroundAxiom, hopes: dict[Fact, Instance]) -> GroundAxiom:

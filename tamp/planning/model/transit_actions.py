@@ -121,11 +121,12 @@ def _streams(
     fluent_terms = {t for p in action.condition.positive if p[0] in schema.fluents for t in p[1:]}
     known = {str(t) for t in fluent_terms if isinstance(t, str)} | {str(after[position])}
     pending = [p for p in action.condition.positive if p[0] not in schema.fluents]
+    moved = {t for t in before[1:] if t in after[1:]}
     found: list[tuple[External, Pattern]] = []
     while pending:
         progress = False
         for pattern in list(pending):
-            if len(pattern) == 2 and pattern[1] in known:
+            if known.issuperset(pattern[1:]) and len(moved.union(pattern[1:])) <= len(moved) + 1:
                 pending.remove(pattern)  # a type of one value: certified with it, checked when the move is made
                 progress = True
                 continue

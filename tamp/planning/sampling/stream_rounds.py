@@ -86,6 +86,28 @@ class Rounds:
             self._asking = False
         return any_left
 
+    def ask_alike(self, since: int, most: int) -> None:
+        """Ask tests that have said no of other values that came from the same streams, one value at a time.
+
+        What one value fails for, its like may fail for as well, and a search costs more than many calls.
+
+        Args:
+            since: how many facts were refuted before.
+            most: calls at most.
+        """
+        last = self._sampling.calls + most
+        for fact in list(self._knowledge.refuted)[since:]:
+            for position, handle in enumerate(fact[1:], start=1):
+                source = self._knowledge.source(handle)
+                if source is None or fact[0] not in self._knowledge.schema.tests:
+                    continue
+                place = next(i for i, outputs in enumerate(zip(*source.results, strict=True)) if handle in outputs)
+                for number in sorted(source.activated):
+                    if self._sampling.calls >= last:
+                        return
+                    self._limits.check()
+                    self._evaluator.given((*fact[:position], source.results[number][place], *fact[position + 1 :]))
+
     def _draw(self, instances: Iterable[Instance]) -> bool:
         any_left = False
         for instance in instances:

@@ -16,11 +16,12 @@ from tamp.planning.grounding.ground_task import GroundTask, TaskOperator, axiom_
 
 @dataclass(frozen=True, slots=True)
 class SearchResult:
-    """A plan, or None; `proven` where there is none for sure."""
+    """A plan, or None; `proven` where there is none for sure; how many `states` were looked at, where it is known."""
 
     plan: tuple[TaskOperator, ...] | None
     proven: bool = False
     timed_out: bool = False
+    states: int = 0
 
 
 class Search(Protocol):

@@ -59,6 +59,9 @@ class Cheap:
         return min(STATES, self.work // max(1, operators))
 
 
+WORK_A_SECOND = 12_000_000
+"""States times operators that are evaluated in a second, about, where a search is ended before it says how many."""
+
 STATES = 10_000
 """States that a cheap search may evaluate, however few operators there are."""
 
@@ -127,28 +130,33 @@ class FastDownward:
         if text is None:
             return SearchResult(None, proven=True)
         in_vain: list[int] = []
+        states = 0
         for number, cheap in enumerate(self._cheap):
             if len(task.operators) <= self._most[number]:
                 end = _seen_cheaply(task, text, cheap, limit, deadline, effort)
+                states += end.states
                 if end.plan is not None:
-                    return self._found(task, end.plan, in_vain)
+                    return self._found(task, end.plan, states, in_vain)
                 if end.exhausted:
-                    return SearchResult(None, proven=bound is None)
+                    return SearchResult(None, proven=bound is None, states=states)
                 in_vain.append(number)
         conditional = any(e.positive or e.negative for op in task.operators for e in op.effects)
         search = self._in_place if task.axioms or conditional else self._search
         end = _plan(task, text, search.format(bound=limit), deadline - clock.now(), effort)
-        if end.plan is not None:
-            return self._found(task, end.plan, in_vain)
         timed_out = end.code in (None, OUT_OF_TIME, -signal.SIGXCPU)
+        spent = WORK_A_SECOND * min(effort, timeout) / max(1, len(task.operators))
+        states += int(spent) if timed_out else end.states
+        if end.plan is not None:
+            return self._found(task, end.plan, states, in_vain)
         # Where a bound cut the space, that it was seen proves nothing.
-        return SearchResult(None, proven=end.code in (UNSOLVABLE, UNSOLVED) and bound is None, timed_out=timed_out)
+        proven = end.code in (UNSOLVABLE, UNSOLVED) and bound is None
+        return SearchResult(None, proven, timed_out, states)
 
-    def _found(self, task: GroundTask, plan: tuple[TaskOperator, ...], in_vain: list[int]) -> SearchResult:
+    def _found(self, task: GroundTask, plan: tuple[TaskOperator, ...], states: int, in_vain: list[int]) -> SearchResult:
         """A plan, and the note that what is no smaller would take the cheap searches before it too long as well."""
         for number in in_vain:
             self._most[number] = min(self._most[number], len(task.operators) - 1)
-        return SearchResult(plan)
+        return SearchResult(plan, states=states)
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,15 @@ class SymbolicSearch:
         self._search = search
         self._timeouts = 0
 
-    def task(self, blames: dict[int, Blame], novel: bool, sure: bool = False) -> GroundTask:
-        """The ground task of this moment; `novel`: without what was blamed for a failure; `sure`: without hopes."""
+    def task(self, blames: dict[int, Blame], novel: bool, sure: bool = False, moves: bool = True) -> GroundTask:
+        """The ground task of this moment.
+
+        Args:
+            blames: what is discouraged.
+            novel: without what was blamed for a failure.
+            sure: without hopes.
+            moves: with what the moves cost that are left out.
+        """
         goal = self._schema.goal
         changing = self._schema.fluents | self._schema.derived
         positive = [ground(p, {}) for p in goal.positive]
@@ -62,7 +69,9 @@ class SymbolicSearch:
             tuple(f for f in positive if f[0] in changing),
             tuple(f for f in negative if f[0] in changing),
         )
-        return self._builder.build(self._grounder.operators, self._grounder.axioms, literals, blames, novel, sure)
+        return self._builder.build(
+            self._grounder.operators, self._grounder.axioms, literals, blames, novel, sure, moves
+        )
 
     def run(self, task: GroundTask, left: float, bound: int | None, novel: bool) -> SearchResult:
         """Search a task.
