@@ -16,7 +16,7 @@ from tamp.language.read_formula import FormulaReader, Scope
 from tamp.language.sexpr import PDDL, Group, Node, Symbol, Text, load, read, show, suggest
 from tamp.language.streams import FunctionStream, Mention, PredicateStream, Rule, Stream, StreamFile
 
-SECTIONS = (":stream", ":wild-stream", ":function", ":predicate", ":rule")
+SECTIONS = (":stream", ":wild-stream", ":function", ":predicate", ":rule", ":optimizer")
 
 
 def parse_streams(text_or_path: PDDL | None, domain: Domain | None = None) -> StreamFile:
@@ -53,6 +53,7 @@ def _parsed(source: Text, domain: Domain | None) -> StreamFile:
         signatures,
         tuple(reader.mentions),
         wild=any(head.text == ":wild-stream" for head, _ in sections),
+        objectives=tuple(reader.objectives.items()),
     )
 
 
@@ -67,6 +68,7 @@ class _StreamReader:
     predicates: list[PredicateStream] = field(default_factory=list)
     rules: list[Rule] = field(default_factory=list)
     mentions: list[Mention] = field(default_factory=list)
+    objectives: dict[str, tuple[str, ...]] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
 
     def section(self, head: Symbol, group: Group) -> None:
@@ -82,11 +84,7 @@ class _StreamReader:
         elif head.text == ":rule":
             self.rules.append(self._rule(group))
         elif head.text == ":optimizer":
-            raise self.formulas.source.error(
-                head,
-                "optimizers are not supported: write each of its :variables as a :stream"
-                " and each :constraint as a :stream without outputs",
-            )
+            self._optimizer(group)
         else:
             hint = suggest(head.text, SECTIONS, "sections")
             raise self.formulas.source.error(head, f"unknown section {head.text!r}{hint}")
@@ -102,10 +100,14 @@ class _StreamReader:
         what = f"stream {symbol.text!r}"
         valid = (":inputs", ":domain", ":fluents", ":outputs", ":certified")
         given = read_attributes(reader, group, 2, valid, what)
+        return self._made(symbol, what, given)
+
+    def _made(self, symbol: Symbol, what: str, given: Mapping[str, Node], optimizer: str = "") -> Stream:
+        """A stream of its attributes; `symbol` is its name, and where that stands."""
         inputs, input_facts, scope = self._variables(given.get(":inputs"))
         outputs, output_facts, output_scope = self._variables(given.get(":outputs"))
         for name in sorted(scope.keys() & output_scope.keys()):
-            raise reader.source.error(given[":outputs"], f"{name!r} is both input and output of {what}")
+            raise self.formulas.source.error(given[":outputs"], f"{name!r} is both input and output of {what}")
         domain = input_facts + self._facts(given.get(":domain"), scope)
         certified = output_facts + self._facts(given.get(":certified"), {**scope, **output_scope})
         self._mention(given, what)
@@ -113,7 +115,53 @@ class _StreamReader:
             self._warn(symbol, f"{what} certifies nothing: only what its sampler certifies besides can be of use")
         self._check_awaited(symbol.text, domain, certified, given)
         fluents = self._fluents(given[":fluents"]) if ":fluents" in given else ()
-        return Stream(symbol.text, inputs, domain, outputs, certified, fluents)
+        return Stream(symbol.text, inputs, domain, outputs, certified, fluents, optimizer)
+
+    def _optimizer(self, group: Group) -> None:
+        """(:optimizer NAME (:variables ...) (:constraint ...) (:objective ...)): a stream for each of the first two."""
+        reader = self.formulas
+        if len(group.items) < 2:
+            raise reader.source.error(group, "expected (:optimizer NAME (:variables ...) ...)")
+        name = reader.symbol(group.items[1], "the name of an optimizer")
+        self._claim(name, "optimizer")
+        self.objectives[name.text] = ()
+        for item in group.items[2:]:
+            part = reader.group(item, "(:variables (?x ...) ...), (:constraint FACT ...) or (:objective NAME)")
+            head = reader.symbol(part.items[0] if part.items else part, ":variables, :constraint or :objective")
+            if head.text == ":objective":
+                self.objectives[name.text] += tuple(reader.symbol(i, "a function").text for i in part.items[1:])
+            elif head.text in (":variables", ":constraint"):
+                self.streams.append(self._component(name.text, head, part))
+            else:
+                hint = suggest(head.text, (":variables", ":constraint", ":objective"), "parts")
+                raise reader.source.error(head, f"unknown part {head.text!r} of optimizer {name.text!r}{hint}")
+
+    def _component(self, optimizer: str, head: Symbol, part: Group) -> Stream:
+        """One part of an optimizer as a stream, or as a test."""
+        made = head.text == ":variables"
+        what = f"the {head.text} of optimizer {optimizer!r}"
+        valid = (":variables", ":inputs", ":domain", ":graph") if made else (":constraint", ":necessary")
+        given = read_attributes(self.formulas, part, 0, valid, what)
+        if made:
+            group = self.formulas.group(given.pop(":variables"), "(?x ...)")
+            named = [self.formulas.symbol(item, "a variable").text[1:] for item in group.items]
+            stream = {":outputs": group, ":certified": given.pop(":graph", Group((), part.position)), **given}
+        else:
+            symbol, args = self.formulas.application(given[":constraint"], "(PREDICATE ?x ...)")
+            variables = dict.fromkeys(a for a in args if isinstance(a, Symbol) and a.text.startswith("?"))
+            once = {a.text: a for a in reversed(variables)}
+            named = [symbol.text]
+            stream = {
+                ":inputs": Group(tuple(reversed(once.values())), part.position),
+                ":domain": given.get(":necessary", Group((), part.position)),
+                ":certified": given[":constraint"],
+            }
+        name = "-".join((optimizer, *named))
+        while name in self.names:
+            name += "-again"
+        symbol = Symbol(name, head.position)
+        self._claim(symbol, "stream")
+        return self._made(symbol, what, stream, optimizer)
 
     def _check_awaited(
         self, name: str, domain: tuple[Atom, ...], certified: tuple[Atom, ...], given: Mapping[str, Node]

@@ -19,6 +19,7 @@ class Stream:
         outputs: in the order in which the sampler yields them; none for a test stream, whose sampler returns a bool.
         certified: facts about inputs and outputs that hold for what the sampler yields.
         fluents: predicates whose current facts the sampler is told.
+        optimizer: the optimizer whose :variables or :constraint it is; empty for a stream of its own.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Stream:
     outputs: tuple[Variable, ...] = ()
     certified: tuple[Atom, ...] = ()
     fluents: tuple[str, ...] = ()
+    optimizer: str = ""
 
     @property
     def is_test(self) -> bool:
@@ -84,6 +86,7 @@ class StreamFile:
         signatures: predicates that the file names and the domain does not declare.
         mentions: where streams, functions, predicates and rules ask for them or certify them.
         wild: whether it has a `:wild-stream`, which may certify anything.
+        objectives: optimizer -> the functions that it shall make small.
     """
 
     name: str
@@ -94,3 +97,4 @@ class StreamFile:
     signatures: tuple[Signature, ...] = ()
     mentions: tuple[Mention, ...] = ()
     wild: bool = False
+    objectives: tuple[tuple[str, tuple[str, ...]], ...] = ()

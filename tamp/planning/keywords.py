@@ -150,7 +150,20 @@ def _known(problem: Problem, stream_info: Mapping[str, StreamInfo]) -> Mapping[s
     for name in sorted(stream_info.keys() - names):
         if name.lower() not in names:
             _warn(f"stream_info names {name!r}, which is no stream and is ignored; {meant(name, names)}".rstrip("; "))
-    return {name: info for name, info in stream_info.items() if name.lower() in names}
+    return {name: _info(info) for name, info in stream_info.items() if name.lower() in names}
+
+
+def _info(given: Any) -> StreamInfo:
+    """What is known of a stream, which PDDLStream's own class may say."""
+    if isinstance(given, StreamInfo):
+        return given
+    overhead, odds = (getattr(given, name, None) for name in ("overhead", "p_success"))
+    return StreamInfo(
+        eager=bool(getattr(given, "eager", False)),
+        p_success=odds if isinstance(odds, int | float) else 1.0,
+        overhead=overhead if isinstance(overhead, int | float) else None,
+        defer_fn=getattr(given, "defer_fn", None),
+    )
 
 
 def search_of(planner: str) -> str:

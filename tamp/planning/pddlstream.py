@@ -8,13 +8,16 @@ plan, cost, evaluations = solution
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from itertools import count
 from math import inf
 from typing import Any
 
 from tamp.errors import DomainError
+from tamp.planning.classical import solve_from_pddl
 from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints
-from tamp.planning.problem import Solution, StreamInfo
+from tamp.planning.problem import Certificate, Solution, StreamInfo
 from tamp.planning.satisfaction import (
     Minimize,
     constraint_satisfaction,
@@ -22,14 +25,19 @@ from tamp.planning.satisfaction import (
     solve_pddlstream_satisfaction,
 )
 from tamp.planning.scripts import (
+    SEPARATOR,
     Profiler,
     create_parser,
+    dump_pddlstream,
+    flatten,
     get_args,
     get_file_path,
     get_length,
     get_prefix,
     is_plan,
     read,
+    read_pddl,
+    str_from_object,
     str_from_plan,
 )
 from tamp.planning.solve import solve
@@ -44,9 +52,11 @@ from tamp.planning.wrappers import (
     ForAll,
     Imply,
     Not,
+    OptimizerOutput,
     Or,
     Output,
     WildOutput,
+    accelerate_list_gen_fn,
     debug_samplers,
     empty_gen,
     empty_test,
@@ -66,15 +76,17 @@ from tamp.planning.wrappers import (
 )
 
 __all__ = [
-    "DEBUG", "INF", "SHARED_DEBUG", "TOTAL_COST", "WILD", "And", "Equal", "Exists", "Fact", "ForAll", "FunctionInfo",
-    "Imply", "Minimize", "Not", "Or", "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler",
-    "StreamInfo", "WildOutput", "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared",
-    "defer_unique", "dump_assignment", "empty_gen", "empty_test", "fn_from_constant", "from_constant", "from_fn",
-    "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test",
-    "get_args", "get_file_path", "get_length", "get_prefix", "is_plan", "negate_test", "never_defer",
-    "outputs_from_boolean", "print_solution", "read", "solve", "solve_abstract", "solve_adaptive", "solve_binding",
-    "solve_focused", "solve_incremental", "solve_pddlstream_satisfaction", "solve_serialized", "str_from_plan",
-    "universe_test",
+    "DEBUG", "INF", "SEPARATOR", "SHARED_DEBUG", "TOTAL_COST", "WILD", "And", "Certificate", "Equal", "Exists",
+    "Fact", "ForAll", "FunctionInfo", "Imply", "Minimize", "Not", "OptimizerInfo", "OptimizerOutput", "Or",
+    "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler", "SharedOptValue", "StreamInfo",
+    "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "constraint_satisfaction",
+    "create_parser", "debug_samplers", "defer_shared", "defer_unique", "dump_assignment", "dump_pddlstream",
+    "empty_gen", "empty_test", "flatten", "fn_from_constant", "from_constant", "from_fn", "from_gen", "from_gen_fn",
+    "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test", "get_args", "get_file_path",
+    "get_length", "get_prefix", "inf_generator", "is_plan", "negate_test", "never_defer", "outputs_from_boolean",
+    "print_solution", "read", "read_pddl", "solve", "solve_abstract", "solve_adaptive", "solve_binding",
+    "solve_focused", "solve_from_pddl", "solve_incremental", "solve_pddlstream_satisfaction", "solve_serialized",
+    "str_from_object", "str_from_plan", "universe_test",
 ]  # fmt: skip
 
 INF = inf
@@ -107,6 +119,44 @@ def FunctionInfo(opt_fn: Any = None, eager: bool = False, p_success: Any = None,
         DomainError: where a value cannot be used.
     """
     return StreamInfo(eager=eager, p_success=p_success, overhead=overhead, opt_gen_fn=opt_fn)
+
+
+def OptimizerInfo(planable: bool = False, p_success: Any = None, overhead: Any = None) -> StreamInfo:
+    """What the planner may know of an optimizer's streams; `planable` has no effect, as there.
+
+    Raises:
+        DomainError: where a value cannot be used.
+    """
+    return StreamInfo(p_success=p_success, overhead=overhead)
+
+
+class OptValue:
+    """A value that is hoped for, which PDDLStream asks functions of costs about; here they are asked of real ones."""
+
+
+UniqueOptValue = SharedOptValue = OptValue
+
+
+def add_opt_function(
+    name: str,
+    base_fn: Callable[..., float],
+    stream_map: Mapping[str, Any],
+    stream_info: Mapping[str, StreamInfo],
+    constant: float = 0.0,
+    coefficient: float = 1.0,
+    **options: Any,
+) -> tuple[dict[str, Any], dict[str, StreamInfo]]:
+    """A stream map with the function `constant + coefficient * base_fn(...)`, and infos with its lower bound.
+
+    `options` have no effect here.
+    """
+    made = {**stream_map, name: lambda *inputs: constant + coefficient * base_fn(*inputs)}
+    return made, {**stream_info, name: StreamInfo(bound=constant)}
+
+
+def inf_generator() -> Iterator[int]:
+    """0, 1, 2 and so on."""
+    return count()
 
 
 class PartialInputs:

@@ -27,6 +27,7 @@ from tamp.language import (
     parse_init,
     parse_streams,
 )
+from tamp.planning.optimizers import with_components
 from tamp.planning.report import Report
 from tamp.planning.wrappers import DEBUG, SHARED_DEBUG, Adapted, debug_samplers
 
@@ -155,6 +156,7 @@ class Problem:
         streams: stream PDDL text or file, or several; None for a problem without streams.
         samplers: stream name -> function. A stream's is a generator function that yields one output (a tuple where
             there are several; None for "nothing yet"); a test's or predicate's returns a bool, a function's a number.
+            An optimizer's name -> its procedure, see `tamp.planning.optimizers`.
             "debug" stands for samplers that give values with nothing but names, to try a domain without any;
             "shared-debug" for such values that do not depend on a stream's inputs.
         init: facts such as `("AtPose", obj, pose)` and function values `("=", ("Distance", a, b), 5.0)`.
@@ -187,6 +189,7 @@ class Problem:
             object.__setattr__(self, "samplers", debug_map(self.samplers, self.parsed_streams))
         for name in ("samplers", "info"):
             lowered = {key.lower(): value for key, value in getattr(self, name).items()}
+            lowered = with_components(self.parsed_streams, lowered) if name == "samplers" else lowered
             object.__setattr__(self, name, FrozenDict(lowered))
         check_samplers(self.parsed_streams, self.samplers, self.info)
         _ = (
@@ -242,6 +245,19 @@ class GroundAction:
         return iter((self.name, self.args))
 
 
+class Certificate(tuple[tuple[Any, ...], ...]):
+    """Facts that streams certified, by the names that PDDLStream's scripts have for them as well."""
+
+    __slots__ = ()
+
+    @property
+    def all_facts(self) -> list[tuple[Any, ...]]:
+        """All that hold at the start or were certified."""
+        return list(self)
+
+    preimage_facts = all_facts
+
+
 @dataclass(frozen=True)
 class Solution:
     """What a run of the planner found; `plan, cost, certified = solution` takes it apart.
@@ -273,4 +289,4 @@ class Solution:
 
     def __iter__(self) -> Iterator[Any]:
         """Plan, cost and certified facts, as PDDLStream's solvers return them."""
-        return iter((self.plan, self.cost, self.certified))
+        return iter((self.plan, self.cost, Certificate(self.certified)))

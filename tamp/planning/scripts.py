@@ -27,6 +27,11 @@ def read(filename: Any) -> str:
     return Path(filename).read_text(encoding="utf-8")
 
 
+def read_pddl(file: Any, filename: Any) -> str:
+    """The text of what lies beside a file."""
+    return read(get_file_path(file, filename))
+
+
 def get_file_path(file: Any, rel_path: Any) -> str:
     """The path of what lies beside a file."""
     return str(Path(file).absolute().parent / rel_path)
@@ -79,3 +84,23 @@ def get_prefix(formula: Any) -> str:
 def get_args(formula: Any) -> Any:
     """What follows the first word of a fact or formula."""
     return formula[1:]
+
+
+SEPARATOR = "\n" + 80 * "-" + "\n"
+
+
+def flatten(lists: Any) -> list[Any]:
+    """The elements of lists, in a row."""
+    return [element for each in lists for element in each]
+
+
+def str_from_object(value: Any) -> str:
+    """A value for people to read."""
+    return str(value)
+
+
+def dump_pddlstream(problem: Any) -> None:
+    """Print the initial state and the goal of a problem, as a `PDDLProblem` or six values have them."""
+    *_, init, goal = problem
+    print("Initial:", *sorted(map(str, init)), sep="\n  ")
+    print("Goal:", goal)

@@ -17,6 +17,7 @@ from functools import wraps
 from itertools import count
 from typing import Any, overload
 
+from tamp import clock
 from tamp.errors import SamplerError
 from tamp.language import FunctionStream, StreamFile
 from tamp.planning.context import Certified, Context
@@ -57,6 +58,24 @@ class WildOutput:
 
     values: Iterable[Outputs] = ()
     facts: Iterable[tuple[Any, ...]] = ()
+
+
+@dataclass(frozen=True)
+class OptimizerOutput:
+    """What an optimizer's procedure gives: assignments, tuples of values in the order of the names that it was given.
+
+    Attributes:
+        facts: what is certified besides.
+        infeasible: without effect here: sets of facts that cannot hold together.
+    """
+
+    assignments: Iterable[Outputs] = ()
+    facts: Iterable[tuple[Any, ...]] = ()
+    infeasible: Iterable[Any] = ()
+
+    def __bool__(self) -> bool:
+        """Whether there is an assignment."""
+        return bool(self.assignments)
 
 
 @dataclass(frozen=True)
@@ -166,6 +185,31 @@ def empty_gen() -> Adapted:
     return from_list_gen_fn(lambda *inputs, **fluents: iter(()))
 
 
+def accelerate_list_gen_fn(
+    generate: Callable[..., Iterable[Any]], num_elements: int = 1, max_attempts: int = 1, max_time: float = math.inf
+) -> Callable[..., Iterator[list[Outputs]]]:
+    """A generator function that yields at a time what another yields in up to `max_attempts` lists.
+
+    A list has ended where it has `num_elements`, or `max_time` [s] has passed.
+    """
+
+    def accelerated(*inputs: Any, **fluents: Any) -> Iterator[list[Outputs]]:
+        lists = iter(generate(*inputs, **fluents))
+        while True:
+            until, elements, more = clock.now() + max_time, list[Outputs](), True
+            for _ in range(max_attempts):
+                found = next(lists, None)
+                more = found is not None
+                elements += found or ()
+                if not more or len(elements) >= num_elements or clock.now() >= until:
+                    break
+            yield elements
+            if not more:
+                return
+
+    return accelerated
+
+
 def from_test(test: Callable[..., Any]) -> Adapted:
     """A function that says yes or no, for a stream without outputs."""
     return Adapted(lambda *inputs, **fluents: bool(test(*inputs, **fluents)), function=test)
@@ -208,7 +252,9 @@ def _one_by_one(generated: Iterable[Any]) -> Iterator[Any]:
     for several in generated:
         if hasattr(several, "facts"):
             facts = tuple(map(tuple, several.facts))
-            yield from (Certified(outputs, facts) for outputs in [*map(_plain, several.values)] or [None])
+            optimized = hasattr(several, "assignments")
+            made = [*map(_plain, several.assignments if optimized else several.values)] or [None]
+            yield from made if optimized and not facts else (Certified(outputs, facts) for outputs in made)
         else:
             yield from [*map(_plain, _all(several, "a list of tuples of outputs such as [(x,)]"))] or [None]
 

@@ -59,6 +59,7 @@ class Walk:
         states: item -> what holds when it is reached.
         attempt: what will be told of it.
         jumps: failed checks so far.
+        following: choice -> what an optimizer has found for it together with an earlier choice.
         surveying: whether it has failed, and the rest is looked at for further conflicts only.
     """
 
@@ -72,6 +73,7 @@ class Walk:
         self.values = Assignment()
         self.states: dict[int, State] = {0: State(knowledge.state)}
         self.attempt = Attempt()
+        self.following: dict[int, tuple[int, ...]] = {}
         self.jumps = 0
         self.surveying = False
         self._knowledge = knowledge

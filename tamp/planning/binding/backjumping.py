@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from tamp.planning.binding.assignment import Walk
 from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame, Nogood
+from tamp.planning.binding.optimizing import Optimizers
 from tamp.planning.binding.skeleton import Apply, Check, Choose, Connect, Rewind, Skeleton
 from tamp.planning.binding.transit import Mover
 from tamp.planning.binding.value_selection import Chooser
@@ -54,7 +55,8 @@ class Binder:
         self._knowledge = knowledge
         self._sampling = sampling
         self._evaluator = evaluator
-        self._chooser = Chooser(knowledge, sampling, evaluator)
+        optimizers = Optimizers(knowledge, sampling, evaluator, progress)
+        self._chooser = Chooser(knowledge, sampling, evaluator, optimizers)
         self._mover = Mover(knowledge, sampling, evaluator, connectors, deadline)
         self._forbidden = forbidden
         self._course = course

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from tamp.planning.binding.assignment import Walk
 from tamp.planning.binding.attempt import Frame, Nogood
+from tamp.planning.binding.optimizing import Optimizers
 from tamp.planning.binding.skeleton import Choose
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
@@ -18,10 +19,11 @@ from tamp.planning.sampling.stream_calls import Sampling
 class Chooser:
     """Makes the choices of a walk."""
 
-    def __init__(self, knowledge: Knowledge, sampling: Sampling, evaluator: Evaluator) -> None:
+    def __init__(self, knowledge: Knowledge, sampling: Sampling, evaluator: Evaluator, optimizers: Optimizers) -> None:
         self._knowledge = knowledge
         self._sampling = sampling
         self._evaluator = evaluator
+        self._optimizers = optimizers
 
     def choose(self, walk: Walk, position: int, item: Choose, fresh: bool) -> set[int] | None:
         """Choose the next value; None where there is one, otherwise the choices to blame."""
@@ -41,7 +43,9 @@ class Chooser:
                 walk.note(position, item.step, f"{self._knowledge.objects.text(fact)} does not hold")
                 frame.culprits[instance] = None
                 return set(frame.conflict)
-        outputs = self._next(walk, frame, instance, item, state)
+        outputs = self._optimised(walk, position, fresh, instance)
+        if outputs is None:
+            outputs = self._next(walk, frame, instance, item, state)
         if outputs is None:
             frame.culprits[instance] = None
             reason, causes = instance.main_reason
@@ -54,6 +58,16 @@ class Chooser:
         walk.values.take(position, template.placeholders, outputs)
         walk.states[position + 1] = state
         return None
+
+    def _optimised(self, walk: Walk, position: int, fresh: bool, instance: Instance) -> tuple[int, ...] | None:
+        """What an optimizer has found for a choice together with others; None where it is to be drawn by itself."""
+        if not instance.external.optimizer:
+            return None
+        if position in walk.following:
+            outputs = walk.following[position] if fresh else None
+        else:
+            outputs = self._optimizers.propose(walk, position)
+        return outputs if outputs in instance.results else None
 
     def _next(self, walk: Walk, frame: Frame, instance: Instance, item: Choose, state: State) -> tuple[int, ...] | None:
         """The next value of a choice: one that was sampled before, or a new one.

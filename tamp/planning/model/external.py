@@ -16,6 +16,7 @@ class External:
         domain: what must hold whatever actions do, before it is called.
         awaited: the rest of its domain, which actions may bring: what it certifies holds while this does.
         guarded: what the file says that it certifies, where axioms derive that.
+        optimizer: whose part it is; empty for a stream of its own.
     """
 
     name: str
@@ -28,6 +29,7 @@ class External:
     is_predicate: bool = False
     awaited: tuple[Pattern, ...] = ()
     guarded: tuple[Pattern, ...] = ()
+    optimizer: str = ""
 
     @property
     def is_test(self) -> bool:

@@ -163,7 +163,9 @@ class Schema:
             return External(stream.name, inputs, domain, (), ((stream.name, *inputs),), (), info, is_predicate=True)
         outputs = tuple(v.name for v in stream.outputs)
         certified = tuple(map(self._pattern, stream.certified))
-        return External(stream.name, inputs, domain, outputs, certified, stream.fluents, info)
+        return External(
+            stream.name, inputs, domain, outputs, certified, stream.fluents, info, optimizer=stream.optimizer
+        )
 
     def _tests(self) -> dict[str, tuple[External, ...]]:
         generated = {str(p[0]) for e in self.externals.values() if not e.is_test for p in e.certified}

@@ -16,7 +16,11 @@ from tamp.planning.sampling.stream_calls import Sampling
 
 
 class Truth:
-    """Whether facts hold that actions do not change: asks the tests that decide them."""
+    """Whether facts hold that actions do not change: asks the tests that decide them.
+
+    Attributes:
+        hoped: what is taken to hold for the moment.
+    """
 
     def __init__(self, knowledge: Knowledge, sampling: Sampling, given: Callable[[Fact], bool]) -> None:
         """`given`: whether a domain fact of a test holds."""
@@ -24,10 +28,11 @@ class Truth:
         self._sampling = sampling
         self._schema = knowledge.schema
         self._given = given
+        self.hoped: Collection[Fact] = ()
 
     def __call__(self, fact: Fact) -> bool:
         """Whether a fact holds; asks the tests that decide it."""
-        if fact in self._knowledge.real:
+        if fact in self._knowledge.real or fact in self.hoped:
             return True
         if fact in self._knowledge.refuted:
             return False
@@ -177,6 +182,7 @@ class Evaluator:
         for axiom in self._schema.axioms:
             self._axioms.setdefault(str(axiom.head[0]), []).append(axiom)
         self._orders: dict[tuple[int, frozenset[str]], Lookups] = {}
+        self._assumed: dict[Fact, None] = {}
         self.truth = Truth(knowledge, sampling, self.given)
 
     def given(self, fact: Fact) -> bool:
@@ -184,6 +190,21 @@ class Evaluator:
         if fact[0] in self._schema.derived | self._schema.state_tests.keys():
             return fact in self._knowledge.real or self.support(fact, State(self._knowledge.state)) is not None
         return fact in self._knowledge.state or self.truth(fact)
+
+    def assumed(self, fact: Fact, positive: bool, state: State, hoped: Collection[Fact]) -> tuple[Fact, ...]:
+        """The facts that tests of placeholders have yet to certify for a ground literal to hold in a state.
+
+        `hoped`: what streams will have certified of placeholders by then.
+        """
+        if positive and fact[0] not in self._axioms:
+            return (fact,)
+        self._assumed.clear()
+        self.truth.hoped = hoped
+        try:
+            self.violation(fact, positive, state)
+        finally:
+            self.truth.hoped = ()
+        return tuple(self._assumed)
 
     def support(self, fact: Fact, state: State) -> Support | None:
         """Facts that make a ground atom true in a state, or None where it is false."""
@@ -336,6 +357,7 @@ class Evaluator:
             if fact in self._knowledge.real:
                 return None
             if fact[0] in self._schema.tests and not all(map(self._knowledge.objects.is_real, fact[1:])):
+                self._assumed[fact] = None
                 return None  # not bound yet: assumed in the plan's favour
             if self.support(fact, state) is not None:
                 return None

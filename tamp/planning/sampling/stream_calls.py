@@ -130,7 +130,7 @@ class Sampling:
     def __init__(self, knowledge: Knowledge, seed: int, deadline: float) -> None:
         self._knowledge = knowledge
         self._problem = knowledge.schema.problem
-        self._seed = seed
+        self.seed = seed
         self.deadline = deadline
         names = (*knowledge.schema.externals, *knowledge.schema.functions)
         self._counts = {name: Count() for name in names}
@@ -189,11 +189,11 @@ class Sampling:
             def rng() -> np.random.Generator:
                 keys = [objects.key(h) for h in instance.inputs]
                 keys += [" ".join((f[0], *map(objects.key, f[1:]))) for f in instance.fluents]
-                return generator_for(self._seed, instance.external.name, keys)
+                return generator_for(self.seed, instance.external.name, keys)
 
             facts = tuple(map(objects.values_of, instance.fluents))
             fluents = facts if instance.external.fluents else None
-            instance.context = Context(self._problem.scene, rng, self.deadline, fluents, self._seed)
+            instance.context = Context(self._problem.scene, rng, self.deadline, fluents, self.seed)
         return instance.context
 
     def _call(self, instance: Instance, context: Context) -> Any:
@@ -220,9 +220,9 @@ class Sampling:
         except (KeyboardInterrupt, SamplerError):
             raise
         except BaseException as error:
-            raise self._told(name, instance.inputs, error) from (None if isinstance(error, TimeUp) else error)
+            raise self.told(name, instance.inputs, error) from (None if isinstance(error, TimeUp) else error)
 
-    def _told(self, name: str, inputs: tuple[int, ...], error: BaseException) -> BaseException:
+    def told(self, name: str, inputs: tuple[int, ...], error: BaseException) -> BaseException:
         """What a sampler raised, or that it was interrupted, in a sentence that names it."""
         sampler, shown = self._problem.samplers[name], ", ".join(map(self._knowledge.objects.name, inputs))
         if not isinstance(error, TimeUp):
@@ -287,19 +287,23 @@ class Sampling:
             objects, counter = self._knowledge.objects, self._counts[name]
             keys = [objects.key(handle) for handle in inputs]
             context = Context(
-                self._problem.scene, lambda: generator_for(self._seed, name, keys), self.deadline, seed=self._seed
+                self._problem.scene, lambda: generator_for(self.seed, name, keys), self.deadline, seed=self.seed
             )
             try:
                 with counter.calling():
                     value = self._problem.samplers[name](context, *map(objects.value, inputs))
             except (Exception, TimeUp) as error:
-                raise self._told(name, inputs, error) from (None if isinstance(error, TimeUp) else error)
+                raise self.told(name, inputs, error) from (None if isinstance(error, TimeUp) else error)
             try:
                 self.function_values[key] = function_value(name, value)
             except SamplerError as error:
                 raise faults.unfit(error, self._problem.samplers[name]) from None
             counter.successes += 1
         return self.function_values[key]
+
+    def counted(self, name: str) -> Count:
+        """The calls of a stream."""
+        return self._counts[name]
 
     def report(self) -> tuple[StreamReport, ...]:
         """The counts of each stream, in the order of the file."""

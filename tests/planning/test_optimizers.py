@@ -1,0 +1,115 @@
+"""Optimizers: what their procedures are asked, one by one and for a whole plan, and what comes of the answers."""
+
+import numpy as np
+import pytest
+
+from benchmarks.pddlstream_more import OPTIMIZER, fit, optimised
+from benchmarks.pddlstream_shapes import SHELF
+from tamp.errors import SamplerError
+from tamp.planning import Problem, solve
+from tamp.planning.pddlstream import OptimizerOutput, from_fn, from_gen_fn, from_stream_map
+from tests.planning.test_problems import check
+
+LINE = {"floor": (-10.0, 10.0), "goal": (5.0, 10.0)}
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding", "focused"])
+@pytest.mark.parametrize(("starts", "goals"), [([0.0, -3.0], {"A": "goal", "B": "goal"}), ([0.0, 7.5], {"A": "goal"})])
+def test_one_answer_for_all_that_constraints_tie_together(algorithm, starts, goals):
+    """Alone, each block would be put at the same place: only together there is room for both.
+
+    The algorithm "incremental" asks for each alone.
+    """
+    problem = optimised(starts, goals, LINE)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+
+
+def recorded(procedure, asked):
+    def solve(outputs, facts, hint=None):
+        asked.append((tuple(outputs), tuple(facts)))
+        yield procedure(outputs, facts)
+
+    return from_gen_fn(solve)
+
+
+POINTS = """
+(define (domain points)
+  (:predicates (Thing ?x) (At ?x ?p) (Apart ?p ?q) (Placed ?x ?p) (Done))
+  (:functions (Far ?p))
+  (:action place :parameters (?x ?p) :precondition (At ?x ?p)
+    :effect (and (Placed ?x ?p) (increase (total-cost) (Far ?p))))
+  (:action finish
+    :parameters (?p ?q) :precondition (and (Placed a ?p) (Placed b ?q) (Apart ?p ?q)) :effect (Done)))
+"""
+
+POINTS_STREAMS = """
+(define (stream points)
+  (:function (Far ?p) (Point ?p))
+  (:optimizer choose
+    (:variables (?p) :inputs (?x) :domain (Thing ?x) :graph (and (At ?x ?p) (Point ?p)))
+    (:constraint (Apart ?p ?q) :necessary (and (Point ?p) (Point ?q)))
+    (:objective Far)))
+"""
+
+
+def points(procedure):
+    domain = POINTS.replace("(:predicates", "(:constants a b) (:predicates")
+    stream_map = {"choose": procedure, "Far": lambda p: float(p)}
+    init = [("Thing", "a"), ("Thing", "b")]
+    return Problem(domain, POINTS_STREAMS, from_stream_map(stream_map), init, ("Done",))
+
+
+def test_it_is_told_names_facts_of_them_and_what_shall_be_small():
+    asked = []
+    problem = points(recorded(lambda outputs, facts: tuple(range(1, len(outputs) + 1)), asked))
+    solution = solve(problem, timeout=10.0)
+    check(problem, solution)
+    outputs, facts = next(question for question in asked if len(question[0]) == 2)
+    p, q = outputs
+    assert set(facts) == {
+        ("at", "a", p), ("point", p), ("at", "b", q), ("point", q), ("apart", p, q), ("minimize", ("far", p)),
+        ("minimize", ("far", q)),
+    } or set(facts) == {
+        ("at", "a", q), ("point", q), ("at", "b", p), ("point", p), ("apart", q, p), ("minimize", ("far", p)),
+        ("minimize", ("far", q)),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("give", [lambda o: OptimizerOutput([o]), lambda o: o])
+def test_answers_in_either_form(give):
+    problem = points(from_fn(lambda outputs, facts, hint: give(tuple(range(len(outputs))))))
+    solution = solve(problem, timeout=10.0)
+    check(problem, solution)
+
+
+def test_that_it_has_no_answer_proves_nothing():
+    problem = points(from_fn(lambda outputs, facts, hint: OptimizerOutput(infeasible=[facts])))
+    solution = solve(problem, timeout=10.0)
+    assert (solution.plan, solution.status) == (None, "failed")
+
+
+def test_answers_of_another_number():
+    problem = points(from_fn(lambda outputs, facts, hint: (1, 2, 3) if len(outputs) == 2 else (1,)))
+    with pytest.raises(SamplerError, match=r"optimizer 'choose': expected one value for each of \?o0, \?o1"):
+        solve(problem, timeout=10.0)
+
+
+def test_an_optimizer_without_procedure():
+    with pytest.raises(SamplerError, match="optimizer 'fit' has no procedure; given are: plan-path"):
+        Problem(SHELF, OPTIMIZER, from_stream_map({"plan-path": from_fn(lambda a, b: (1,))}), [], ("Empty", 0))
+
+
+def test_debug_samplers_stand_for_its_streams():
+    problem = points(from_fn(lambda outputs, facts, hint: None))
+    problem = Problem(problem.domain, POINTS_STREAMS, "debug", problem.init, ("Done",))
+    assert solve(problem, timeout=10.0).solved
+
+
+def test_the_procedure_of_the_benchmark_says_no():
+    regions = {"narrow": (0.0, 1.5)}
+    facts = (("pose", "A", "?p"), ("within", "A", "?p", "narrow"))
+    assert list(fit(regions).sampler(("?p",), facts, hint={})) == [None]
+    wide = list(fit({"wide": (0.0, 5.0)}).sampler(("?p",), (("within", "A", "?p", "wide"),), hint={}))
+    assert np.allclose(wide[0], [1.0, 0.0])
