@@ -12,6 +12,7 @@ import numpy as np
 from tamp.streams.affordances.friction_cones import sliding_share
 from tamp.streams.collisions import CONTACT_DEPTH, touched
 from tamp.streams.motion.paths import kept_from
+from tamp.streams.motion.payload import Carried
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Attachment, Move, Trajectory
@@ -23,6 +24,7 @@ from tamp.world.timing.time_parametrization import stretched, time_free_path
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+SLOWER = (1.3, 1.6, 2.0, 3.0, 5.0)  # times as long a motion takes where fingers would not hold what they carry
 SPARED = 0.9  # share of what slows down what slides that the hand that pushes it may slow down by
 CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
 
@@ -108,10 +110,19 @@ class Timing:
         timed = time_free_path(path, self._world.robot.spec, checker, speed=speed)
         if timed.trajectory is None:
             raise NotFree(f"{phase}: {timed.reason}")
+        trajectory = timed.trajectory if held is None else self._gently(timed.trajectory, held, opening)
         contacts = {("robot", touching)} if touching is not None else set()
         if near_support and held is not None:
             contacts |= {(held.object, other) for other in (TABLE, *self._poses)}
-        return Move(phase, timed.trajectory, opening, held, frozenset(contacts))
+        return Move(phase, trajectory, opening, held, frozenset(contacts))
+
+    def _gently(self, trajectory: Trajectory, held: Attachment, opening: float) -> Trajectory:
+        """The motion, so slow that what is held does not slip or swing in the fingers, if that helps."""
+        carried = Carried(self._workspace, held.object, held.T_tool_object.matrix, opening)
+        for slower in (1.0, *SLOWER):
+            if carried.held_throughout(motion := stretched(trajectory, slower)):
+                return motion
+        return trajectory
 
     def _beside(self, phase: str, path: NDArray[np.float64], held: Attachment) -> dict[str, float]:
         """How near what is lifted or lowered may come to what it touches where it rests [m]."""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
 GRAVITY = 9.81  # [m/s^2]
+LIFTED = 0.85  # share of what friction carries that can still be set in motion
 
 
 class Squeezed:
@@ -85,10 +86,10 @@ class Squeezed:
 def too_heavy(workspace: Workspace, obj: str) -> str | None:
     """Why friction carries an object in no grasp, in words; None where it does in some."""
     item, gripper = workspace.task.object(obj), workspace.world.robot.spec.gripper
-    weight, carries = GRAVITY * item.mass, 2 * PAD_FRICTION * item.friction * gripper.force
+    weight, carries = GRAVITY * item.mass, LIFTED * 2 * PAD_FRICTION * item.friction * gripper.force
     if weight <= carries:
         return None
-    return f"{obj} weighs {weight:.1f} N, the fingers carry {carries:.1f} N by friction"
+    return f"{obj} weighs {weight:.1f} N, fingers carry {carries:.1f} N about by friction"
 
 
 @compiled

@@ -103,7 +103,7 @@ def _path(workspace: Workspace, reach: Reach, way: Way) -> tuple[Array | None, s
         if path is None:
             return None, ""
         T_tool_object = reach.grasp.T_object_tool.inverse().matrix
-        if (heavy := lift_too_heavy(workspace, reach.object, T_tool_object, path)) is not None:
+        if (heavy := lift_too_heavy(workspace, reach.object, T_tool_object, reach.grasp.width, path)) is not None:
             return None, heavy
         contact = lift_contact(workspace, reach.object, reach.grasp, path, {})
         return (path, "") if contact is None else (None, told(contact))

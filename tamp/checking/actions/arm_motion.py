@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.actions import dynamics
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
@@ -68,6 +69,8 @@ def check_move(
         report("limits", TOO_WILD.format(move.phase))
     elif state.held is not None:
         _check_load(scene, state.held.object, move, found, report)
+        for sentence in dynamics.loosened(scene, state.held, move, found.times):
+            report("grasp", sentence, bodies=(state.held.object,))
     met = set[str]()
     for time, touch in () if found is None else collisions(scene, state, move, found, allow):
         met.update(touch.bodies)

@@ -46,6 +46,7 @@ from tests.checking.mutations.margins import (
     still_squeezed,
     too_heavy,
     too_heavy_for_the_arm,
+    too_heavy_to_hurry,
     twist,
 )
 from tests.checking.mutations.motions import (
@@ -144,6 +145,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     twist: ("release",),
     too_heavy: ("grasp",),
     too_heavy_for_the_arm: ("limits",),
+    too_heavy_to_hurry: ("grasp",),
     goal_missed: ("goal",),
     stop_early: ("goal",),
     closed_fingers: ("collision",),

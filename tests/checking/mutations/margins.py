@@ -135,3 +135,13 @@ def too_heavy_for_the_arm(task: Task, plan: Plan, rng: np.random.Generator) -> P
     name, friction, force = step_at(plan, where).attachment.object, 50.0, load_robot(task.robot).gripper.force
     mass = rng.uniform(0.3, 0.9) * 2 * PAD_FRICTION * friction * force / 9.81
     return changed(task, name, mass=mass, friction=friction), plan
+
+
+def too_heavy_to_hurry(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Friction carries what is lifted as long as the arm stands still, and no more."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    thing = task.object(step_at(plan, where).attachment.object)
+    mass = rng.uniform(0.96, 0.99) * 2 * PAD_FRICTION * thing.friction * load_robot(task.robot).gripper.force / 9.81
+    return changed(task, thing.name, mass=mass), plan

@@ -15,6 +15,7 @@ import numpy as np
 from tamp.task import Box, Fall, Grip, Move, Plan, Pose, Release, Step, Task
 from tests.checking.oracle.bodies import body_of, tool_at
 from tests.checking.oracle.bookkeeping import bookkeeping
+from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.stacks import toppling
@@ -100,6 +101,7 @@ def _carried_out(world: World, step: Step, toppling: bool) -> str | None:
         return fall(world, step, TOPPLED if toppling else FALLEN)
     text = (topple if toppling else push)(world, step)
     arrive(world, step)
+    text = text or jerked_out(world, step)
     if world.held is not None and text is None:
         name, T = world.held
         weight = np.array([0.0, 0.0, -9.81 * world.task.object(name).mass])

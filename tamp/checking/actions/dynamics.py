@@ -1,0 +1,73 @@
+"""Do the fingers hold an object all along a motion, against its weight and what speeds it up and slows it down?
+
+Force and moment that friction holds at once lie within an ellipsoid about (Howe and Cutkosky, International Journal of
+Robotics Research 15(6), 1996). Pads are taken to press evenly.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.robot.cubic import interpolate
+from tamp.checking.scene import GRAVITY, Scene
+from tamp.task.robot import PAD_FRICTION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.task.plan import Attachment, Move, Trajectory
+
+    Array = NDArray[np.float64]
+
+ACROSS = 41
+"""Places across a pad that stand for all of it."""
+PERIOD = 0.005
+"""Between two looks at how fast something moves, at least [s]."""
+
+
+def loosened(scene: Scene, held: Attachment, move: Move, times: Array) -> Iterator[str]:
+    """Why an object would slip in fingers that press with all their force, as the arm moves.
+
+    Args:
+        scene: the world.
+        held: what is held, and where in the hand.
+        move: the motion.
+        times: when it is looked at, so often that nothing moves far in between, shape (n,) [s].
+    """
+    tree, gripper, thing = scene.links.tree, scene.links.tree.spec.gripper, scene.task.object(held.object)
+    moments = _spaced(move.trajectory, times)
+    tools = tree.tool(interpolate(move.trajectory, moments))
+    center = scene.center_of_mass(held.object, held.T_tool_object.matrix)
+    lever = center - (0.0, 0.0, tree.pad_depth(move.opening))
+    speeding = _accelerations(tools[:, :3, :3] @ center + tools[:, :3, 3], moments)
+    forces = thing.mass * (speeding + np.array([0.0, 0.0, GRAVITY]))
+    axes, turns = (tools[:, :3, :3] @ part for part in (np.array(gripper.axis), np.cross(gripper.axis, lever)))
+    pulled = np.linalg.norm(forces - (forces * axes).sum(axis=1)[:, None] * axes, axis=1)
+    turned = np.abs((forces * turns).sum(axis=1))
+    most = 2 * PAD_FRICTION * thing.friction * gripper.force
+    x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, ACROSS) for side in gripper.pad[1:]))
+    resisted = most * float(np.hypot(x, y).mean())
+    worst = int(((pulled / most) ** 2 + (turned / resisted) ** 2).argmax())
+    if (pulled[worst] / most) ** 2 + (turned[worst] / resisted) ** 2 > 1.0:
+        asked = f"a {move.phase} motion pulls by {pulled[worst]:.1f} N and turns it by {turned[worst]:.2f} N m"
+        yield f"{held.object} slips in the fingers: {asked}, friction holds {most:.1f} N or {resisted:.2f} N m"
+
+
+def _spaced(trajectory: Trajectory, times: Array) -> Array:
+    """Times at least a period apart, wherever it is looked at, from the start to the end, shape (n,) [s]."""
+    end = trajectory.duration
+    spaced = PERIOD * np.unique(np.floor(times / PERIOD))
+    return np.append(spaced[spaced < end - PERIOD / 2], end) if end > PERIOD else np.array([0.0, end])
+
+
+def _accelerations(path: Array, times: Array) -> Array:
+    """How a point (n, 3) that begins and ends at rest is accelerated at each time, shape (n, 3) [m/s^2]."""
+    still, dt = np.zeros((1, 3)), np.diff(times)
+    rates = np.concatenate([still, np.diff(path, axis=0) / dt[:, None], still])
+    between = np.concatenate([dt[:1] / 2, (dt[1:] + dt[:-1]) / 2, dt[-1:] / 2])
+    found: Array = np.diff(rates, axis=0) / between[:, None]
+    return found

@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tamp.checking import check
+from tamp.task import Action, At, Attachment, Box, Grip, Move, Object, Plan, Pose, Release, Task, Trajectory
+from tests.checking.handmade import DOWN, OPEN, Hand, above, two_boxes
+
+UPRIGHT = Pose((0.05, -0.2, 0.13))
+
+
+def said(task, plan):
+    return " ".join(problem.sentence for problem in check(task, plan).problems)
+
+
+def weighing(task, mass):
+    return replace(task, objects=tuple(replace(o, mass=mass) if o.name == "red" else o for o in task.objects))
+
+
+def slowed(plan, factor):
+    """The plan with all its motions so many times as long."""
+
+    def slower(step):
+        if not isinstance(step, Move):
+            return step
+        t = step.trajectory
+        return replace(step, trajectory=Trajectory(t.times * factor, t.positions, t.velocities / factor))
+
+    return replace(plan, actions=tuple(replace(a, steps=tuple(map(slower, a.steps))) for a in plan.actions))
+
+
+def test_what_friction_hardly_carries_is_not_hurried():
+    task, plan = two_boxes()
+    assert check(weighing(task, 4.0), plan).accepted
+    heavy = weighing(task, 6.5)
+    assert "red slips in the fingers: a lift motion" in said(heavy, plan)
+    assert "slips" not in said(heavy, slowed(plan, 4.0))
+
+
+def turned_level(mass):
+    """A bar that is gripped near its top, turned until it is nearly level in the hand, and back."""
+    bar = Object("red", Box((0.03, 0.03, 0.26)), UPRIGHT, At(UPRIGHT), mass=mass)
+    hand, grip = Hand(two_boxes()[1].home), Pose((0.0, 0.0, 0.11), DOWN)
+    held, tool = Attachment("red", grip.inverse()), UPRIGHT @ grip
+    touching = frozenset({("robot", "red"), ("red", "table")})
+    level = Pose((0.05, -0.2, 0.45), DOWN) @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -1.3, 0.0))
+    to, reach = hand.free(above(tool)), hand.line(tool)
+    up, over, back = hand.line(above(tool, 0.2)), hand.free(level), hand.free(above(tool, 0.2))
+    down, away = hand.line(tool), hand.line(above(tool))
+    lift = Move("lift", up, 0.03, held, touching)
+    lower = Move("lower", down, 0.03, held, touching)
+    ways = (Move("transfer", over, 0.03, held), Move("transfer", back, 0.03, held))
+    actions = (
+        Action("move", (), (Move("transit", to, OPEN),)),
+        Action("pick", ("red",), (Move("approach", reach, OPEN, contacts=touching), Grip(held, 0.03), lift)),
+        Action("move", ("red",), ways),
+        Action("place", ("red",), (lower, Release("red", UPRIGHT, OPEN), Move("retreat", away, OPEN))),
+    )
+    return Task("bar", (bar,)), Plan(
+        "bar", "panda", 0, {"red": UPRIGHT}, two_boxes()[1].home, {"red": UPRIGHT}, actions
+    )
+
+
+@pytest.mark.parametrize(("mass", "held"), [(0.3, True), (1.5, False)])
+def test_what_hangs_from_the_hand_is_not_turned_level_where_it_would_swing_down(mass, held):
+    task, plan = turned_level(mass)
+    found = [problem for problem in check(task, plan).problems if "red slips in the fingers" in problem.sentence]
+    assert (not found) == held
+    assert {problem.action for problem in found} <= {2}
+
+
+def test_a_spike_of_acceleration_is_seen_after_hours_of_rest():
+    task, plan = two_boxes()
+    heavy, lift = weighing(task, 6.5), plan.actions[1].steps[-1]
+    t = lift.trajectory
+    waited = Trajectory(
+        np.concatenate([[0.0], t.times + 1e4]),
+        np.concatenate([t.positions[:1], t.positions]),
+        np.concatenate([t.velocities[:1], t.velocities]),
+    )
+    steps = (*plan.actions[1].steps[:-1], replace(lift, trajectory=waited))
+    later = replace(plan, actions=(plan.actions[0], replace(plan.actions[1], steps=steps), *plan.actions[2:]))
+    assert "red slips in the fingers: a lift motion" in said(heavy, later)

@@ -1,0 +1,35 @@
+"""Does friction carry what the hand holds, as fast as the arm moves?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tamp.task import Move
+from tests.checking.oracle.bodies import robot, tool_at
+from tests.checking.oracle.world import World
+
+EVERY = 0.01  # between two looks [s]
+SLIPS = 1.04  # so many times what friction carries is too much
+
+
+def jerked_out(world: World, move: Move) -> str | None:
+    """Why what is held slips out of the fingers during a motion, or None."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    if world.held is None:
+        return None
+    name, T = world.held
+    thing, gripper = world.task.object(name), robot()[0].gripper
+    carried = 2 * thing.friction * gripper.force
+    if thing.mass * 9.81 < 0.5 * carried:
+        return None
+    t = move.trajectory
+    curve = CubicHermiteSpline(t.times, t.positions, t.velocities)
+    tools = np.array([tool_at(q) for q in curve(np.arange(0.0, t.times[-1], EVERY))])
+    middle = world.bodies[name].center if thing.inertia is None else np.array(thing.inertia.frame.xyz)
+    path = tools[:, :3, 3] + tools[:, :3, :3] @ (T[:3, :3] @ middle + T[:3, 3])
+    if len(path) < 3:
+        return None
+    pulls = thing.mass * (np.diff(path, n=2, axis=0) / EVERY**2 + np.array([0.0, 0.0, 9.81]))
+    across = np.cross(pulls, tools[1:-1, :3, :3] @ gripper.axis)
+    return f"{name} slips out of the fingers" if np.linalg.norm(across, axis=1).max() > SLIPS * carried else None
