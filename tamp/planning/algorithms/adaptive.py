@@ -240,7 +240,7 @@ def _expand(session: Session) -> None:
     Raises:
         Ended: where there is nothing to draw any more.
     """
-    if not _sample(session):
+    if not _sample(session) and not session.be_exact():
         _conclude(session, proven=session.lessons.proofs and not session.schema.undecided)
 
 

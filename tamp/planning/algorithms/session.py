@@ -129,7 +129,7 @@ class Session:
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
         self.searching = 0
         self._skeletons: dict[tuple[tuple[int, ...], ...], Skeleton] = {}
-        builder = TaskBuilder(
+        self._builder = TaskBuilder(
             self.knowledge,
             lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
             self.costs.of_operator,
@@ -140,7 +140,7 @@ class Session:
             frozen,
         )
         self.symbolic = SymbolicSearch(
-            self.schema, self.knowledge, self.evaluator, self.grounder, builder, self._search
+            self.schema, self.knowledge, self.evaluator, self.grounder, self._builder, self._search
         )
 
     def begin(self, known: Known | None = None) -> None:
@@ -192,11 +192,12 @@ class Session:
             frozen: objects of which no action may delete a fact that has them as its first argument.
         """
         self.schema.goal = goal
-        rounds, lessons = self.rounds.count, self.lessons
+        rounds, lessons, exact = self.rounds.count, self.lessons, self._builder.exact
         self.sampling.continue_until(started + options.timeout)
         self._prepare(options, started, frozen)
         self.rounds.count = rounds
         self.lessons.blames, self.lessons.proofs = lessons.blames, lessons.proofs
+        self.lessons.guessed = lessons.guessed or exact
         for pattern in goal.positive + goal.negative:
             for term in pattern[1:]:
                 self.knowledge.give(("object", term))
@@ -315,6 +316,12 @@ class Session:
         if attempt.steps is None and self.lessons.unexplained >= 3 and self.few_values():
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
+
+    def be_exact(self) -> bool:
+        """Let what was guessed of streams with fluents bar them no longer; whether anything was."""
+        guessed, self.lessons.guessed = self.lessons.guessed and not self._builder.exact, False
+        self._builder.exact |= guessed
+        return guessed
 
     def check_surprises(self) -> None:
         """Begin again with every stream where one has certified more than it promises, and some were left out.

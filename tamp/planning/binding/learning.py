@@ -29,7 +29,9 @@ class Lessons:
     Attributes:
         tried: the skeletons that were tried, in order.
         blames: value -> why moves to it failed.
-        proofs: whether everything that bars a plan is certain.
+        proofs: whether everything that bars a plan is certain, but for what is guessed.
+        guessed: whether streams with fluents failed for no named reason: that any state with these fluents bars them,
+            and others besides, is a guess.
         failed_moves: how many moves between actions failed.
         unexplained: how many of them for no named reason.
     """
@@ -38,6 +40,7 @@ class Lessons:
         self.tried: dict[Skeleton, Trial] = {}
         self.blames: dict[int, Blame] = {}
         self.proofs = True
+        self.guessed = False
         self.failed_moves = 0
         self.unexplained = 0
         self._knowledge = knowledge
@@ -54,9 +57,9 @@ class Lessons:
         for nogood in attempt.nogoods:
             template = self._knowledge.instance(nogood.external, nogood.inputs)
             facts = tuple(f for f in nogood.facts if f[0] not in self._knowledge.schema.shown)
-            self.proofs &= nogood.named
+            self.guessed |= not nogood.named
             self._knowledge.version += facts not in template.nogoods
-            template.nogoods[facts] = None
+            template.nogoods[facts] = template.nogoods.get(facts, False) or nogood.named
         for move in attempt.moves:
             self.failed_moves += 1
             self.unexplained += not move.facts

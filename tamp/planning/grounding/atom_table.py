@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from tamp.planning.grounding.ground_task import TaskEffect
 from tamp.planning.grounding.operators import GroundEffect
@@ -45,11 +45,13 @@ class Numbering:
         free = (not p and self._reached.isdisjoint(n) for p, n in self._bodies.get(fact, ()))
         return self._knowledge.usable(fact) or any(free)
 
-    def nogood(self, facts: tuple[Fact, ...]) -> Fact:
-        """A derived atom that holds where all of some facts do."""
-        head = (NOGOOD, *facts)
-        self._reached.add(head)
-        self._bodies[head] = [(facts, ())] if all(f in self._reached for f in facts) else []
+    def nogood(self, facts: tuple[Fact, ...], alone: Collection[str] = ()) -> Fact:
+        """A derived atom that holds where all of some facts do, and no other facts of the predicates `alone`."""
+        head = (NOGOOD, *facts, *alone)
+        if head not in self._bodies:
+            others = tuple(sorted(f for f in self._reached if f[0] in alone and f not in facts)) if alone else ()
+            self._bodies[head] = [(facts, others)] if all(f in self._reached for f in facts) else []
+            self._reached.add(head)
         return head
 
     def known(self, fact: Fact) -> bool:

@@ -102,7 +102,11 @@ PLACE = "@place"
 
 
 class TaskBuilder:
-    """Builds ground tasks; knows what holds in the initial state and what shall hold in the end."""
+    """Builds ground tasks; knows what holds in the initial state and what shall hold in the end.
+
+    Attributes:
+        exact: whether a stream with fluents that failed for no named reason is barred only where it is told the same.
+    """
 
     def __init__(
         self,
@@ -123,6 +127,7 @@ class TaskBuilder:
         self._course = course
         self._forbidden = forbidden
         self._frozen = frozen
+        self.exact = False
 
     def build(
         self,
@@ -163,7 +168,13 @@ class TaskBuilder:
         number = Numbering(state, reached, bodies, knowledge)
         ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moving.fluent)
         wanted = number.literals(ends, goal[1])
-        if wanted is None or not all(f in reached for f in ends if not number.true(f)):
+        follows = any(
+            set(bodies[f]) <= set(bodies.get(g, ()))
+            for f in ends
+            if f in bodies and not number.true(f)
+            for g in goal[1]
+        )
+        if wanted is None or follows or not all(f in reached for f in ends if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
         made = [t for op in live for t in self._operators(op, number, blames, novel, moving)]
         made, wanted = self._on_course(made, wanted, number)
@@ -284,7 +295,11 @@ class TaskBuilder:
     def _operators(
         self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool, moves: Moves
     ) -> Iterable[TaskOperator]:
-        barred = [number.nogood(facts) for instance in op.needs for facts in instance.nogoods]
+        barred = [
+            number.nogood(facts, () if named or not self.exact else instance.external.fluents)
+            for instance in op.needs
+            for facts, named in instance.nogoods.items()
+        ]
         positive = (*op.positive, *moves.wanted(op))
         literals = number.literals(positive, (*op.negative, *barred))
         if literals is None:

@@ -51,7 +51,8 @@ class Instance:
         failures: attempts to bind a plan that blamed it.
         exhausted: whether it has ended.
         gave_up: whether it said that its end is no proof that there is nothing more.
-        nogoods: for a stream with fluents, sets of facts in which it has nothing to give.
+        nogoods: for a stream with fluents, sets of facts in which it has nothing to give, each with whether its sampler
+            said that they are why; otherwise they are all that it was told.
         record: how calls went, shared by all instances whose inputs came from the same streams.
     """
 
@@ -66,7 +67,7 @@ class Instance:
     reasons: dict[tuple[str, tuple[Fact, ...]], int] = field(default_factory=dict)
     activated: set[int] = field(default_factory=set)
     failures: int = 0
-    nogoods: dict[tuple[Fact, ...], None] = field(default_factory=dict)
+    nogoods: dict[tuple[Fact, ...], bool] = field(default_factory=dict)
     record: Record = field(default_factory=Record)
     calls: int = 0
     exhausted: bool = False

@@ -62,6 +62,22 @@ def test_what_is_simplified_in_the_search_does_not_bar_a_proof(seed, features, a
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize(
+    ("seed", "features"),
+    [(7700358, {"told"}), (7720303, {"effects", "functions", "told"}), (7710994, {"exogenous", "functions"})],
+)
+def test_what_is_proven_of_tests_told_the_state_and_of_goals_that_follow_from_what_must_not_be(
+    seed, features, algorithm
+):
+    """A test that names no reason was taken to fail wherever more holds than it was told, and nothing was proven then.
+
+    In the last of them the goal wants `(e tc)` and not `(e ta)`, which are defined alike.
+    """
+    solution = solve(chance.problem(seed, streams=True, features=features), algorithm=algorithm, timeout=20.0, seed=0)
+    assert (solution.plan, solution.status) == (None, "infeasible")
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("features", [set(), {"transit"}, {"robots", "transit"}, {"effects", "told"}, {"exogenous"}])
 def test_no_better_plan_is_said_of_cheapest_plans(features, seed, algorithm):
