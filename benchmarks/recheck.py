@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tamp.checking.actions.arm_motion import collisions, look, sentence_of
+from tamp.checking.actions.arm_motion import look, pressing, sentence_of
 from tamp.checking.robot.links import read_links
+from tamp.checking.robot.sweep import touches
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import Tolerances
 from tamp.task import Attachment, Move, Pose, RobotSpec, Task, Trajectory
@@ -37,7 +38,7 @@ class Judge:
         seen = look(self._scene, move, self._held, TOLERANCES.step)
         if seen is None:
             raise ValueError("the path is too long to be looked at")
-        for _, found in collisions(self._scene, state, move, seen, TOLERANCES):
+        for found in touches(pressing(self._scene, state, move, seen, TOLERANCES), seen.swing):
             moving = self._held is not None and self._held.object in found.bodies
             if moving or not still.issuperset(found.bodies):
                 return sentence_of(found)

@@ -40,7 +40,7 @@ class Pose:
         except (TypeError, ValueError):
             raise ModelError(f"{NEEDED}, not {self.xyz!r} and {self.quat!r}") from None
         norm = math.sqrt(sum(v * v for v in quat))
-        if len(quat) != 4 or not all(map(math.isfinite, (x, y, z, *quat))):
+        if len(quat) != 4 or not all(map(math.isfinite, (x, y, z, norm))):
             raise ModelError(f"{NEEDED}, not {self.xyz!r} and {self.quat!r}")
         if norm < 1e-6:
             raise ModelError("a quaternion of length zero is no orientation")

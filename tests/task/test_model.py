@@ -25,6 +25,8 @@ BOX, POSE = Box((0.05, 0.05, 0.05)), Pose((0.0, 0.0, 0.025))
         (lambda: Pose((0, 0, math.nan)), "a pose needs three finite coordinates"),
         (lambda: Pose("abc"), "a pose needs three finite coordinates"),  # type: ignore[arg-type]
         (lambda: Pose(quat=(0, 0, 0, 0)), "no orientation"),
+        (lambda: Pose(quat=(1e-320, 0, 0, 0)), "no orientation"),
+        (lambda: Pose(quat=(1e200, 0, 0, 0)), "finite"),
         (lambda: Box((0.1, 0.1)), "a box needs a size along x, y and z"),  # type: ignore[arg-type]
         (lambda: At((0, 0, 0)), "a goal needs a tamp.Pose"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, POSE, POSE), "a goal pose is tamp.At"),  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
-from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, standing, touches
+from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, slid, standing, touches
 from tamp.checking.robot.trajectory_limits import malformed, violations
 from tamp.checking.scene import GRAVITY, ROBOT, TABLE, Scene, State
 
@@ -72,9 +72,13 @@ def check_move(
         for sentence in dynamics.loosened(scene, state.held, move, found.times):
             report("grasp", sentence, bodies=(state.held.object,))
     met = set[str]()
-    for time, touch in () if found is None else collisions(scene, state, move, found, allow):
+    pressed = [] if found is None else pressing(scene, state, move, found, allow)
+    for touch in [] if found is None else touches(pressed, found.swing):
         met.update(touch.bodies)
-        report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=time)
+        after = 0.0 if found is None else float(found.times[touch.sample])
+        report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
+    for link, name in _rubbing(state, pressed, met, allow):
+        report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
     for name in () if found is None else _dragged_over(scene, state, move, found, allow):
@@ -196,10 +200,10 @@ def look(scene: Scene, move: Move, carried: Attachment | None, step: float) -> L
     return looks(move.trajectory, movers, step, reach, MAX_LOOKS)
 
 
-def collisions(
+def pressing(
     scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances
-) -> Iterator[tuple[float, Touch]]:
-    """Time [s] within the motion and bodies of everything that touches and must not, as seen at certain looks."""
+) -> list[tuple[Mover, Mover, float]]:
+    """Pairs of bodies that are in each other at some look by more than rounding, and how deep they may be [m]."""
     carried = state.held or move.pushed
     moving = {body.solid.name: body for body in found.bodies[: len(scene.links.solids)]}
     taken = found.bodies[-1] if carried is not None else None
@@ -207,8 +211,24 @@ def collisions(
         scene.solids, {o: T for o, T in state.standing(scene).items() if carried is None or o != carried.object}
     )
     near = passed(found.bodies, others)  # of a full table most are far from one motion
-    for touch in touches(_pairs(scene, move, moving, taken, near, allow), found.swing):
-        yield float(found.times[touch.sample]), touch
+    pairs = list(_pairs(scene, move, moving, taken, near, allow))
+    slight = touches(((a, b, min(depth, SLIDING)) for a, b, depth in pairs), found.swing)
+    named = {touch.bodies for touch in slight}
+    return [pair for pair in pairs if (pair[0].solid.name, pair[1].solid.name) in named]
+
+
+def _rubbing(
+    state: State, pressed: list[tuple[Mover, Mover, float]], met: set[str], allow: Tolerances
+) -> Iterator[tuple[str, str]]:
+    """What moves, and objects that it slides on, though within tolerance, for more than shifts may come to.
+
+    Friction takes them along. What a motion leaves, or comes to, is asked about elsewhere.
+    """
+    for still, mover, depth in pressed:
+        name = still.solid.name
+        free = name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision
+        if free and slid(still, mover, SLIDING) > allow.strayed:
+            yield mover.solid.name, name
 
 
 def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:

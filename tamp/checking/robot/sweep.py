@@ -157,6 +157,16 @@ def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = N
     return sorted(found, key=lambda touch: (touch.sample, touch.bodies))
 
 
+def slid(a: Mover, b: Mover, deep: float) -> float:
+    """How far b moves, in all, as seen from a, while it is deeper in it than that from one sample to the next [m]."""
+    T_a_b = relative(a.T, b.T)
+    near = gaps_to_box(centers_of(T_a_b, b.solid.center), b.solid.radius, a.solid.lower, a.solid.upper) <= 0.0
+    pressed = np.zeros(len(T_a_b), bool)
+    for k in np.flatnonzero(near):
+        pressed[k] = parted(a.solid, b.solid, T_a_b[k], deep)[0] < -deep
+    return float(travelled(b.solid, T_a_b)[pressed[1:] & pressed[:-1]].sum())
+
+
 def _near(pairs: Sequence[tuple[Mover, Mover, float]]) -> Iterator[tuple[Mover, Mover, float]]:
     """The pairs whose spheres meet at some sample, in order."""
     bodies = list({id(body): body for a, b, _ in pairs for body in (a, b)}.values())
