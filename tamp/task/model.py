@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
@@ -122,6 +121,10 @@ class Inertia:
     moments: Vector3
 
 
+MOST = 1e6
+"""The largest mass [kg] and coefficient of friction; products of what is larger are no numbers any more."""
+
+
 @dataclass(frozen=True, slots=True)
 class Object:
     """A rigid thing on the table. Without a goal it must simply not be harmed: it may be moved aside.
@@ -156,8 +159,10 @@ class Object:
             if not isinstance(value := getattr(self, field_name), kind):
                 raise ModelError(f"object {self.name}: {value!r} is no {field_name}; valid are {valid}")
         for field_name in ("mass", "friction"):
-            if not (isinstance(value := getattr(self, field_name), Real) and 0 < float(value) < math.inf):
-                raise ModelError(f"object {self.name}: {field_name} is {value!r}; valid are positive numbers")
+            if not (isinstance(value := getattr(self, field_name), Real) and 0 < float(value) <= MOST):
+                raise ModelError(
+                    f"object {self.name}: {field_name} is {value!r}; valid are positive numbers up to {MOST:g}"
+                )
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,8 @@ BOX, POSE = Box((0.05, 0.05, 0.05)), Pose((0.0, 0.0, 0.025))
         (lambda: Object("a", BOX, POSE, POSE), "a goal pose is tamp.At"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, (0, 0, 0)), "is no pose; valid are tamp.Pose"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, POSE, mass=-1), "object a: mass is -1; valid are positive numbers"),
+        (lambda: Object("a", BOX, POSE, mass=1e160), r"valid are positive numbers up to 1e\+06"),
+        (lambda: Object("a", BOX, POSE, friction=1e300), r"object a: friction is 1e\+300"),
         (lambda: Object("a", BOX, POSE, mass="1"), "object a: mass is '1'"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, POSE, friction=math.nan), "object a: friction is nan"),
     ],

@@ -168,10 +168,11 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
 def tipping(
     scene: Scene, state: State, move: Move, name: str, seen: Looks, under: Iterable[str], allow: Tolerances
 ) -> Iterator[str]:
-    """Why an object would tip over its foremost edge, over which the hand pushes it, and not slide.
+    """Why an object would tip over its foremost edge, over which the hand pushes it, or back over it, and not slide.
 
     The push overcomes friction and speeds the object up, or slows it down less than friction would: about the edge
-    ahead its moment, at the lowest place where fingers press, and that of inertia stay below the weight's.
+    ahead its moment, at the lowest place where fingers press, and that of inertia stay below the weight's. About the
+    edge behind inertia does, less what the push resists at the highest such place.
     """
     path = seen.bodies[-1].T
     ahead = direction(path)
@@ -182,6 +183,7 @@ def tipping(
     low = (scene.solids[name].hull.part.vertices @ path[0, 2, :3] + path[0, 2, 3]).min()
     height, middle = float(touching[:, 2].min() - low), height_above(scene, name, path[0])
     rates = _rates(path, seen.times)
+    yield from _tipping_back(scene, state, name, path[0], ahead, float(rates.max()), touching, friction, allow)
     for T, slowing in ((path[0], min(-rates.max(), 0.0)), (path[-1], max(-rates.min(), 0.0))):
         there = replace(state, poses={**state.poses, name: T})
         edge = np.concatenate([np.empty((0, 3)), *carriers(scene, there, name, allow).points.values()])
@@ -193,6 +195,28 @@ def tipping(
                 f"{1000 * lever:.0f} mm ahead of its centre of mass"
             )
             return
+
+
+def _tipping_back(
+    scene: Scene,
+    state: State,
+    name: str,
+    T: Array,
+    ahead: Array,
+    speeding: float,
+    touching: Array,
+    friction: float,
+    allow: Tolerances,
+) -> Iterator[str]:
+    """Why an object at T would tip backwards, over the hand that speeds it up [m/s^2] by pushing it near its foot."""
+    there = replace(state, poses={**state.poses, name: T})
+    edge = np.concatenate([np.empty((0, 3)), *carriers(scene, there, name, allow).points.values()])
+    center = scene.center_of_mass(name, T)
+    lever, below = float(((center - edge) @ ahead).max(initial=-np.inf)), float(center[2] - touching[:, 2].max())
+    high = height_above(scene, name, T) - below
+    if len(edge) and below * speeding / GRAVITY - high * friction > lever:
+        where = f"{1000 * below:.0f} mm below its middle"
+        yield f"{name} would tip backwards: it is sped up by {speeding:.1f} m/s^2 {where}"
 
 
 def touched_behind(

@@ -10,7 +10,7 @@ import tamp
 from tamp.checking import check
 from tamp.checking.robot.links import read_links
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Box, Move, Object, Pose, Trajectory, load_robot
+from tamp.task import Box, Inertia, Move, Object, Pose, Trajectory, load_robot
 from tamp.world.robot.model import robot_model
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import PUSHES
@@ -92,6 +92,17 @@ def test_an_object_is_not_pushed_so_far_that_it_may_tip_over_the_edge(task, plan
     length, width = task.table.size
     smaller = replace(task, table=replace(task.table, size=(length - 0.03, width - 0.03)))
     assert "may tip over" in said(smaller, plan)
+
+
+def test_what_is_tall_tips_backwards_where_it_is_pushed_hastily_near_its_foot(task, plan):
+    high = Inertia(Pose((0.0, 0.0, 1.0)), (1e-3, 1e-3, 1e-3))
+    tall = replace(task, objects=tuple(replace(o, inertia=high) for o in task.objects))
+    push = pushing(plan)
+    old = push.trajectory
+    for factor, tips in ((0.5, True), (10.0, False)):
+        timed = Trajectory(old.times * factor, old.positions, old.velocities / factor)
+        found = said(tall, with_push(plan, replace(push, trajectory=timed)))
+        assert ("box would tip backwards: it is sped up by" in found) == tips
 
 
 def test_what_sticks_to_the_table_tips_over_before_it_slides(task, plan):
