@@ -11,6 +11,7 @@ from tamp.checking.physics.perching import perched
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps
+from tamp.checking.robot.sweep import Mover, standing, touches
 from tamp.checking.scene import Scene, State, footprint_center, in_region
 from tamp.task.mesh.enclosure import lies_in
 from tamp.task.model import At, In, On
@@ -77,6 +78,19 @@ def check_home(replay: Replay, *, known: bool) -> None:
     if not known and off.max() > replay.allow.joint:
         joint = replay.scene.links.tree.spec.joints[int(off.argmax())]
         replay.report("start", f"the arm starts {off.max():.4f} rad from the robot's home, at {joint}")
+    if not known:
+        _check_beside(replay, home)
+
+
+def _check_beside(replay: Replay, home: Array) -> None:
+    """Nothing starts in the robot, which stands at home with its fingers open."""
+    scene, state = replay.scene, replay.state
+    placed = scene.links.tree.forward(home[None], scene.links.tree.spec.gripper.stroke)
+    robot = [Mover(solid, placed[solid.name]) for solid in scene.links.solids]
+    things = standing(scene.solids, state.poses)
+    for touch in touches((thing, link, replay.allow.collision) for thing in things for link in robot):
+        name, link = touch.bodies
+        replay.report("start", f"{name} starts {1000 * touch.depth:.1f} mm in {link}", (name, link), touch.depth)
 
 
 def _off_balance(scene: Scene, state: State, allow: Tolerances) -> dict[str, float]:

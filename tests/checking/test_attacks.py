@@ -329,3 +329,13 @@ def test_what_stands_on_the_table_and_touches_a_slope_is_not_on_that(tmp_path, h
     assert [p.sentence for p in check(Task("slope", (hill, box)), plan).problems] == ["box does not end on hill"]
     top = replace(box, pose=Pose((0.05, 0.1, height + 0.03)))
     assert check(Task("slope", (hill, top)), replace(plan, start={**plan.start, "box": top.pose})).accepted
+
+
+@pytest.mark.parametrize(("x", "height", "link"), [(0.1345, 0.6, "panda_hand"), (-0.42, 0.05, "panda_link0")])
+def test_nothing_starts_in_the_robot_though_that_never_moves(x, height, link):
+    post = Object("post", Box((0.08, 0.08, height)), Pose((x, 0.0, height / 2)))
+    task, plan = Task("post", (post,)), Plan("post", "panda", 0, {"post": post.pose}, two_boxes()[1].home, {}, ())
+    said = " ".join(problem.sentence for problem in check(task, plan).problems)
+    assert "post starts" in said and f"mm in {link}" in said
+    lower = replace(post, shape=Box((0.08, 0.08, 0.3)), pose=Pose((0.1345, 0.0, 0.15)))
+    assert check(Task("post", (lower,)), replace(plan, start={"post": lower.pose})).accepted
