@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.friction_cones import friction_of
 from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -22,11 +23,21 @@ TURN = 0.005  # half the angle between poses that differ by no turn [rad]
 
 
 def nudgeable(workspace: Workspace, obj: str, start: Placement, end: Placement) -> bool:
-    """Whether one placement is so near another, on one level in the same thing, that a nudge may lead from it there."""
+    """Whether one placement is so near another, on one level in the same thing, that a nudge may lead from it there.
+
+    That thing does not come along: the object slides in it at least as well as it does on what carries it.
+    """
     shift = np.subtract(end.pose.xyz, start.pose.xyz)
     alike = start.on == end.on and abs(shift[2]) < LEVEL and abs(np.dot(start.pose.quat, end.pose.quat)) > np.cos(TURN)
     inside = len(start.on) == 1 and start.on != (TABLE,) and enclosed(workspace, obj, start)
-    return alike and inside and 0.0 < float(np.linalg.norm(shift)) < STEPS * STEP + LEVEL
+    stays = inside and slides_within(workspace, obj, start.on[0])
+    return alike and stays and 0.0 < float(np.linalg.norm(shift)) < STEPS * STEP + LEVEL
+
+
+def slides_within(workspace: Workspace, obj: str, container: str) -> bool:
+    """Whether what an object lies in stays where it is when the object slides in it."""
+    under = workspace.start[container].on if container in workspace.start else ()
+    return all(friction_of(workspace, obj) <= friction_of(workspace, other) for other in under)
 
 
 def nudged(placement: Placement, shift: Array) -> Placement:

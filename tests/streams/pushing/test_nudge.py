@@ -50,6 +50,15 @@ def test_a_nudge_stays_on_one_level_in_one_thing(workspace, away):
     assert not nudgeable(workspace, "cube", cube, nudged(cube, away))
 
 
+def test_what_an_object_sticks_to_would_come_along(away):
+    def may_be_nudged(friction):
+        rough = workspace_of(CRATE, replace(BALL, friction=friction), on={"ball": ("crate",)})
+        start = rough.start["ball"]
+        return nudgeable(rough, "ball", start, nudged(start, away))
+
+    assert may_be_nudged(0.9) and not may_be_nudged(1.1)  # the table's is 1
+
+
 def test_what_has_a_neighbour_is_not_nudged_into_it(workspace, poses):
     shifts = np.array(list(free_shifts(workspace, "ball", workspace.start["ball"], poses)))
     assert len(shifts) and np.linalg.norm(shifts, axis=1).max() == pytest.approx(0.04)

@@ -12,7 +12,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import asking_for
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import Context
 from tamp.streams.affordances.neighbours import enclosed
-from tamp.streams.affordances.nudges import nudgeable, nudged
+from tamp.streams.affordances.nudges import nudgeable, nudged, slides_within
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.pushing.nudge import free_shifts, hands_over, with_room
 from tamp.streams.values import Grasp, Placement
@@ -37,7 +37,7 @@ def make_room(asker: Asker, names: Collection[str], kept: Collection[str]) -> bo
     """
     workspace = asker.workspace
     waiting = stuck(workspace, names)
-    inside = [name for name in sorted(workspace.start) if name not in kept and _lies_within(workspace, name)]
+    inside = [name for name in sorted(workspace.start) if name not in kept and _may_be_nudged(workspace, name)]
     gains = [found for name in inside if waiting for found in _gains(workspace, name, waiting)]
     best = sorted(gains, key=lambda gain: (-gain.freed, -min(gain.hands, PLENTY), gain.length))
     return any(not asker.late and _nudge(asker, gain, kept) for gain in islice(best, TRIES))
@@ -61,6 +61,11 @@ def _lies_within(workspace: Workspace, name: str) -> bool:
     place = workspace.start[name]
     free = not any(name in other.on for other in workspace.start.values())
     return free and len(place.on) == 1 and place.on != (TABLE,) and enclosed(workspace, name, place)
+
+
+def _may_be_nudged(workspace: Workspace, name: str) -> bool:
+    """Whether an object lies in one thing alone, nothing on it, and slides in there without taking that along."""
+    return _lies_within(workspace, name) and slides_within(workspace, name, *workspace.start[name].on)
 
 
 def _roomy(workspace: Workspace, name: str, without: str = "") -> Pinches:
