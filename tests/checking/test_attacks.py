@@ -14,7 +14,7 @@ from tamp.task.mesh.parts import convex_hull
 from tests.checking.handmade import RISE, Hand, alone, carry, two_boxes, unmoved
 from tests.checking.judging import kinds
 from tests.checking.mutations.editing import put, shifted, step_at, steps_of
-from tests.checking.mutations.motions import object_in_the_way, shift_into_table
+from tests.checking.mutations.motions import dip_between_samples, object_in_the_way, shift_into_table
 
 
 @pytest.fixture(scope="module")
@@ -339,3 +339,17 @@ def test_nothing_starts_in_the_robot_though_that_never_moves(x, height, link):
     assert "post starts" in said and f"mm in {link}" in said
     lower = replace(post, shape=Box((0.08, 0.08, 0.3)), pose=Pose((0.1345, 0.0, 0.15)))
     assert check(Task("post", (lower,)), replace(plan, start={"post": lower.pose})).accepted
+
+
+def test_no_motion_takes_so_long_that_nothing_is_seen_between_its_samples():
+    task, plan = dip_between_samples(*two_boxes(), np.random.default_rng(1))
+
+    def slower(step):
+        if not isinstance(step, Move):
+            return step
+        t = step.trajectory
+        return replace(step, trajectory=Trajectory(t.times * 1e200, t.positions, t.velocities * 1e-200))
+
+    actions = tuple(replace(action, steps=tuple(map(slower, action.steps))) for action in plan.actions)
+    said = " ".join(problem.sentence for problem in check(task, replace(plan, actions=actions)).problems)
+    assert "it takes longer than 1,000,000 s" in said

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+LONGEST = 1e6
+"""What takes longer is no motion [s]: its square may be no number, and then nobody sees what moves in between."""
+
 
 def malformed(trajectory: Trajectory, spec: RobotSpec) -> str | None:
     """Why arrays are no trajectory of this robot at all, or None."""
@@ -32,6 +35,8 @@ def malformed(trajectory: Trajectory, spec: RobotSpec) -> str | None:
         return "it holds numbers that are not finite"
     if trajectory.times[0] != 0.0 or (np.diff(trajectory.times) <= 0.0).any():
         return "its times do not increase strictly from 0"
+    if trajectory.times[-1] > LONGEST:
+        return f"it takes longer than {LONGEST:,.0f} s"
     return None
 
 
