@@ -117,8 +117,9 @@ def _nudge(asker: Asker, gain: _Gain, kept: Collection[str]) -> bool:
     workspace = asker.workspace
     stay = {other: workspace.start[other] for other in workspace.goals}
     near = replace(workspace, goals={**stay, gain.name: gain.end})
-    solution = asker.ask(asking_for(near, {*kept, gain.name}), ITERATIONS, {gain.name}, {"sample-grasp": _no_grasp})
-    return solution.plan is not None and asker.refused(solution.plan) is None
+    asked, samplers = asking_for(near, {*kept, gain.name}), {"sample-grasp": _no_grasp}
+    solution = asker.ask(asked, ITERATIONS, {gain.name}, samplers, about=gain.name)
+    return solution.plan is not None and asker.refused(solution.plan, gain.name) is None
 
 
 def _no_grasp(context: Context, obj: str) -> Iterator[Grasp]:

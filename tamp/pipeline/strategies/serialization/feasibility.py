@@ -65,7 +65,7 @@ class Prospects:
         if self.turned(name) and self._regrasp_helps(workspace, name, iterations):
             self._hopeful.add(name)
             return None
-        solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)})
+        solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)}, about=name)
         if solution.plan is not None or (not self.turned(name) and self._regrasp_helps(workspace, name, iterations)):
             self._hopeful.add(name)
             return None
@@ -85,7 +85,7 @@ class Prospects:
         # Wherever what lies flat is put down in between, no hand takes it up again.
         if name in workspace.goals and not lies_flat(workspace, name):
             movable = {name, *supports_in_the_way(workspace, name)}
-            if self.asker.ask(workspace, iterations, movable, regrasped={name}).plan is not None:
+            if self.asker.ask(workspace, iterations, movable, regrasped={name}, about=name).plan is not None:
                 self.regrasped.add(name)
         return name in self.regrasped
 
@@ -106,10 +106,17 @@ LOOKED_AT = 12  # grasps of an object
 
 
 def clearest_first(
-    workspace: Workspace, names: Sequence[str], samplers: Mapping[str, Callable[..., Any]], seed: int, deadline: float
+    workspace: Workspace,
+    names: Sequence[str],
+    samplers: Mapping[str, Callable[..., Any]],
+    seed: Callable[[str], int],
+    deadline: float,
 ) -> list[str]:
-    """The names, those of objects for which the fewest others have to leave first; arguments as of `in_the_way`."""
-    return sorted(names, key=lambda name: len(in_the_way(workspace, name, samplers, seed, deadline)))
+    """The names, those of objects for which the fewest others have to leave first.
+
+    Arguments as of `in_the_way`, but for a seed for each name.
+    """
+    return sorted(names, key=lambda name: len(in_the_way(workspace, name, samplers, seed(name), deadline)))
 
 
 def in_the_way(

@@ -324,17 +324,19 @@ class Ordering:
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) else set[str]()
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
-        solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped)
-        refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan)
+        solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name)
+        rejected = len(self.progress.rejections)
+        refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan, name)
         if refused is None:
             self._ledger.reach(name)
             return True
         self._left[name] = refused
         if solution.plan is None and not effort.others_move:
             self._vain[name] = self._surroundings(name)
-        if solution.plan is None or name not in goals:
+        if solution.plan is None:
             return False
-        if bring_to_rest(self._asker, name, self._ledger.reached, turned):
+        unsteady = name in goals and len(self.progress.rejections) > rejected
+        if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):
             return self._ledger.reach_near([name])
         if effort.others_move:  # what is refused is tried by way of another grasp
             self._prospects.regrasped.add(name)
@@ -368,7 +370,7 @@ class Ordering:
     def _barred(self, name: str) -> str | None:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""
         asker = self._asker
-        return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed, asker.deadline)
+        return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed(name), asker.deadline)
 
 
 def _takes_room(workspace: Workspace, goal: Goal | None) -> bool:

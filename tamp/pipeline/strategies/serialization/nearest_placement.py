@@ -162,7 +162,7 @@ def bring_near(asker: Asker, names: Collection[str], kept: Collection[str], free
 
 def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
     workspace, samplers = asker.workspace, asker.progress.now.samplers
-    grips = Grips(workspace, name, samplers, asker.drawn_seed, asker.deadline)
+    grips = Grips(workspace, name, samplers, asker.drawn_seed(name), asker.deadline)
     if not grips.grasps:
         pushed = to_be_pushed(workspace, name, workspace.start[name])
         return pushed and _put_wherever(asker, name, kept, free, SLIDING)
@@ -294,5 +294,5 @@ def _put(
         yield from serving
 
     samplers = {"sample-grasp": grasps} if serving else {}
-    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers, regrasped)
-    return solution.plan is not None and asker.refused(solution.plan) is None
+    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers, regrasped, about=name)
+    return solution.plan is not None and asker.refused(solution.plan, name) is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ from tamp.task import At
 
 SYMBOLIC_WORTH = 500.0  # of a goal without a pose, in millimetres of error
 ENOUGH = 8.0  # a plan that costs no more for each goal, an action counting as a millimetre, is not improved on
+ALL = ""  # in place of an object's name, what a question is about
 ANOTHER_SEED = 1_000_003  # seeds of one run differ by multiples of this, more than any two seeds of a user's
 
 
@@ -30,7 +32,8 @@ class Asker:
         seed: decides every random choice.
         deadline: on the clock of tamp.clock.now() [s].
         algorithm: of the stream planner.
-        refusals: how many answers the checker has sent back; each lets the next question draw other samples.
+        refusals: how many answers to questions about each object, or about all, were sent back; each lets the next
+            question about it draw other samples.
         reports: the planner's on every question.
     """
 
@@ -38,7 +41,7 @@ class Asker:
     seed: int
     deadline: float
     algorithm: str
-    refusals: int = 0
+    refusals: Counter[str] = field(default_factory=Counter)
     reports: list[Report] = field(default_factory=list)
 
     @property
@@ -66,10 +69,9 @@ class Asker:
         finally:
             self.deadline = final
 
-    @property
-    def drawn_seed(self) -> int:
-        """The seed of the next question."""
-        return self.seed + self.refusals * ANOTHER_SEED
+    def drawn_seed(self, about: str = ALL) -> int:
+        """The seed of the next question about an object."""
+        return self.seed + self.refusals[about] * ANOTHER_SEED
 
     def ask(
         self,
@@ -80,6 +82,7 @@ class Asker:
         regrasped: Collection[str] = (),
         strategy: str = "all-at-once",
         either: bool = False,
+        about: str = ALL,
     ) -> Solution:
         """Plan for what a workspace asks for, from where the arm is by now.
 
@@ -90,6 +93,7 @@ class Asker:
             samplers: in place of the run's own.
             regrasped: objects that shall reach the goal poses asked for only by way of another placement and grasp.
             either: whether all others that shall reach goal poses may do so by way of another placement and grasp.
+            about: the object that the question is for.
             strategy: of the stream planner; "net-benefit" takes each goal for worth what it takes off the error.
         """
         now = self.progress.now
@@ -102,7 +106,7 @@ class Asker:
             problem,
             algorithm=self.algorithm,
             timeout=max(0.0, self.deadline - clock.now()),
-            seed=self.drawn_seed,
+            seed=self.drawn_seed(about),
             max_iterations=iterations,
             search=now.setup.settings.chosen("search"),
             strategy=NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once",
@@ -112,10 +116,10 @@ class Asker:
             raise KeyboardInterrupt
         return solution
 
-    def refused(self, actions: Sequence[GroundAction]) -> str | None:
-        """Add actions to the plan; what is wrong with them where the checker refuses them."""
+    def refused(self, actions: Sequence[GroundAction], about: str = ALL) -> str | None:
+        """Add the actions for an object to the plan; what is wrong with them where the checker refuses them."""
         refused = self.progress.take(actions, self.seed)
-        self.refusals += refused is not None
+        self.refusals[about] += refused is not None
         return refused
 
 

@@ -55,7 +55,7 @@ def test_where_nobody_knows_a_grasp_all_others_may_be_in_the_way():
 def test_what_has_nothing_in_its_way_comes_first():
     setup = prepare(Task("obstacles", (RED, TOP, FAR)))
     attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
-    assert clearest_first(attempt.workspace, ["red", "top", "far"], attempt.samplers, 0, math.inf) == [
+    assert clearest_first(attempt.workspace, ["red", "top", "far"], attempt.samplers, lambda name: 0, math.inf) == [
         "top",
         "far",
         "red",

@@ -185,7 +185,7 @@ def test_what_the_checker_refuses_is_tried_by_way_of_another_grasp(monkeypatch):
         return ask(self, *args, regrasped=regrasped, **kwargs)
 
     monkeypatch.setattr(Asker, "ask", noting)
-    monkeypatch.setattr(Asker, "refused", lambda self, actions: "slides farther than it can")
+    monkeypatch.setattr(Asker, "refused", lambda self, actions, about: "slides farther than it can")
     ordering = Ordering(attempt(Task("one", (RED,))), 0, time.monotonic() + 600.0, "adaptive")
     for effort in (EFFORTS[0], EFFORTS[-1], EFFORTS[-1]):
         assert not ordering._sweep(effort)

@@ -157,7 +157,9 @@ def looked_into(monkeypatch, places, serves):
     monkeypatch.setattr(nearness, "turned_over", lambda *args: False)
     monkeypatch.setattr(nearness, "substitutes", lambda *args: iter(places))
     monkeypatch.setattr(nearness, "_put", lambda asker, name, place, kept, grasps: asked.append((place, len(grasps))))
-    asker = SimpleNamespace(workspace=None, drawn_seed=0, deadline=1.0, late=False, within=lambda share: nullcontext())
+    asker = SimpleNamespace(
+        workspace=None, drawn_seed=lambda name: 0, deadline=1.0, late=False, within=lambda share: nullcontext()
+    )
     asker.progress = SimpleNamespace(now=SimpleNamespace(samplers={}, setup=SimpleNamespace(settings=Settings())))
     assert not nearness._bring_near(asker, "object", (), ())
     return asked, looked
