@@ -18,6 +18,7 @@ from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import outline
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import APART, too_wide
+from tamp.streams.hand.finger_closing import felt_surface
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 SLANTS = np.radians([0.0, 10.0, -10.0, 20.0, -20.0])  # of a way against the side that is pushed, where friction holds
+ASLANT = 0.38  # the same against what presses on it, in space: the checker grants hardly more [rad]
+FACING, FLANK = 0.7, 0.02  # what of a surface faces a direction, and is so near to the outermost, is a side of it [m]
 STEADY = 0.018  # the centre of mass stays at least this far inside the table's edges [m]
 FIRM, GAP = 0.012, 0.003  # and this far inside that part of its base which is on the table, within such a gap [m]
 OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over the edge
@@ -138,13 +141,23 @@ def _directions(workspace: Workspace, obj: str, placement: Placement) -> Iterato
     points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
     cone = pad_cone(workspace, obj)
     for behind, side in _sides(points):
-        for slant in SLANTS[np.abs(SLANTS) <= cone]:
+        steep = _steepness(workspace, obj, placement, behind)
+        off = np.arccos(np.cos(SLANTS) * np.cos(steep))  # of what presses on a flank that leans
+        for slant in SLANTS[(np.abs(SLANTS) <= cone) & (off <= ASLANT)]:
             ahead = -_turned(behind, slant)
             touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
             across = (side - touch) @ np.array([-behind[1], behind[0]])
             room = float(min(across.max(), -across.min()))
             if room >= workspace.world.robot.spec.gripper.fingertip:
                 yield Direction(ahead, behind, touch, room)
+
+
+def _steepness(workspace: Workspace, obj: str, placement: Placement, behind: Array) -> float:
+    """How far the side of an object that is outermost in a direction, (2,), leans there, in the middle [rad]."""
+    T, surface = placement.pose.matrix[:3, :3], felt_surface(workspace, obj)
+    normals, along = surface.normals @ T.T, surface.points @ T[:2].T @ behind
+    flank = (normals[:, :2] @ behind > FACING) & (along > along.max() - FLANK)
+    return float(np.median(np.abs(np.arcsin(np.clip(normals[flank, 2], -1.0, 1.0))))) if flank.any() else 0.0
 
 
 def edges(workspace: Workspace, obj: str, placement: Placement) -> list[Edge]:

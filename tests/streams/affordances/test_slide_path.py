@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from tamp.streams.affordances.slide_path import FIRM, STEADY, directions, slidab
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
 from tamp.task import Box, Mesh, Object, Pose
+from tamp.task.mesh.parts import convex_hull
 from tests.streams.tables import corners, workspace_of
 from tests.task.meshes import parts_obj
 
@@ -105,3 +107,21 @@ def test_what_is_slippery_is_pushed_no_farther_aslant_than_friction_holds(fricti
     found = directions(workspace, "flat", workspace.start["flat"])
     slants = np.degrees([np.arccos(np.clip(-way.ahead @ way.behind, -1.0, 1.0)) for way in found])
     assert slants.max() == pytest.approx(farthest, abs=1e-4)
+
+
+def test_a_side_that_leans_is_pushed_less_aslant(tmp_path):
+    """The fingers press on it in space; that and the slant together stay within what the checker grants."""
+    x, y, z = (np.array(corner) for corner in zip(*np.ndindex(2, 2, 2), strict=True))
+    leaning = np.stack([0.17 * x - 0.016 * z * (2 * x - 1), 0.13 * y - 0.016 * z * (2 * y - 1), 0.045 * z], axis=1)
+    hull = convex_hull(leaning)
+    trimesh.Trimesh(hull.vertices, hull.faces, process=False).export(tmp_path / "leaning.obj")
+    thing = Object("leaning", Mesh(tmp_path / "leaning.obj"), Pose((0.0, 0.0, 0.0)), friction=1.0)
+    straight = Object("straight", Box((0.17, 0.13, 0.045)), Pose((0.0, -0.3, 0.0225)), friction=1.0)
+    scene = workspace_of(thing, straight)
+
+    def slants(name):
+        found = directions(scene, name, scene.start[name])
+        return {round(float(np.degrees(np.arccos(-way.ahead @ way.behind)))) for way in found}
+
+    assert slants("straight") == {0, 10, 20}
+    assert slants("leaning") == {0}

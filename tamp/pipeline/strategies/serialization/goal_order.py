@@ -23,7 +23,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
-from tamp.planning import Report, combined
+from tamp.planning import Report, Solution, combined
 from tamp.scoring.score import SOLVED_WITHIN_M
 from tamp.streams.affordances.neighbours import enclosed, within
 from tamp.streams.affordances.topple_path import to_be_pushed
@@ -325,17 +325,21 @@ class Ordering:
         turned = {name} if self._prospects.turned(name) else set[str]()
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name)
+        return self._take(name, effort, solution, turned)
+
+    def _take(self, name: str, effort: Effort, solution: Solution, turned: Collection[str]) -> bool:
+        """Add the plan for a goal, or else one to where it comes to rest from there; whether it was reached."""
         rejected = len(self.progress.rejections)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan, name)
         if refused is None:
             self._ledger.reach(name)
             return True
         self._left[name] = refused
-        if solution.plan is None and not effort.others_move:
-            self._vain[name] = self._surroundings(name)
         if solution.plan is None:
+            if not effort.others_move:
+                self._vain[name] = self._surroundings(name)
             return False
-        unsteady = name in goals and len(self.progress.rejections) > rejected
+        unsteady = name in self._asker.workspace.goals and len(self.progress.rejections) > rejected
         if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):
             return self._ledger.reach_near([name])
         if effort.others_move:  # what is refused is tried by way of another grasp
