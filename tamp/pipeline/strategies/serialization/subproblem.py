@@ -70,8 +70,9 @@ class Asker:
             self.deadline = final
 
     def drawn_seed(self, about: str = ALL) -> int:
-        """The seed of the next question about an object."""
-        return self.seed + self.refusals[about] * ANOTHER_SEED
+        """The seed of the next question about an object, or about all: that draws anew whatever was sent back."""
+        refusals = self.refusals.total() if about == ALL else self.refusals[about]
+        return self.seed + refusals * ANOTHER_SEED
 
     def ask(
         self,
