@@ -71,7 +71,7 @@ class Knowledge:
         self.version = 0
         self._shown: dict[Fact, None] = {}
         self._unsupported = schema.derived | schema.fluents | {"object"}
-        self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...]], Instance] = {}
+        self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...] | None], Instance] = {}
         self._sources: dict[int, tuple[Instance, int]] = {}
         self._records: dict[tuple[str, tuple[int, ...]], Record] = {}
         self._lineages: dict[tuple[str, tuple[int, ...]], int] = {}
@@ -82,12 +82,17 @@ class Knowledge:
         """Have the search told of every fact that it may use."""
         self._tell = tell
 
-    def instance(self, external: External, inputs: tuple[int, ...], fluents: tuple[Fact, ...] = ()) -> Instance:
-        """The one instance of a stream for these inputs."""
-        key = (external.name, inputs, fluents)
+    def instance(
+        self, external: External, inputs: tuple[int, ...], fluents: tuple[Fact, ...] | None = None
+    ) -> Instance:
+        """The one instance of a stream for these inputs.
+
+        `fluents`: what a stream with fluents is told, which may be nothing; None for what stands for it in any state.
+        """
+        key = (external.name, inputs, fluents if external.fluents else None)
         found = self._instances.get(key)
         if found is None:
-            found = self._instances[key] = Instance(external, inputs, fluents)
+            found = self._instances[key] = Instance(external, inputs, fluents or ())
             binding = found.binding()
             found.domain = tuple(ground(pattern, binding) for pattern in external.domain)
             kind = (external.name, tuple(map(self._lineage, inputs)))
@@ -106,7 +111,7 @@ class Knowledge:
 
     def find(self, external: External, inputs: tuple[int, ...]) -> Instance | None:
         """The instance of a stream without fluents for these inputs, where there is one yet."""
-        return self._instances.get((external.name, inputs, ()))
+        return self._instances.get((external.name, inputs, None))
 
     def instances(self) -> list[Instance]:
         """All instances, in the order in which they appeared."""
