@@ -21,6 +21,7 @@ from tamp.language.formula import (
 )
 from tamp.language.read_domain import parse_domain
 from tamp.language.read_goal import InitialState, parse_goal, parse_init
+from tamp.language.read_problem import ProblemFile, parse_problem
 from tamp.language.read_streams import parse_streams
 from tamp.language.sexpr import PDDL
 from tamp.language.streams import FunctionStream, PredicateStream, Rule, Stream, StreamFile
@@ -28,6 +29,6 @@ from tamp.language.streams import FunctionStream, PredicateStream, Rule, Stream,
 __all__ = [
     "OBJECT", "PDDL", "TRUE", "Action", "And", "Atom", "Axiom", "Constant", "Domain", "Effect", "Equal", "Exists",
     "Forall", "Formula", "FunctionStream", "FunctionTerm", "InitialState", "Not", "Or", "Parameter", "PredicateStream",
-    "Rule", "Signature", "Stream", "StreamFile", "Term", "Variable", "atoms", "parse_domain", "parse_goal",
-    "parse_init", "parse_streams", "type_conditions",
+    "ProblemFile", "Rule", "Signature", "Stream", "StreamFile", "Term", "Variable", "atoms", "parse_domain",
+    "parse_goal", "parse_init", "parse_problem", "parse_streams", "type_conditions",
 ]  # fmt: skip

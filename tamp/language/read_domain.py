@@ -71,7 +71,7 @@ def read_define(source: Source, whole: Group, kind: str) -> tuple[str, list[tupl
     sections: list[tuple[Symbol, Group]] = []
     for item in items[2:]:
         if not isinstance(item, Group) or not item.items or not isinstance(item.items[0], Symbol):
-            example = ":action" if kind == "domain" else ":stream"
+            example = {"domain": ":action", "problem": ":init"}.get(kind, ":stream")
             raise source.error(item, f"expected a section such as ({example} ...), found {show(item)}")
         sections.append((item.items[0], item))
     return name, sections

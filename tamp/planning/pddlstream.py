@@ -15,9 +15,9 @@ from math import inf
 from typing import Any
 
 from tamp.errors import DomainError
-from tamp.planning.classical import solve_from_pddl
+from tamp.language import PDDL, parse_domain, parse_problem
 from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints
-from tamp.planning.problem import Certificate, Solution, StreamInfo
+from tamp.planning.problem import Certificate, Problem, Solution, StreamInfo
 from tamp.planning.satisfaction import (
     Minimize,
     constraint_satisfaction,
@@ -79,14 +79,14 @@ __all__ = [
     "DEBUG", "INF", "SEPARATOR", "SHARED_DEBUG", "TOTAL_COST", "WILD", "And", "Certificate", "Equal", "Exists",
     "Fact", "ForAll", "FunctionInfo", "Imply", "Minimize", "Not", "OptimizerInfo", "OptimizerOutput", "Or",
     "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler", "SharedOptValue", "StreamInfo",
-    "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "constraint_satisfaction",
-    "create_parser", "debug_samplers", "defer_shared", "defer_unique", "dump_assignment", "dump_pddlstream",
-    "empty_gen", "empty_test", "flatten", "fn_from_constant", "from_constant", "from_fn", "from_gen", "from_gen_fn",
-    "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test", "get_args", "get_file_path",
-    "get_length", "get_prefix", "inf_generator", "is_plan", "negate_test", "never_defer", "outputs_from_boolean",
-    "print_solution", "read", "read_pddl", "solve", "solve_abstract", "solve_adaptive", "solve_binding",
-    "solve_focused", "solve_from_pddl", "solve_incremental", "solve_pddlstream_satisfaction", "solve_serialized",
-    "str_from_object", "str_from_plan", "universe_test",
+    "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "classical_problem",
+    "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared", "defer_unique", "dump_assignment",
+    "dump_pddlstream", "empty_gen", "empty_test", "flatten", "fn_from_constant", "from_constant", "from_fn",
+    "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test",
+    "get_args", "get_file_path", "get_length", "get_prefix", "inf_generator", "is_plan", "negate_test",
+    "never_defer", "outputs_from_boolean", "print_solution", "read", "read_pddl", "solve", "solve_abstract",
+    "solve_adaptive", "solve_binding", "solve_focused", "solve_from_pddl", "solve_incremental",
+    "solve_pddlstream_satisfaction", "solve_serialized", "str_from_object", "str_from_plan", "universe_test",
 ]  # fmt: skip
 
 INF = inf
@@ -97,6 +97,26 @@ solve_focused = partial(solve, algorithm="focused")
 solve_abstract = partial(solve, algorithm="abstract")
 solve_incremental = partial(solve, algorithm="incremental")
 solve_serialized = partial(solve, algorithm="serialized")
+
+
+def classical_problem(domain: PDDL, problem: PDDL) -> Problem:
+    """A domain file and a problem file as a problem without streams; its objects are their names, in lower case.
+
+    Raises:
+        DomainError: with file, line and column of what cannot be read.
+    """
+    found = parse_problem(problem, parse_domain(domain))
+    return Problem(domain, None, {}, found.init, found.goal)
+
+
+def solve_from_pddl(domain: PDDL, problem: PDDL, **options: Any) -> tuple[Any, float]:
+    """The plan of a domain file and a problem file, None where there is none, and its cost; `options` as for `solve`.
+
+    Raises:
+        DomainError: with file, line and column of what cannot be read.
+    """
+    solution = solve(classical_problem(domain, problem), **options)
+    return solution.plan, solution.cost
 
 
 def never_defer(result: Any) -> bool:

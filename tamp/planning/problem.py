@@ -27,8 +27,8 @@ from tamp.language import (
     parse_init,
     parse_streams,
 )
-from tamp.planning.optimizers import with_components
 from tamp.planning.report import Report
+from tamp.planning.sampling.optimizers import with_components
 from tamp.planning.wrappers import DEBUG, SHARED_DEBUG, Adapted, debug_samplers
 
 
@@ -156,7 +156,7 @@ class Problem:
         streams: stream PDDL text or file, or several; None for a problem without streams.
         samplers: stream name -> function. A stream's is a generator function that yields one output (a tuple where
             there are several; None for "nothing yet"); a test's or predicate's returns a bool, a function's a number.
-            An optimizer's name -> its procedure, see `tamp.planning.optimizers`.
+            An optimizer's name -> its procedure, see `tamp.planning.sampling.optimizers`.
             "debug" stands for samplers that give values with nothing but names, to try a domain without any;
             "shared-debug" for such values that do not depend on a stream's inputs.
         init: facts such as `("AtPose", obj, pose)` and function values `("=", ("Distance", a, b), 5.0)`.

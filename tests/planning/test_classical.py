@@ -5,14 +5,15 @@ from types import SimpleNamespace
 import pytest
 
 from tamp.planning import Problem, solve
-from tamp.planning.classical import classical_problem, solve_from_pddl
 from tamp.planning.pddlstream import (
     FunctionInfo,
     accelerate_list_gen_fn,
     add_opt_function,
+    classical_problem,
     from_gen,
     from_stream_map,
     inf_generator,
+    solve_from_pddl,
 )
 from tests.planning.test_problems import check
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from benchmarks.pddlstream_shelf import OPTIMIZER, fit, optimised
 
-from benchmarks.pddlstream_more import OPTIMIZER, fit, optimised
 from benchmarks.pddlstream_shapes import SHELF
 from tamp.errors import SamplerError
 from tamp.planning import Problem, solve

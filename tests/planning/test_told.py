@@ -1,15 +1,19 @@
 """Tests that are told the state and name no cause: what is concluded of their answers."""
 
+from itertools import combinations
+
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tamp.planning import Problem, solve
 from tests.planning.test_problems import ALGORITHMS, check
 
 LAMPS = """
 (define (domain lamps)
-  (:predicates (Lamp ?x) (On ?x) (Bright ?x) (Read))
+  (:predicates (Lamp ?x) (Switch ?x) (On ?x) (Bright ?x) (Read))
   (:action switch-on :parameters (?x) :precondition (Lamp ?x) :effect (On ?x))
-  (:action switch-off :parameters (?x) :precondition (On ?x) :effect (not (On ?x)))
+  (:action switch-off :parameters (?x) :precondition (and (On ?x) (Switch ?x)) :effect (not (On ?x)))
   (:action read :parameters (?x) :precondition (Bright ?x) :effect (Read)))
 """
 
@@ -19,19 +23,26 @@ LAMPS_STREAMS = """
 """
 
 
-def lamps(on, wanted):
-    """Three lamps, some of them on; one can read where as many as wanted are."""
-    names = ["a", "b", "c"]
-    init = [*(("Lamp", name) for name in names), *(("On", name) for name in names[:on])]
-    samplers = {"test-bright": lambda context, lamp: len(context.fluents) == wanted}
+NAMES = ("a", "b", "c")
+STATES = [frozenset(some) for count in range(4) for some in combinations(NAMES, count)]
+
+
+def lamps(on, bright, switches=NAMES):
+    """Lamps of which some are on; one can read where all of some are on and no others. Some cannot be put out."""
+    init = [*(("Lamp", name) for name in NAMES), *(("On", name) for name in on), *(("Switch", n) for n in switches)]
+    samplers = {"test-bright": lambda context, lamp: frozenset(fact[1] for fact in context.fluents) in bright}
     return Problem(LAMPS, LAMPS_STREAMS, samplers, init, ("Read",))
+
+
+def as_many(count):
+    return {state for state in STATES if len(state) == count}
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize(("on", "wanted"), [(1, 2), (3, 1), (0, 3), (2, 0)])
 def test_a_state_with_nothing_to_tell_is_one_of_many(on, wanted, algorithm):
     """What a test said where no lamp was on was taken for what it says in any state: "infeasible"."""
-    problem = lamps(on, wanted)
+    problem = lamps(NAMES[:on], as_many(wanted))
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     assert solution.status == "solved", str(solution.report)
     check(problem, solution)
@@ -39,5 +50,23 @@ def test_a_state_with_nothing_to_tell_is_one_of_many(on, wanted, algorithm):
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_that_no_state_will_do_is_proven(algorithm):
-    solution = solve(lamps(0, 9), algorithm=algorithm, timeout=20.0)
+    solution = solve(lamps((), ()), algorithm=algorithm, timeout=20.0)
     assert (solution.plan, solution.status) == (None, "infeasible")
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@given(
+    on=st.sampled_from(STATES),
+    bright=st.sets(st.sampled_from(STATES), max_size=3),
+    switches=st.sampled_from(STATES),
+)
+@settings(max_examples=40, deadline=None)
+def test_no_other_state_is_concluded_from_one(on, bright, switches, algorithm):
+    """Every lamp can be put on; what is on for good is what has no switch."""
+    problem = lamps(sorted(on), bright, sorted(switches))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    if any(state >= on - switches for state in bright):
+        assert solution.status == "solved", str(solution.report)
+        check(problem, solution)
+    else:
+        assert (solution.plan, solution.status) == (None, "infeasible")

@@ -11,7 +11,7 @@ from tamp.planning.context import Certified, Context, generator_for
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
-from tamp.planning.optimizers import Component, ask
+from tamp.planning.sampling.optimizers import Component, ask
 from tamp.planning.sampling.stream_calls import Sampling
 
 
