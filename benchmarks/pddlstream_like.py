@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator
 from statistics import median
 
 from benchmarks.harness import Row, main
+from benchmarks.pddlstream_features import cash, counting, cutting, floors, latent, modes, pushing
 from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, roadmap, searching, teams
 from benchmarks.pddlstream_shapes import field, shelf, states, tea
+from benchmarks.pddlstream_shelf import carrying, optimised
 from tamp import clock
 from tamp.planning import Problem, solve
 from tests.planning.problems import clearing, continuous, fluents
@@ -49,6 +51,16 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "row, 4 things lifted out of the way": lambda: clearing.row(4),
     "washing, 4 foods, tests told the state": lambda: fluents.washing(4),
     "line, 3 blocks, effects that wreck": lambda: continuous.line(3, continuous.wrecking_effects()),
+    "line, 2 blocks, an optimizer": lambda: optimised([-4.0, 0.0], {"A": "goal", "B": "goal"}, LINE),
+    "line, 1 block past a tall one": lambda: carrying([-4.0, 0.0], {"A": "goal"}, LINE),
+    "counting to 10": lambda: counting(10),
+    "counting to 5 and to -5": lambda: counting(5, both=True),
+    "cutting a rope, 3 places": lambda: cutting(3),
+    "cash, 40 from machines of 30": lambda: cash(40.0),
+    "latent values, 3 blocks": lambda: latent(3),
+    "pushing 3 blocks on a grid": lambda: pushing(3),
+    "modes, beyond 5": lambda: modes(5.0),
+    "floors, 4 boxes, no streams": lambda: floors(4),
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)
