@@ -19,6 +19,7 @@ from tamp.task import Gripper, Pose
 from tamp.task.robot import PAD_FRICTION
 from tamp.world.geometry.half_spaces import half_spaces, joined
 from tamp.world.robot.linkage import Linkage
+from tamp.world.robot.payload import GRAVITY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
-GRAVITY = 9.81  # [m/s^2]
 LIFTED = 0.85  # share of what friction carries that can still be set in motion
 
 
