@@ -45,7 +45,7 @@ def check(
         task: what is to be done.
         plan: how.
         start: where the objects are known to stand (world frame). Without it the plan's start may differ from the
-            task's by what settling explains, and the arm starts from the robot's home.
+            task's by what settling explains, and the arm starts from the robot's home, its fingers open.
         goals: the poses that goals given as poses are known to settle to. Without it the plan's may differ from the
             task's by what settling explains.
         facts: the symbolic facts that are known to hold at the start. Without it those that the task names.
@@ -58,8 +58,9 @@ def check(
     """
     _refuse_misfit(task, plan, start)
     poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
-    state = State(poses, np.array(plan.home, dtype=np.float64), facts=set(task.init if facts is None else facts))
-    replay = Replay(Scene.of(task), state, allow)
+    scene, known = Scene.of(task), set(task.init if facts is None else facts)
+    opening = scene.links.tree.spec.gripper.stroke if start is None else None
+    replay = Replay(scene, State(poses, np.array(plan.home, dtype=np.float64), opening, facts=known), allow)
     check_start(replay, start)
     check_home(replay, known=start is not None)
     for index, action in enumerate(plan.actions):

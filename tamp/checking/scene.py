@@ -109,7 +109,7 @@ class State:
     Attributes:
         poses: object -> T_world_object, shape (4, 4).
         q: arm configuration [rad].
-        opening: distance between the pads [m]; None until the first motion says it.
+        opening: distance between the pads [m]; None where nobody knows it until the first motion says it.
         held: what the gripper holds, or None.
         time: of all motions so far [s].
         jumped: how far each joint jumped in all, within tolerance, where two motions meet [rad].

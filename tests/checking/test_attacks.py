@@ -9,9 +9,9 @@ import pytest
 
 from tamp.checking import check
 from tamp.errors import PlanError, TaskError
-from tamp.task import At, Box, Grip, Mesh, Move, Object, On, Plan, Pose, Release, Sphere, Task, Trajectory
+from tamp.task import Action, At, Box, Grip, Mesh, Move, Object, On, Plan, Pose, Release, Sphere, Task, Trajectory
 from tamp.task.mesh.parts import convex_hull
-from tests.checking.handmade import RISE, Hand, alone, carry, two_boxes, unmoved
+from tests.checking.handmade import RISE, Hand, alone, carry, tree, two_boxes, unmoved
 from tests.checking.judging import kinds
 from tests.checking.mutations.editing import put, shifted, step_at, steps_of
 from tests.checking.mutations.motions import dip_between_samples, object_in_the_way, shift_into_table
@@ -353,3 +353,17 @@ def test_no_motion_takes_so_long_that_nothing_is_seen_between_its_samples():
     actions = tuple(replace(action, steps=tuple(map(slower, action.steps))) for action in plan.actions)
     said = " ".join(problem.sentence for problem in check(task, replace(plan, actions=actions)).problems)
     assert "it takes longer than 1,000,000 s" in said
+
+
+@pytest.mark.parametrize(("opening", "meets"), [(0.08, False), (0.001, True)])
+def test_fingers_that_close_at_home_pass_nothing_that_stands_between_them(opening, meets):
+    stick = Object("stick", Box((0.008, 0.008, 0.53)), Pose((0.1345, 0.032, 0.265)))
+    home = two_boxes()[1].home
+    hand = Hand(home)
+    tool = Pose.from_matrix(tree().tool(np.array([home]))[0])
+    ways = [hand.line(shifted(tool, np.array([0.0, 0.0, up]))) for up in (0.1, 0.0)]
+    moves = Action("move", (), tuple(Move("transit", way, opening) for way in ways))
+    plan = Plan("stick", "panda", 0, {"stick": stick.pose}, home, {}, (moves,))
+    said = [problem.sentence for problem in check(Task("stick", (stick,)), plan).problems]
+    assert any("the fingers change their opening" in sentence for sentence in said) == meets, said
+    assert meets or not said

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.blow import knocked_over, pushed_back, slid_past, struck_aside
-from tamp.checking.actions.grip_and_release import check_rest, check_strayed
+from tamp.checking.actions.grip_and_release import check_rest, check_righted, check_strayed
 from tamp.checking.actions.way_down import met_on_the_way
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
@@ -71,6 +71,8 @@ def check_fall(
     for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
     state.poses[name] = after
+    if straight:
+        check_righted(scene, state, name, before, allow, report)
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
     lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
@@ -132,7 +134,8 @@ def _not_turning(
         yield f"{name} is said to turn sideways while it falls"
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
     high = float(scene.center_of_mass(name, before)[2] - edge[:, 2].min())
-    if torque < max(allow.balance, np.tan(allow.grasp_angle) * high):
+    # By as much as all shifts within tolerance come to it may be nearer to its balance.
+    if torque < max(allow.balance, np.tan(allow.grasp_angle) * high) + state.strayed.get(name, 0.0):
         yield f"{name} may not fall to that side: its centre of mass is hardly beyond the edge it stands on, or is not"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 ALIKE = 5e-4
 """What is narrower than what the pads close on by no more than this on each side is as wide [m]."""
+WAYS = 8
+"""Aside, in which an object is looked at."""
 
 
 def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report: Report) -> None:
@@ -66,7 +68,10 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
 def check_release(
     scene: Scene, state: State, release: Release, allow: Tolerances, report: Report, *, falls: bool = False
 ) -> None:
-    """Judge the opening of the fingers; afterwards the object stands where the release says, or `falls` from there."""
+    """Judge the opening of the fingers; afterwards the object stands where the release says.
+
+    What `falls` does so from where it is held, which is about there.
+    """
     name = release.object
     gripper = scene.links.tree.spec.gripper
     if state.held is None or state.held.object != name:
@@ -83,7 +88,8 @@ def check_release(
         report("release", f"{name} is pressed {1000 * depth:.1f} mm into {other}", bodies=(name, other), depth=depth)
     for sentence, far in _not_let_go(scene, name, held, T, 0.0 if falls else allow.drop, allow):
         report("release", sentence, bodies=(name,), depth=far)
-    check_strayed(scene, state, name, held, T, allow, report)
+    if not falls:
+        check_strayed(scene, state, name, held, T, allow, report)
     before = gripper.stroke if state.opening is None else state.opening
     wide = _width(scene, state, name, T, before + 2 * allow.pad)
     if wide + allow.opened > release.opening:
@@ -93,26 +99,29 @@ def check_release(
         report("release", sentence, bodies=(name,))
     state.held = None
     state.opening = release.opening
-    state.poses[name] = T
+    state.poses[name] = held if falls else T
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:
         _check_way(scene, state, name, held, allow, report)
         check_rest(scene, state, name, allow, report)
-        return
-    for sentence, bodies, depth in overlaps(scene, state, name, allow):
-        report("support", sentence, bodies=bodies, depth=depth)
 
 
 def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:
-    """What is let go where it was `held` comes to where it now stands: through nothing, and righted by its weight.
-
-    What is tilted rights itself if its centre of mass is over what carries it all the same, and so does what is aside.
-    """
+    """What is let go where it was `held` comes to where it now stands: through nothing, and righted by its weight."""
     if allow.grasp < np.linalg.norm((held - state.poses[name])[:3, 3]) < 2 * allow.drop:
         for touch in dropped_through(scene, state, name, held, allow):
             sentence = f"{name} drops through {touch.bodies[0]}, {1000 * touch.depth:.1f} mm deep in it"
             report("release", sentence, bodies=touch.bodies, depth=touch.depth)
+    check_righted(scene, state, name, held, allow, report)
+
+
+def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:
+    """What was let go where it was `held`, and is said to stand, is righted by its weight, and over what carries it.
+
+    What is tilted rights itself if its centre of mass is over what carries it all the same, and so does what is aside.
+    It stands, too, wherever else shifts within tolerance may have taken it.
+    """
     tilt = float(np.arccos(np.clip(held[2, :3] @ state.poses[name][2, :3], -1.0, 1.0)))
     way = scene.center_of_mass(name, held) - scene.center_of_mass(name, state.poses[name])
     aside = float(np.hypot(way[0], way[1]))
@@ -120,6 +129,21 @@ def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolera
     if margin > allow.balance and sunk_balance(scene, state, name, allow, margin) < margin:
         sentence = f"{name} is let go {1000 * aside:.1f} mm aside, {np.degrees(tilt):.1f} degrees tilted, and tips over"
         report("release", sentence, bodies=(name,))
+    elif (far := state.strayed.get(name, 0.0)) > allow.balance and not _stands_beside(scene, state, name, far, allow):
+        report(
+            "release", f"{name} may be {1000 * far:.1f} mm aside by all that nothing explains, and tip over", (name,)
+        )
+
+
+def _stands_beside(scene: Scene, state: State, name: str, far: float, allow: Tolerances) -> bool:
+    """Whether an object would stand so far aside as well [m], in whichever way."""
+    for angle in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False):
+        moved = state.poses[name].copy()
+        moved[:2, 3] += far * np.array([np.cos(angle), np.sin(angle)])
+        beside = replace(state, poses={**state.poses, name: moved}, touching={})
+        if sunk_balance(scene, beside, name, allow, 0.0) < 0.0:
+            return False
+    return True
 
 
 def _width(scene: Scene, state: State, name: str, T: Array, opening: float) -> float:
