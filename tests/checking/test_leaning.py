@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import At, Box, Cylinder, Object, Plan, Pose, Sphere, Task, load_robot
+from tamp.task import At, Box, Cylinder, Mesh, Object, Plan, Pose, Sphere, Task, load_robot
+from tamp.task.mesh.parts import convex_hull
 from tests.checking.handmade import Hand, carry
 
 HOME = load_robot("panda").home
@@ -66,3 +69,25 @@ def test_what_has_given_way_to_something_does_not_lose_that_too():
     )
     assert "board" not in said([*walls, board], first)
     assert "board, which has given way to far, falls" in said([*walls, board], [*first, *second])
+
+
+@pytest.mark.parametrize(
+    ("shape", "turn", "rolls"), [(Cylinder(0.025, 0.08), np.pi / 2, True), (Box((0.05,) * 3), 0.0, False)]
+)
+def test_what_is_kept_from_rolling_down_a_slope_is_not_set_free(tmp_path, shape, turn, rolls):
+    """A can that lies on a slope touches a block at its foot; in both simulators it rolls 33 cm without that."""
+    slope = np.radians(12.0)
+    ends = [(0.0, 0.0), (0.2, 0.0), (0.2, 0.2 * np.tan(slope))]
+    hull, file = convex_hull(np.array([(x, y, z) for y in (-0.05, 0.05) for x, z in ends])), tmp_path / "wedge.obj"
+    lines = [*(f"v {x} {y} {z}" for x, y, z in hull.vertices), *(f"f {a} {b} {c}" for a, b, c in hull.faces + 1)]
+    file.write_text("\n".join(lines))
+    wedge = Object("wedge", Mesh(file), Pose((-0.05, -0.1, 0.0)), mass=1.0)
+    on_slope = wedge.pose @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -slope, 0.0))
+    lying = Object("lying", shape, on_slope @ Pose.from_rpy((0.03, 0.0, 0.025), (turn, 0.0, 0.0)), mass=0.2)
+    least = lying.pose.xyz[0] - (0.025 if turn else 0.025 * (np.cos(slope) + np.sin(slope)))
+    block = Object("block", Box((0.03, 0.05, 0.08)), Pose((min(least, -0.05) - 0.0152, -0.1, 0.04)), mass=0.5)
+    goal = Pose((0.1, 0.2, 0.04))
+    actions = carry(Hand(HOME), "block", block.pose, goal, 0.05, ("table", "table"), grip_height=0.02)
+    found = said([wedge, lying, replace(block, goal=At(goal))], actions)
+    assert ("lying does not stay on wedge: it rolls down" in found) == rolls, found
+    assert rolls or not found

@@ -43,7 +43,7 @@ def let_go(
     carry = Move("transfer", hand.free(above(to)), width, hold)
     lower = Move("lower", hand.line(to), width, hold, then)
     leave = Move("retreat", hand.line(to @ Pose((0.0, 0.0, -0.1))), OPEN)
-    fall = (Fall("red", end),) if falls else ()
+    fall = (Fall("red", end),) if falls.startswith("lay") else ()
     put = Action(
         falls or "place", ("red",), (lower, Release("red", let_go_at or (held if falls else end), OPEN), leave, *fall)
     )
@@ -173,3 +173,18 @@ def test_a_thin_stick_that_is_hardly_beyond_its_balance_falls_to_no_side_for_cer
         scene, state, Fall("red", turned(tilt + 1.0)), DEFAULT, lambda kind, sentence, **_: said.append(sentence)
     )
     assert any("may not fall to that side" in sentence for sentence in said) != falls, said
+
+
+@pytest.mark.parametrize("action", ["stack", "lay-on"])
+@pytest.mark.parametrize(
+    ("beside", "drop", "tips"), [(0.004, 0.0145, True), (0.004, 0.001, False), (0.0, 0.0145, False)]
+)
+def test_what_drops_onto_a_domino_near_its_edge_tips_it_over(beside, drop, tips, action):
+    """In MuJoCo the first tips over with the domino, the others stand."""
+    domino = Object("domino", Box((0.06, 0.012, 0.1)), Pose((0.05, 0.2, 0.05)), mass=0.1)
+    end = Pose((0.05, 0.2 + beside, 0.125))
+    at = Pose((*START, 0.025)), Pose((0.05, 0.2 + beside, 0.125 + drop)), end
+    where = end if action == "stack" else at[1]
+    said = let_go(Box((0.05, 0.05, 0.05)), 0.05, at, 0.005, (domino,), action, "domino", let_go_at=where, mass=1.0)
+    assert ("domino tips over when red falls 14 mm onto it" in said) == tips, said
+    assert tips or not said

@@ -76,11 +76,11 @@ def check_fall(
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
     lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
-    if straight and drop > allow.drop and not stays_after(scene, state, name, lift, allow):
+    if straight and drop > allow.dropped and not stays_after(scene, state, name, lift, allow):
         report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
-    if drop <= allow.drop:
+    if drop <= (allow.dropped if straight else allow.drop):
         return
-    if rolls_away(scene, state, name, None if straight else ahead, allow):
+    if drop > allow.drop and rolls_away(scene, state, name, None if straight else ahead, allow):
         report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
     if straight:
         flanks = slid_past(scene, state, name, carriers(scene, state, name, allow))

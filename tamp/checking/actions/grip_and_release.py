@@ -8,13 +8,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
+from tamp.checking.actions.blow import knocked_over
 from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.perching import on_rollers, perched
 from tamp.checking.physics.stacks import stack_of, upset
-from tamp.checking.physics.support import balanced, carriers, height_above, overlaps, slumps, sunk_balance, unrest
+from tamp.checking.physics.support import (
+    balanced,
+    carriers,
+    height_above,
+    overlaps,
+    slumps,
+    stays_after,
+    sunk_balance,
+    unrest,
+)
 from tamp.checking.scene import GRAVITY, Scene, State
 from tamp.task.robot import PAD_FRICTION
 
@@ -114,6 +124,21 @@ def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolera
             sentence = f"{name} drops through {touch.bodies[0]}, {1000 * touch.depth:.1f} mm deep in it"
             report("release", sentence, bodies=touch.bodies, depth=touch.depth)
     check_righted(scene, state, name, held, allow, report)
+    drop = float((scene.center_of_mass(name, held) - scene.center_of_mass(name, state.poses[name]))[2])
+    if drop > allow.dropped:
+        for sentence, bodies in upset_by_fall(scene, state, name, drop, allow):
+            report("release", sentence, bodies=bodies)
+
+
+def upset_by_fall(
+    scene: Scene, state: State, name: str, drop: float, allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What does not stay where it is as an object comes straight down on it by a drop [m], itself among them."""
+    lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, state.poses[name]))
+    if not stays_after(scene, state, name, lift, allow):
+        yield f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", (name,)
+    for struck in dict.fromkeys(knocked_over(scene, state, name, drop, allow)):
+        yield f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", (struck, name)
 
 
 def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:
@@ -345,13 +370,21 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
     for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
+    for other in (other for other in beside if other not in slumped):
+        for sentence, bodies in _rolling(scene, rest, other, allow) if not _rolling(scene, state, other, allow) else ():
+            report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+
+
+def _rolling(scene: Scene, state: State, name: str, allow: Tolerances) -> list[tuple[str, tuple[str, ...]]]:
+    """Why an object does not stay on what carries it, which rolls, or from which it rolls itself: sentence, bodies."""
+    return [*perched(scene, state, name, allow), *on_rollers(scene, state, name, allow)]
 
 
 def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
     """An object that has come to a place stays there, and so does all that it now stands on or touches."""
     for sentence, bodies, depth in unrest(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
-    for sentence, bodies in (*perched(scene, state, name, allow), *on_rollers(scene, state, name, allow)):
+    for sentence, bodies in _rolling(scene, state, name, allow):
         report("support", sentence, bodies=bodies)
     for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
         report("support", sentence, bodies=bodies, depth=depth)
