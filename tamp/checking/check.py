@@ -58,9 +58,9 @@ def check(
     """
     _refuse_misfit(task, plan, start)
     poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
-    scene, known = Scene.of(task), set(task.init if facts is None else facts)
+    scene, holding = Scene.of(task), set(task.init if facts is None else facts)
     opening = scene.links.tree.spec.gripper.stroke if start is None else None
-    replay = Replay(scene, State(poses, np.array(plan.home, dtype=np.float64), opening, facts=known), allow)
+    replay = Replay(scene, State(poses, np.array(plan.home, dtype=np.float64), opening, facts=holding), allow)
     check_start(replay, start)
     check_home(replay, known=start is not None)
     for index, action in enumerate(plan.actions):
