@@ -16,6 +16,7 @@ from tests.checking.mutations.ends import (
     stale_start,
     start_at_goals,
     start_in_the_air,
+    start_in_the_robot,
 )
 from tests.checking.mutations.falls import (
     another_falls,
@@ -35,6 +36,7 @@ from tests.checking.mutations.grips import (
     never_grip,
     slip_in_hand,
     swings_down,
+    swings_on_the_way,
     wrong_object,
     wrong_width,
 )
@@ -58,6 +60,7 @@ from tests.checking.mutations.motions import (
     jolt,
     not_at_rest,
     object_in_the_way,
+    rub,
     shift_into_table,
     shift_waypoint,
     speed_up,
@@ -90,6 +93,7 @@ from tests.checking.mutations.pushes import (
     push_nothing,
     push_over_the_edge,
     push_through,
+    push_tips_backwards,
     push_what_is_heavy,
     push_what_rolls,
     push_what_slips,
@@ -154,6 +158,9 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     misnamed_phase: ("continuity",),
     sunk_tower: ("start",),
     stands_tilted: ("start",),
+    start_in_the_robot: ("start",),
+    rub: ("collision",),
+    swings_on_the_way: ("grasp",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {
@@ -168,6 +175,7 @@ PUSHES: dict[Mutation, tuple[str, ...]] = {
     push_what_is_heavy: ("limits",),
     push_what_slips: ("push",),
     push_what_rolls: ("push",),
+    push_tips_backwards: ("push",),
 }
 
 FALLS: dict[Mutation, tuple[str, ...]] = {

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tamp.task import Action, Attachment, Fall, Grip, Move, Plan, Pose, Release, Step, Task
+from tamp.task import Action, Attachment, Fall, Grip, Move, Object, Plan, Pose, Release, Step, Task
 
 Pair = tuple[Task, Plan]
 Mutation = Callable[[Task, Plan, np.random.Generator], Pair | None]
@@ -48,6 +48,11 @@ def changed(task: Task, name: str, **values: Any) -> Task:
 def stand(task: Task, plan: Plan, name: str, pose: Pose) -> Pair:
     """Task and plan with an object that stands elsewhere at the start."""
     return changed(task, name, pose=pose), replace(plan, start={**plan.start, name: pose})
+
+
+def added(task: Task, plan: Plan, thing: Object) -> Pair:
+    """Task and plan with another object in them."""
+    return replace(task, objects=(*task.objects, thing)), replace(plan, start={**plan.start, thing.name: thing.pose})
 
 
 def recentred(plan: Plan, name: str, by: Pose) -> Plan:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import At, Plan, Task
-from tests.checking.mutations.editing import Pair, changed, choose, shifted, sideways
+from tamp.checking.robot.kinematics import read_kinematics
+from tamp.task import At, Box, Object, Plan, Pose, Task, load_robot
+from tests.checking.mutations.editing import Pair, added, changed, choose, shifted, sideways
 
 
 def stale_start(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -52,3 +53,10 @@ def goal_missed(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
         return None
     goal = At(shifted(task.object(name).goal.pose, sideways(rng, 0.035, 0.3)))
     return changed(task, name, goal=goal), plan
+
+
+def start_in_the_robot(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A post stands where the hand is at home."""
+    x, y, z = read_kinematics(load_robot(task.robot)).tool(np.array([plan.home]))[0, :3, 3]
+    height, wide = float(z + rng.uniform(0.02, 0.06)), float(rng.uniform(0.06, 0.1))
+    return added(task, plan, Object("post", Box((wide, wide, height)), Pose((float(x), float(y), height / 2))))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tamp.checking.robot.kinematics import read_kinematics
 from tamp.task import At, Attachment, Box, Grip, Inertia, Move, Object, Plan, Pose, Release, Task, load_robot
 from tamp.task.robot import PAD_FRICTION
 from tests.checking.mutations.editing import (
@@ -20,6 +21,7 @@ from tests.checking.mutations.editing import (
     step_at,
     steps_of,
 )
+from tests.checking.mutations.motions import bumped
 
 
 def regrip(task: Task, plan: Plan, where: tuple[int, int], attachment: Attachment, width: float) -> Plan:
@@ -108,6 +110,28 @@ def swings_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(away))
     spread = Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3))
     return changed(task, thing.name, mass=mass, inertia=spread), plan
+
+
+def swings_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The centre of mass hangs far below the pads as they close; on its way the hand leans too much for that."""
+    where = choose(steps_of(plan, Grip), rng)
+    carrying = [w for w in steps_of(plan, Move, "transfer") if where is not None and w > where]
+    if where is None or not carrying:
+        return None
+    grip, spec = step_at(plan, where), load_robot(task.robot)
+    thing, tree, move = task.object(grip.attachment.object), read_kinematics(spec), step_at(plan, carrying[0])
+    led = bumped(move.trajectory, np.eye(len(spec.joints))[-2] * rng.uniform(0.5, 0.8))
+    led = replace(led, times=1.6 * led.times, velocities=led.velocities / 1.6)
+    before = max(w for w in steps_of(plan, Move) if w < where)
+    down = tree.tool(step_at(plan, before).trajectory.positions[-1:])[0, :3, :3].T @ (0.0, 0.0, -1.0)
+    tools = tree.tool(led.positions)[:, :3, :3]
+    turned = float(np.abs(np.cross(tools @ np.array(spec.gripper.axis), tools @ down)[:, 2]).max())
+    holds = PAD_FRICTION * thing.friction * spec.gripper.force
+    mass = rng.uniform(0.3, 0.6) * 2 * holds / 9.81
+    below = rng.uniform(1.5, 2.0) * holds * float(np.hypot(*spec.gripper.pad[1:])) / (mass * 9.81 * turned)
+    center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(below * down))
+    heavy = changed(task, thing.name, mass=mass, inertia=Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3)))
+    return heavy, put(plan, carrying[0], replace(move, trajectory=led))
 
 
 def cut_between_pads(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:

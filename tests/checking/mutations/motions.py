@@ -7,8 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.checking.robot.kinematics import read_kinematics
-from tamp.task import Move, Plan, Pose, Task, Trajectory, load_robot
-from tests.checking.mutations.editing import Pair, choose, put, stand, step_at, steps_of
+from tamp.task import Action, Box, Move, Object, Plan, Pose, Task, Trajectory, load_robot
+from tests.checking.handmade import DOWN, OPEN, Hand, above, timed
+from tests.checking.mutations.editing import Pair, added, choose, put, stand, step_at, steps_of
+
+BAR = Box((0.12, 0.04, 0.05))
+BESIDE, TIP = 0.045, 0.00885  # of an open Panda's finger to the tool, and of its tip under that [m]
+CLEAR = 0.15  # [m]
 
 
 def shift_into_table(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -173,3 +178,20 @@ def dip_between_samples(task: Task, plan: Plan, rng: np.random.Generator) -> Pai
     dip = Trajectory(np.array([0.0, 2.0, 22.0, 23.0]), positions, velocities)
     move = step_at(plan, where)
     return task, put(plan, where, replace(move, trajectory=dip), move)
+
+
+def rub(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Before anything else a finger comes down on a bar until it is hardly in it, and slides along it."""
+    places = np.array([pose.xyz[:2] for pose in plan.start.values()])
+    drawn = rng.uniform((0.0, -0.3), (0.1, 0.2), size=(100, 2))
+    clear = [(x, y) for x, y in drawn if (np.linalg.norm(places - (x, y + BESIDE), axis=1) > CLEAR).all()]
+    if task.robot != "panda" or not clear:
+        return None
+    x, y = clear[0]
+    spot = Pose((x, y + BESIDE, BAR.size[2] / 2))
+    hand, z = Hand(plan.home), BAR.size[2] + TIP - rng.uniform(0.0006, 0.0009)
+    first, last = (Pose((x + along, y, z), DOWN) for along in (-0.03, 0.03))
+    ways = [hand.free(above(first)), hand.line(first), hand.line(last), hand.line(above(last))]
+    ways.append(timed(np.array([hand.q, plan.home]), hand.spec))
+    rubbing = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
+    return added(task, replace(plan, actions=(rubbing, *plan.actions)), Object("bar", BAR, spot))

@@ -5,11 +5,23 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from tamp.checking.robot.kinematics import read_kinematics
-from tamp.task import At, Box, Cylinder, Move, Object, Plan, Pose, Task, load_robot
+from tamp.task import At, Box, Cylinder, Inertia, Move, Object, Plan, Pose, Task, load_robot
 from tamp.task.mesh.parts import parts
-from tests.checking.mutations.editing import Pair, changed, choose, put, recentred, shifted, sideways, step_at, steps_of
+from tests.checking.mutations.editing import (
+    Pair,
+    added,
+    changed,
+    choose,
+    put,
+    recentred,
+    shifted,
+    sideways,
+    step_at,
+    steps_of,
+)
 
 
 def push_beside(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -50,7 +62,7 @@ def push_through(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | Non
     last = read_kinematics(load_robot(task.robot)).tool(move.trajectory.positions[-1:])[0]
     end = (last @ move.pushed.T_tool_object.matrix)[:3, 3]
     x, y, _ = end + sideways(rng, 0.0, 0.02)
-    return _with(task, plan, Object("peg", Box((0.03, 0.03, 0.06)), Pose((float(x), float(y), 0.03))))
+    return added(task, plan, Object("peg", Box((0.03, 0.03, 0.06)), Pose((float(x), float(y), 0.03))))
 
 
 def push_loaded(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -63,7 +75,7 @@ def push_loaded(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     dx, dy, _ = sideways(rng, 0.0, 0.02)
     corners = np.concatenate([part.vertices for part in parts(task.object(name).shape)])
     top = z + float((corners @ plan.start[name].matrix[2, :3]).max())
-    return _with(task, plan, Object("rider", Box((0.03, 0.03, 0.03)), Pose((x + dx, y + dy, top + 0.015))))
+    return added(task, plan, Object("rider", Box((0.03, 0.03, 0.03)), Pose((x + dx, y + dy, top + 0.015))))
 
 
 def push_over_the_edge(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -141,10 +153,28 @@ def push_what_slips(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | 
     return changed(task, move.pushed.object, friction=float(rng.uniform(0.2, 0.6) * middle / high)), plan
 
 
+def push_tips_backwards(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Its centre of mass is so high that the hand, which speeds it up near its foot, tips it over backwards."""
+    where = _push(plan, rng)
+    if where is None:
+        return None
+    move = step_at(plan, where)
+    thing, t = task.object(move.pushed.object), move.trajectory
+    times = np.arange(0.0, t.times[-1], 0.01)
+    tool = read_kinematics(load_robot(task.robot)).tool(CubicHermiteSpline(t.times, t.positions, t.velocities)(times))
+    path = tool @ move.pushed.T_tool_object.matrix
+    ahead = (path[-1] - path[0])[:3, 3] / np.linalg.norm((path[-1] - path[0])[:3, 3])
+    if len(path) < 4 or abs(ahead[2]) > 0.05:
+        return None
+    fastest = float(np.diff(path[:, :3, 3] @ ahead, n=2).max()) / 0.01**2
+    corners = np.concatenate([part.vertices for part in parts(thing.shape)]) @ path[0, :3, :3].T
+    long, high = float(np.ptp(corners @ ahead)), float(np.ptp(corners[:, 2]))
+    up = high + rng.uniform(1.5, 2.5) * (long + thing.friction * high) * 9.81 / fastest
+    center = path[0, :3, :3].T @ (0.0, 0.0, up)
+    spread = Inertia(Pose(tuple(center)), (1e-3, 1e-3, 1e-3))
+    return changed(task, thing.name, inertia=spread), plan
+
+
 def _push(plan: Plan, rng: np.random.Generator) -> tuple[int, int] | None:
     """Where a push is, or None."""
     return choose([where for where in steps_of(plan, Move) if step_at(plan, where).pushed is not None], rng)
-
-
-def _with(task: Task, plan: Plan, thing: Object) -> Pair:
-    return replace(task, objects=(*task.objects, thing)), replace(plan, start={**plan.start, thing.name: thing.pose})

@@ -66,13 +66,17 @@ def within(body: Body, T: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.any(inside, axis=0)
 
 
-def meets(moving: Body, T: np.ndarray, still: Body, T_still: np.ndarray, limit: float) -> bool:
-    """Whether a body is deeper than `limit` in another at any of its poses, shape (n, 4, 4)."""
+def near(moving: Body, T: np.ndarray, still: Body, T_still: np.ndarray) -> list[int]:
+    """At which of its poses, shape (n, 4, 4), a body may touch another."""
     T_still_moving = np.linalg.inv(T_still) @ T
     center = T_still_moving[:, :3, :3] @ moving.center + T_still_moving[:, :3, 3]
     beyond = np.maximum(still.box[0] - center, center - still.box[1]).clip(min=0.0)
-    near = np.flatnonzero(np.linalg.norm(beyond, axis=1) < moving.radius)
-    return any(depth(moving, T[k], still, T_still) > limit for k in near)
+    return np.flatnonzero(np.linalg.norm(beyond, axis=1) < moving.radius).tolist()
+
+
+def meets(moving: Body, T: np.ndarray, still: Body, T_still: np.ndarray, limit: float) -> bool:
+    """Whether a body is deeper than `limit` in another at any of its poses, shape (n, 4, 4)."""
+    return any(depth(moving, T[k], still, T_still) > limit for k in near(moving, T, still, T_still))
 
 
 @lru_cache(maxsize=256)

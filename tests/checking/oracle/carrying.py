@@ -9,6 +9,7 @@ from tests.checking.oracle.bodies import robot, tool_at
 from tests.checking.oracle.world import World
 
 EVERY = 0.01  # between two looks [s]
+SWINGS = 1.2  # so many times the moment that pads resist which press with their corners alone is too much
 SLIPS = 1.04  # so many times what friction carries is too much
 
 
@@ -21,13 +22,18 @@ def jerked_out(world: World, move: Move) -> str | None:
     name, T = world.held
     thing, gripper = world.task.object(name), robot()[0].gripper
     carried = 2 * thing.friction * gripper.force
-    if thing.mass * 9.81 < 0.5 * carried:
+    middle = world.bodies[name].center if thing.inertia is None else np.array(thing.inertia.frame.xyz)
+    lever = T[:3, :3] @ middle + T[:3, 3]
+    resists = SWINGS * carried / 2 * np.hypot(*gripper.pad[1:])
+    if thing.mass * 9.81 < 0.5 * carried and thing.mass * 9.81 * np.linalg.norm(lever) < resists:
         return None
     t = move.trajectory
     curve = CubicHermiteSpline(t.times, t.positions, t.velocities)
     tools = np.array([tool_at(q) for q in curve(np.arange(0.0, t.times[-1], EVERY))])
-    middle = world.bodies[name].center if thing.inertia is None else np.array(thing.inertia.frame.xyz)
-    path = tools[:, :3, 3] + tools[:, :3, :3] @ (T[:3, :3] @ middle + T[:3, 3])
+    path = tools[:, :3, 3] + tools[:, :3, :3] @ lever
+    turning = thing.mass * 9.81 * np.abs(np.cross(tools[:, :3, :3] @ gripper.axis, tools[:, :3, :3] @ lever)[:, 2])
+    if turning.max(initial=0.0) > resists:
+        return f"{name} swings down in the fingers"
     if len(path) < 3:
         return None
     pulls = thing.mass * (np.diff(path, n=2, axis=0) / EVERY**2 + np.array([0.0, 0.0, 9.81]))

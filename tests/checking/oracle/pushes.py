@@ -13,6 +13,8 @@ REACH = 0.01  # a finger farther than this from an object does not push it [m]
 LIFTED = 0.01  # [m]
 ROLLS = 0.5  # share of a can's axis that is upright, or along the push, below which it rolls away
 SLIPS = 0.7  # share of the friction that would just hold fingers on a flank
+EVERY = 0.01  # between two looks at how fast it gets faster [s]
+TIPS = 1.2  # so many times what resists a tip backwards is too much
 MARGIN = 2.0  # no edge of it is so many radii ahead of its middle
 
 
@@ -34,6 +36,8 @@ def push(world: World, move: Move) -> str | None:
     height = _lowest(world, move, fingers) - _bottom(world, name)
     if world.task.object(name).friction * height > MARGIN * world.bodies[name].radius:
         return f"{name} tips over"
+    if _tips_back(world, move, name, fingers):
+        return f"{name} tips over backwards"
     shape, way = world.task.object(name).shape, (ahead - before)[:3, 3]
     if isinstance(shape, Cylinder) and max(abs(before[:3, 2] @ way) / np.linalg.norm(way), abs(before[2, 2])) < ROLLS:
         return f"{name} rolls away"
@@ -45,6 +49,28 @@ def push(world: World, move: Move) -> str | None:
         return f"the arm cannot push {name}"
     world.poses[name] = ahead
     return rests(world, name) or next((text for o in riders if (text := rests(world, o)) is not None), None)
+
+
+def _tips_back(world: World, move: Move, name: str, fingers: list[str]) -> bool:
+    """Whether a centre of mass high above all of the fingers stays behind as these speed the object up."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    thing, t = world.task.object(name), move.trajectory
+    if thing.inertia is None:
+        return False
+    curve = CubicHermiteSpline(t.times, t.positions, t.velocities)
+    path = np.array([tool_at(q) @ move.pushed.T_tool_object.matrix for q in curve(np.arange(0.0, t.times[-1], EVERY))])
+    way = path[-1, :3, 3] - path[0, :3, 3]
+    way /= max(np.linalg.norm(way), 1e-9)
+    speeding = float(np.diff(path[:, :3, 3] @ way, n=2).max(initial=0.0)) / EVERY**2
+    points = world.bodies[name].points @ path[0, :3, :3].T + path[0, :3, 3]
+    center = path[0, :3, :3] @ thing.inertia.frame.xyz + path[0, :3, 3]
+    placed, _ = links_along(t.positions[:1], move.opening)
+    tops = [float((robot()[2][f].points @ placed[f][0][2, :3] + placed[f][0][2, 3]).max()) for f in fingers]
+    pressed = min(max(tops), float(points[:, 2].max()))
+    behind = float(center @ way - (points @ way).min())
+    resists = behind + thing.friction * TABLE_FRICTION * (pressed - float(points[:, 2].min()))
+    return bool((center[2] - pressed) * speeding / 9.81 > TIPS * resists)
 
 
 def _aslant(T: np.ndarray, way: np.ndarray) -> float:

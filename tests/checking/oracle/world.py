@@ -10,6 +10,7 @@ import numpy as np
 
 from tamp.task import Action, At, Box, Grip, Move, Plan, Release, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at, within
+from tests.checking.oracle.rubbing import rubs
 
 STEP = 0.01  # [s]
 INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
@@ -57,6 +58,10 @@ def start(world: World) -> str | None:
             return f"{thing.name} stands flat and alone where it is written"
         if np.linalg.norm(world.poses[thing.name][:3, 3] - thing.pose.xyz) > 0.27:
             return f"{thing.name} starts elsewhere"
+    placed, _ = links_along(world.q[None], robot()[0].gripper.stroke)
+    for name, (link, body) in product(sorted(world.others("table")), robot()[2].items()):
+        if meets(body, placed[link], world.bodies[name], world.poses[name], INSIDE):
+            return f"{name} starts in {link}"
     if (name := _too_low(world)) is not None:
         return f"{name} is too low for all that is under it"
     if (name := _tilted(world)) is not None:
@@ -163,6 +168,8 @@ def sweep(world: World, move: Move) -> str | None:
         for link, body in robot()[2].items():
             if (other, link) != ("table", "panda_link0") and meets(body, placed[link], world.bodies[other], T, INSIDE):
                 return f"{link} in {other}"
+            if other != "table" and move.pushed is None and rubs(body, placed[link], world.bodies[other], T):
+                return f"{link} rubs along {other}"
         for name, poses in carried.items():
             if meets(world.bodies[name], poses, world.bodies[other], T, limit):
                 return f"{name} in {other}"
