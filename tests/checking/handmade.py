@@ -113,10 +113,17 @@ def above(pose: Pose, by: float = RISE) -> Pose:
 
 
 def carry(
-    hand: Hand, name: str, start: Pose, goal: Pose, width: float, under: tuple[str, str], grip_height: float = 0.005
+    hand: Hand,
+    name: str,
+    start: Pose,
+    goal: Pose,
+    width: float,
+    under: tuple[str, str],
+    grip_height: float = 0.005,
+    aside: float = 0.0,
 ) -> list[Action]:
-    """Pick an object from above and place it elsewhere, on the bodies named in `under` (before, after)."""
-    T_object_tool = Pose((0.0, 0.0, grip_height), DOWN)
+    """Pick an object from above, `aside` of its middle, and place it on the second of the bodies named in `under`."""
+    T_object_tool = Pose((aside, 0.0, grip_height), DOWN)
     held = Attachment(name, T_object_tool.inverse())
     actions = []
     for kind, where, on in (("pick", start, under[0]), ("place", goal, under[1])):
@@ -186,11 +193,13 @@ def scales() -> tuple[Task, Plan]:
     return task, Plan(task.name, "panda", 0, {o.name: o.pose for o in task.objects}, home, goals, tuple(actions))
 
 
-def alone(shape, start: Pose, end: Pose, width: float, lift: float = 0.0, **about) -> tuple[Task, Plan]:
-    """One object carried across the table, gripped `lift` above its origin."""
+def alone(
+    shape, start: Pose, end: Pose, width: float, lift: float = 0.0, aside: float = 0.0, **about
+) -> tuple[Task, Plan]:
+    """One object carried across the table, gripped `lift` above its origin and `aside` of it."""
     task = Task("alone", (Object("red", shape, start, At(end), **about),))
     home = two_boxes()[1].home
-    actions = carry(Hand(home), "red", start, end, width, ("table", "table"), grip_height=lift)
+    actions = carry(Hand(home), "red", start, end, width, ("table", "table"), lift, aside)
     return task, Plan("alone", "panda", 0, {"red": start}, home, {"red": end}, tuple(actions))
 
 

@@ -11,12 +11,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tamp.errors import TampError
+from tamp.execution.executor import execute
 from tamp.execution.pybullet.simulator import PyBulletSimulator
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulator import GRAVITY, STEP, TABLE, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
 from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
 from tamp.task.files.robot.robot_file import read_robot
+from tests.checking.handmade import alone
 from tests.task.swinging import ARM, ROBOT, write
 
 SINGLE = 1e-6  # engines may count in single precision
@@ -225,3 +227,12 @@ def test_what_slides_in_mujoco_stays_on_the_table_and_stops_as_friction_has_it()
         world.step(60)
         way = world.pose("flat").xyz[0] - start.xyz[0]
         assert way == pytest.approx(speed**2 / (2 * flat.friction * GRAVITY), rel=0.1)
+
+
+@pytest.mark.parametrize(("mass", "friction", "aside"), [(1.2, 0.31, 0.017), (1.4, 0.3, -0.005)])
+def test_fingers_hold_in_mujoco_what_is_ten_times_as_heavy_as_they_are(mass, friction, aside):
+    pytest.importorskip("mujoco")
+    start, end = Pose((0.05, -0.2, 0.03)), Pose((0.05, 0.2, 0.03))
+    task, plan = alone(Box((0.05, 0.05, 0.06)), start, end, 0.05, 0.005, aside, mass=mass, friction=friction)
+    done = execute(task, plan, monitor=None, simulator="mujoco")
+    assert math.dist(done.final_poses["red"].xyz, end.xyz) < 0.0025

@@ -98,8 +98,7 @@ def check_release(
         report("release", f"{name} is pressed {1000 * depth:.1f} mm into {other}", bodies=(name, other), depth=depth)
     for sentence, far in _not_let_go(scene, name, held, T, 0.0 if falls else allow.drop, allow):
         report("release", sentence, bodies=(name,), depth=far)
-    if not falls:
-        check_strayed(scene, state, name, held, T, allow, report)
+    check_strayed(scene, state, name, held, T, allow, report)
     before = gripper.stroke if state.opening is None else state.opening
     wide = _width(scene, state, name, T, before + 2 * allow.pad)
     if wide + allow.opened > release.opening:

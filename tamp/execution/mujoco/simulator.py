@@ -163,6 +163,8 @@ def _model(objects: Mapping[str, Object], poses: Mapping[str, Pose], table: Tabl
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = IMPRATIO
+    # Else constraints are as stiff as the fingers are light: with a kilogram between them, contacts come and go.
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_DIAGEXACT
     spec.compiler.balanceinertia = True
     spec.compiler.degree = False
     spec.compiler.autolimits = False
