@@ -68,6 +68,10 @@ def lifted(context: Context, reach: Reach) -> tuple[Way, Array] | None:
     obj, placement, grasp = reach.object, reach.placement, reach.grasp
     reason = ""
     T_tool_object = grasp.T_object_tool.inverse().matrix
+    at_once = lift_too_heavy(workspace, obj, T_tool_object, grasp.width, reach.approach[-1:])
+    if at_once is not None:  # no way off begins elsewhere
+        context.fail(at_once)
+        return None
     around = {name: place.pose.matrix for name, place in standing_around(workspace, obj, placement).items()}
     on = standing_under(workspace, obj, placement)
     scenes = (Scene(poses=poses).attached(obj, T_tool_object, grasp.width) for poses in (around, on))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.domains.timing import Timing
+from tamp.streams.motion import lift
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.motion.payload import Carried, load_aware, push_too_heavy
 from tamp.streams.pushing.slide import plan_sliding
@@ -38,6 +39,14 @@ def test_what_the_arm_does_not_bear_is_not_taken_and_the_joint_is_named():
     found, reasons = taken(red(40.0))
     assert not found
     assert any("the weight of red asks" in reason and "of panda_joint" in reason for reason in reasons)
+
+
+def test_where_it_does_not_bear_it_no_way_off_is_looked_for(monkeypatch):
+    asked = []
+    monkeypatch.setattr(lift, "_path", lambda workspace, reach, way: asked.append(way) or (None, "no way"))
+    assert not taken(red(5.0))[0] and asked
+    asked.clear()
+    assert not taken(red(100.0))[0] and not asked
 
 
 def test_on_its_way_the_arm_does_not_stretch_out_with_what_is_heavy():
