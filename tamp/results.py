@@ -198,11 +198,16 @@ def print_table(results: Sequence[Result], file: TextIO) -> None:
     lines = table_lines(results, console.width if terminal else None)
     console.print(lines[0], style="bold")
     for line, result in zip(lines[1:], results, strict=True):
-        console.print(line, style=None if result.solved else "red")
+        console.print(_shown(line), style=None if result.solved else "red")
     for result in results:
         if result.message and not result.solved:
-            console.print(f"{result.task} (seed {result.seed}): {result.message}")
+            console.print(_shown(f"{result.task} (seed {result.seed}): {result.message}"))
     console.print(summary(results))
+
+
+def _shown(text: str) -> str:
+    """A line without what would move a terminal's cursor, or clear its screen: names are a file's."""
+    return "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in text)
 
 
 def table_lines(results: Sequence[Result], width: int | None = None) -> list[str]:

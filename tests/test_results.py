@@ -91,3 +91,10 @@ def test_eighty_columns_hold_a_table_of_long_names() -> None:
     assert max(map(len, lines)) <= 80
     assert lines[1].startswith("a_task_whose_name_is_rather_long_for_a_table")
     assert "EDE cm" in lines[0]
+
+
+def test_what_a_file_says_does_not_work_the_terminal() -> None:
+    out = io.StringIO()
+    print_table([Result("a\x1b[2J", 0, "failed", message="b\x1b]0;title\x07\nc")], out)
+    assert all(sign.isprintable() or sign == "\n" for sign in out.getvalue())
+    assert out.getvalue().count("\n") == 4

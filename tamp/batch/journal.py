@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 from collections.abc import Iterable
@@ -10,12 +11,14 @@ from types import TracebackType
 
 from tamp.errors import TampError
 from tamp.results import Result, read_results, to_json
+from tamp.task.files.regular_file import unlinked
 
 
 class Journal:
     """A results.jsonl open for appending; use it as a context manager.
 
-    A last line that a crash has cut off is removed on opening; its task then counts as not run.
+    A last line that a crash has cut off is removed on opening; its task then counts as not run. A link is not followed:
+    what it leads to would lose its last line.
 
     Raises:
         TampError: on opening, where another batch writes to the file, or where it cannot be written or read.
@@ -25,7 +28,9 @@ class Journal:
         self._path = path
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            if path.is_symlink():
+                raise OSError(errno.ELOOP, "it is a link; choose another --output")
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o666)
         except OSError as error:
             raise TampError(f"{path}: cannot be written: {error.strerror}") from error
         try:
@@ -65,7 +70,7 @@ class Journal:
         """
         new = self._path.with_suffix(".new")
         try:
-            file = os.open(new, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o666)
+            file = os.open(unlinked(new), os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_NOFOLLOW, 0o666)
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             with os.fdopen(os.dup(file), "wb") as lines:
                 lines.writelines(to_json(result).encode() + b"\n" for result in results)

@@ -18,6 +18,7 @@ from tamp.report.runs import Recorded, read_runs
 from tamp.report.statistics import share
 from tamp.results import Result, Status
 from tamp.scoring.ranking import rank, recall
+from tamp.task.files.regular_file import unlinked
 
 WORST_OBJECTS = 30
 MOST_REASONS = 25
@@ -30,7 +31,7 @@ def write_report(folders: Sequence[Path], path: Path, *, pictures: int) -> None:
 
     Args:
         folders: each with a results.jsonl and its runs' folders.
-        path: the HTML file.
+        path: the HTML file; a link that is there in one of the folders is replaced, not followed.
         pictures: how many runs get pictures; those that are not solved come first.
 
     Raises:
@@ -39,6 +40,8 @@ def write_report(folders: Sequence[Path], path: Path, *, pictures: int) -> None:
     solutions = {name: read_runs(folder) for name, folder in named_folders(folders).items()}
     text = render("report.html", **_content(solutions, path.resolve().parent, pictures))
     path.parent.mkdir(parents=True, exist_ok=True)
+    if path.parent in folders:
+        unlinked(path)
     path.write_text(text, encoding="utf-8")
 
 

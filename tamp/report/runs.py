@@ -186,11 +186,14 @@ def read_runs(folder: Path) -> tuple[Recorded, ...]:
     """All runs of a results folder, in the order of its results.jsonl.
 
     Raises:
-        TampError: where there is no such folder, or it has no results.
+        TampError: where there is no such folder, or it has no results, or those of runs elsewhere.
     """
     if not folder.is_dir():
         raise TampError(f"{folder}: there is no such folder; `tamp solve ... --output DIR` writes one with results")
     results = read_results(folder / RESULTS)
     if not results:
         raise TampError(f"{folder}: there are no results in it; `tamp solve ... --output {folder}` writes some")
+    for result in results:
+        if Path(result.task).name != result.task:  # else files are read that a stranger's folder has not
+            raise TampError(f"{folder / RESULTS}: {result.task!r} is no name of a task")
     return tuple(Recorded(result, folder / f"{result.task}-{result.seed}") for result in results)

@@ -232,6 +232,17 @@ def test_tasks_of_the_same_name_are_refused() -> None:
         Batch(_tasks("a", "a"))
 
 
+def test_results_are_not_written_through_a_link(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("a line without an end")
+    output = tmp_path / "theirs"
+    output.mkdir()
+    (output / RESULTS).symlink_to(mine)
+    with pytest.raises(TampError, match="it is a link; choose another --output"):
+        list(Batch(_tasks("a"), work=WORK, output=output, resume=True).run())
+    assert mine.read_text() == "a line without an end"
+
+
 def test_an_unwritable_output_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(TampError, match="cannot be written"):

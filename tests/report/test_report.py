@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import importlib.util
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ from tamp.pipeline.solving.run import Run, save_run
 from tamp.report.reasons import reasons
 from tamp.report.rendering.playback import play, playable
 from tamp.report.report import REST, _phases
-from tamp.report.runs import Recorded, read_run
+from tamp.report.runs import Recorded, read_run, read_runs
 from tamp.report.tables import csv_text, summary_line
 from tamp.report.viewer import Viewer
 from tamp.results import Result, to_json
@@ -258,3 +259,25 @@ def test_a_record_of_a_look_that_is_none_is_said(perceived: Path) -> None:
     (perceived / "one_object-0" / "look-0.details.json").write_text("[]", encoding="utf-8")
     with pytest.raises(TampError, match=r"look-0\.details\.json: not the record of a look"):
         _ = read_run(perceived / "one_object-0").sights
+
+
+def test_links_in_a_stranger_s_folder_lead_nothing_out_of_it(tmp_path, folder, run, one_object):
+    theirs, mine = tmp_path / "theirs", tmp_path / "mine.txt"
+    shutil.copytree(folder, theirs)
+    mine.write_text("mine")
+    places = [theirs / "report.html", theirs / "one_object-0" / "result.json", theirs / "one_object-0" / "report.txt"]
+    for place in places:
+        place.unlink(missing_ok=True)
+        place.symlink_to(mine)
+    save_run(run, one_object, {"seed": 0}, theirs / "one_object-0")
+    assert main(["report", str(theirs)]) == 0
+    assert mine.read_text() == "mine"
+    assert all(place.is_file() and not place.is_symlink() for place in places)
+
+
+@pytest.mark.parametrize("name", ["../elsewhere", "/tmp/elsewhere"])
+def test_runs_of_another_folder_are_not_read(tmp_path, name):
+    line = to_json(replace(FAILED, task=name))
+    (tmp_path / "results.jsonl").write_text(line + "\n", encoding="utf-8")
+    with pytest.raises(TampError, match="is no name of a task"):
+        read_runs(tmp_path)

@@ -16,6 +16,7 @@ from tamp.planning import Report
 from tamp.results import Result, to_json
 from tamp.task import Mesh, Plan, Pose, Task
 from tamp.task.files.plan_file import save_plan
+from tamp.task.files.regular_file import unlinked
 
 if TYPE_CHECKING:
     from tamp.pipeline.perceived.run import Look
@@ -57,9 +58,11 @@ def save_run(run: Run, task: Task, configuration: Mapping[str, Any], folder: Pat
         run: what came of it.
         task: what was asked.
         configuration: the arguments it was run with.
-        folder: made where absent; files of an earlier run in it are replaced.
+        folder: made where absent; files of an earlier run in it are replaced, and so are links, wherever they lead.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    unlinked(folder).mkdir(parents=True, exist_ok=True)
+    for entry in folder.iterdir():
+        unlinked(entry)
     (folder / "result.json").write_text(to_json(run.result) + "\n", encoding="utf-8")
     save_poses(run.final_poses, folder / "poses.json")
     for pattern in ("plan-*.json", "look-*"):

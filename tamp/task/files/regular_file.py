@@ -1,4 +1,4 @@
-"""The content of a file from a stranger: a regular file, and no more of it than there may be."""
+"""Files in a stranger's folder: what is read is regular and no larger than it may be, what is written stays there."""
 
 from __future__ import annotations
 
@@ -32,3 +32,14 @@ def read_regular(path: Path, most: int = LARGEST) -> bytes:
     if len(data) > most:
         raise OSError(errno.EFBIG, f"larger than {most} bytes, the most that it may have", str(path))
     return data
+
+
+def unlinked(path: Path) -> Path:
+    """The same path, and no link is there any more: what is written to it is not written elsewhere.
+
+    Raises:
+        OSError: where there is a link that cannot be taken away.
+    """
+    if path.is_symlink():
+        path.unlink()
+    return path
