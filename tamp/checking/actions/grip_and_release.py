@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 ALIKE = 5e-4
 """What is narrower than what the pads close on by no more than this on each side is as wide [m]."""
+RIM = 0.001
+"""How much farther than pads may be off an object reaches between them to be held for certain [m]."""
 WAYS = 8
 """Aside, in which an object is looked at."""
 
@@ -264,18 +266,22 @@ def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, all
 def _check_closing(
     scene: Scene, name: str, T_tool_object: Array, width: float, opening: float, allow: Tolerances, report: Report
 ) -> None:
-    tree = scene.links.tree
+    tree, gripper = scene.links.tree, scene.links.tree.spec.gripper
     depth = tree.pad_depth(width)
-    found = between_pads(scene.solids[name], T_tool_object, tree.spec.gripper, opening, depth)
+    found = between_pads(scene.solids[name], T_tool_object, gripper, opening, depth)
     if found is None:
         report("grasp", f"the fingers close on nothing: {name} is not between the pads", bodies=(name,))
         return
+    thick, wide, high = gripper.pad
+    inner = replace(gripper, pad=(thick, wide - 2 * RIM, high - 2 * RIM))
+    if between_pads(scene.solids[name], T_tool_object, inner, opening, depth) is None:
+        report("grasp", f"{name} slips out of the fingers, which hold it by the rims of their pads", bodies=(name,))
     mu = PAD_FRICTION * scene.friction(name)
-    slope = squeezed_out(scene.solids[name], T_tool_object, tree.spec.gripper, opening, mu, depth)
+    slope = squeezed_out(scene.solids[name], T_tool_object, gripper, opening, mu, depth)
     if slope is not None:
         sentence = f"{name} slips out of the fingers, which press on a slope of {np.degrees(slope):.0f} degrees"
         report("grasp", sentence, bodies=(name,))
-    flush = laid_flush(scene.solids[name], T_tool_object, tree.spec.gripper, opening, mu, depth)
+    flush = laid_flush(scene.solids[name], T_tool_object, gripper, opening, mu, depth)
     bound = allow.flush if len(scene.solids[name].pieces) == 1 else allow.bulging
     if (turned := scene.displacement(name, T_tool_object, flush)) > bound:
         sentence = f"the fingers turn {name} by {1000 * turned:.0f} mm as they close, until it lies flush on them"
