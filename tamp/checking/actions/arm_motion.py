@@ -12,6 +12,7 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.equilibrium import LEVEL
+from tamp.checking.physics.perching import rolls_on
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
 from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, slid, standing, touches
@@ -34,6 +35,7 @@ HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
 SLIDING = 2e-4  # deeper than that what slides presses [m]
+WAYS = 4  # in which something may roll, and back
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -79,6 +81,8 @@ def check_move(
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
     for link, name in _rubbing(state, pressed, met, allow):
         report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
+    for link, name in _set_rolling(scene, state, pressed, met, allow):
+        report("collision", f"{link} pushes {name}, which rolls away", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
     for name in () if found is None else _dragged_over(scene, state, move, found, allow):
@@ -229,6 +233,18 @@ def _rubbing(
         free = name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision
         if free and slid(still, mover, SLIDING) > allow.strayed:
             yield mover.solid.name, name
+
+
+def _set_rolling(
+    scene: Scene, state: State, pressed: list[tuple[Mover, Mover, float]], met: set[str], allow: Tolerances
+) -> Iterator[tuple[str, str]]:
+    """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves."""
+    for still, mover, depth in pressed:
+        name = still.solid.name
+        if name in state.poses and name not in met and depth <= allow.collision:
+            ways = ((np.cos(angle), np.sin(angle), 0.0) for angle in np.linspace(0.0, np.pi, WAYS, endpoint=False))
+            if any(rolls_on(scene, state, name, np.array(way), allow) for way in ways):
+                yield mover.solid.name, name
 
 
 def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:

@@ -1,9 +1,10 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import Action, Box, Move, Object, Plan, Pose, Task
+from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Sphere, Task
 from tests.checking.handmade import DOWN, OPEN, Hand, above, two_boxes
 
 HOME = two_boxes()[1].home
@@ -26,3 +27,28 @@ def brushing(depth, along):
 def test_what_the_hand_presses_on_as_it_slides_over_it_comes_along(depth, along, taken):
     found = [problem.sentence for problem in check(*brushing(depth, along)).problems]
     assert any("finger presses on red as it slides over it" in sentence for sentence in found) == taken
+
+
+@pytest.mark.parametrize(
+    ("shape", "turn", "front", "rolls"),
+    [
+        (Cylinder(0.03, 0.1), np.pi / 2, 0.0091, True),
+        (Sphere(0.03), 0.0, 0.009, True),
+        (Box((0.06, 0.06, 0.06)), 0.0, 0.0105, False),
+    ],
+)
+@pytest.mark.parametrize("depth", [0.0009, -0.001])
+def test_what_rolls_is_not_pushed_by_a_millimetre(shape, turn, front, rolls, depth):
+    """A finger, which reaches so far ahead of the tool, stops in it and goes back.
+
+    In both simulators a can rolls on by 9 cm, and a box stays.
+    """
+    thing = Object("red", shape, Pose.from_rpy((0.15, 0.045, 0.03), (turn, 0.0, 0.0)))
+    hand = Hand(HOME)
+    first, last = (Pose((0.119 - front + by, 0.0, 0.03), DOWN) for by in (-0.08, 0.001 + depth))
+    ways = [hand.free(above(first, 0.1)), *map(hand.line, (first, last, first, above(first, 0.1)))]
+    action = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
+    plan = Plan("poke", "panda", 0, {"red": thing.pose}, HOME, {}, (action,))
+    said = [problem.sentence for problem in check(Task("poke", (thing,)), plan).problems]
+    assert any("pushes red, which rolls away" in sentence for sentence in said) == (rolls and depth > 0.0), said
+    assert said or not rolls or depth < 0.0

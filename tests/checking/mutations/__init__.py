@@ -60,6 +60,7 @@ from tests.checking.mutations.motions import (
     jolt,
     not_at_rest,
     object_in_the_way,
+    poke_what_rolls,
     rub,
     shift_into_table,
     shift_waypoint,
@@ -160,6 +161,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     stands_tilted: ("start",),
     start_in_the_robot: ("start",),
     rub: ("collision",),
+    poke_what_rolls: ("collision",),
     swings_on_the_way: ("grasp",),
 }
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.checking.robot.kinematics import read_kinematics
-from tamp.task import Action, Box, Move, Object, Plan, Pose, Task, Trajectory, load_robot
+from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Task, Trajectory, load_robot
 from tests.checking.handmade import DOWN, OPEN, Hand, above, timed
 from tests.checking.mutations.editing import Pair, added, choose, put, stand, step_at, steps_of
 
-BAR = Box((0.12, 0.04, 0.05))
+BAR, CAN = Box((0.12, 0.04, 0.05)), Cylinder(0.03, 0.1)
+FRONT = 0.0091  # how far a finger's tip reaches ahead of the tool [m]
 BESIDE, TIP = 0.045, 0.00885  # of an open Panda's finger to the tool, and of its tip under that [m]
 CLEAR = 0.15  # [m]
 
@@ -182,12 +183,9 @@ def dip_between_samples(task: Task, plan: Plan, rng: np.random.Generator) -> Pai
 
 def rub(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """Before anything else a finger comes down on a bar until it is hardly in it, and slides along it."""
-    places = np.array([pose.xyz[:2] for pose in plan.start.values()])
-    drawn = rng.uniform((0.0, -0.3), (0.1, 0.2), size=(100, 2))
-    clear = [(x, y) for x, y in drawn if (np.linalg.norm(places - (x, y + BESIDE), axis=1) > CLEAR).all()]
-    if task.robot != "panda" or not clear:
+    if (place := _clear_place(task, plan, rng)) is None:
         return None
-    x, y = clear[0]
+    x, y = place
     spot = Pose((x, y + BESIDE, BAR.size[2] / 2))
     hand, z = Hand(plan.home), BAR.size[2] + TIP - rng.uniform(0.0006, 0.0009)
     first, last = (Pose((x + along, y, z), DOWN) for along in (-0.03, 0.03))
@@ -195,3 +193,26 @@ def rub(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     ways.append(timed(np.array([hand.q, plan.home]), hand.spec))
     rubbing = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
     return added(task, replace(plan, actions=(rubbing, *plan.actions)), Object("bar", BAR, spot))
+
+
+def poke_what_rolls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Before anything else a finger stops in a can that lies, not even a millimetre deep, and goes back."""
+    if (place := _clear_place(task, plan, rng)) is None:
+        return None
+    x, y = place
+    can = Object("rolling", CAN, Pose.from_rpy((x, y + BESIDE, CAN.radius), (np.pi / 2, 0.0, 0.0)))
+    hand, end = Hand(plan.home), x - CAN.radius - FRONT + rng.uniform(0.0006, 0.0008)
+    first, last = (Pose((to, y, CAN.radius), DOWN) for to in (end - 0.06, end))
+    ways = [hand.free(above(first)), *(hand.line(to) for to in (first, last, first, above(first)))]
+    ways.append(timed(np.array([hand.q, plan.home]), hand.spec))
+    poking = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
+    return added(task, replace(plan, actions=(poking, *plan.actions)), can)
+
+
+def _clear_place(task: Task, plan: Plan, rng: np.random.Generator) -> tuple[float, float] | None:
+    """Where a Panda's finger reaches something low that is near nothing."""
+    places = np.array([pose.xyz[:2] for pose in plan.start.values()])
+    drawn = rng.uniform((0.0, -0.3), (0.1, 0.2), size=(100, 2)) if task.robot == "panda" else ()
+    clear = (at for at in drawn if (np.linalg.norm(places - (at[0], at[1] + BESIDE), axis=1) > CLEAR).all())
+    found = next(clear, None)
+    return None if found is None else (float(found[0]), float(found[1]))

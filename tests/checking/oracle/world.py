@@ -8,7 +8,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from tamp.task import Action, At, Box, Grip, Move, Plan, Release, Task, Trajectory
+from tamp.task import Action, At, Box, Cylinder, Grip, Move, Plan, Release, Sphere, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at, within
 from tests.checking.oracle.rubbing import rubs
 
@@ -23,6 +23,7 @@ SQUEEZED = 0.004  # what lies no farther beside the pads is between them [m]
 SAME = 1e-4  # what is narrower by no more on each side is as wide [m]
 EDGE = 0.0012  # what lies flat has three corners so near the table [m]
 SUNK = 0.006  # what stands so much lower than it should is too low [m]
+POKED = 0.0005  # so deep something rolls from what pokes it [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
 STRAINED = 1.3  # so many times what a joint bears is too much
 ALLOWED = {
@@ -170,10 +171,18 @@ def sweep(world: World, move: Move) -> str | None:
                 return f"{link} in {other}"
             if other != "table" and move.pushed is None and rubs(body, placed[link], world.bodies[other], T):
                 return f"{link} rubs along {other}"
+            if _rolling(world, other) and meets(body, placed[link], world.bodies[other], T, POKED):
+                return f"{link} sends {other} rolling"
         for name, poses in carried.items():
             if meets(world.bodies[name], poses, world.bodies[other], T, limit):
                 return f"{name} in {other}"
     return None
+
+
+def _rolling(world: World, name: str) -> bool:
+    """Whether a body is a ball, or a can that lies."""
+    shape = None if name == "table" else world.task.object(name).shape
+    return isinstance(shape, Sphere) or (isinstance(shape, Cylinder) and abs(world.poses[name][2, 2]) < 0.1)
 
 
 def strains(q: np.ndarray, T_tool_point: np.ndarray, force: np.ndarray) -> bool:
