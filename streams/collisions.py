@@ -11,18 +11,19 @@ from tamp.streams.context import Context
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
+from tamp.world.collision.checker import Contact
 from tamp.world.collision.swept_boxes import swept_boxes
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from tamp.world.collision.checker import Contact
     from tamp.world.world import World
 
 CONTACT_DEPTH = 0.003  # what settled together touches; what overlaps deeper collides [m]
 GRAZED = 0.001  # the same of what did not: it would be set down on what is beside its place [m]
 SCRAPED = 0.0008  # deeper than where it rests what touches may be as it leaves and as it comes [m]
+PRESSED, RUBBED = 0.00015, 0.004  # what slides so far, and so much deeper than at rest, takes others along [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
@@ -116,8 +117,6 @@ def _handling_contact(
 
 
 def _fall_contact(workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]) -> Contact | None:
-    from tamp.world.collision.checker import Contact
-
     for name, T in poses.items():
         ends = (pose.matrix for pose in handling.fall[:: max(len(handling.fall) - 1, 1)])
         near = any(workspace.world.separation(handling.object, end, name, T) <= BESIDE for end in ends)
@@ -155,26 +154,51 @@ def lift_contact(
 ) -> Contact | None:
     """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
 
-    What the object touches where it begins, it may touch on; all else it keeps clear of, and at the end of everything,
-    since the motion on begins there.
+    What the object touches where it begins, it may touch on, as long as it does not take that along by friction; all
+    else it keeps clear of, and at the end of everything, since the motion on begins there.
     """
-    scene = Scene(poses=others).attached(obj, grasp.T_object_tool.inverse().matrix, grasp.width)
-    T_start = workspace.world.robot.forward(path[0]) @ grasp.T_object_tool.inverse().matrix
-    touch = touched(workspace.world, obj, T_start, others)
+    T_tool_object = grasp.T_object_tool.inverse().matrix
+    scene = Scene(poses=others).attached(obj, T_tool_object, grasp.width)
+    passed = np.array([workspace.world.robot.forward(q) @ T_tool_object for q in path])
+    touch = touched(workspace.world, obj, passed[0], others)
     leaving = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
     gone = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
-    return leaving.first_contact(path) or gone.first_contact(path[-1:])
+    return (
+        leaving.first_contact(path)
+        or gone.first_contact(path[-1:])
+        or rubbed(workspace.world, obj, passed, {name: others[name] for name in touch.keys() & others.keys()})
+    )
 
 
 def touched(
-    world: World, obj: str, T: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
+    world: World,
+    obj: str,
+    T: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+    scraped: float = SCRAPED,
 ) -> dict[str, float]:
     """How near a held object may come to what it touches at rest at T: name, or "table" -> least distance [m].
 
-    On its way it may be hardly deeper in those than it is at rest.
+    On its way it may be hardly deeper in those than it is at rest: by so much as is `scraped` [m].
     """
     resting = {name: world.separation(obj, T, name, others.get(name)) for name in world.beside(obj, T, others, BESIDE)}
-    return {name: max(min(gap, 0.0) - SCRAPED, -CONTACT_DEPTH) for name, gap in resting.items()}
+    return {name: max(min(gap, 0.0) - scraped, -CONTACT_DEPTH) for name, gap in resting.items()}
+
+
+def rubbed(
+    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
+) -> Contact | None:
+    """Which of some others an object takes along by friction, as it presses on it on its way.
+
+    `passed` are its poses on the way, shape (n, 4, 4), the first that at rest; the others stand at theirs, (4, 4) each.
+    """
+    ways = np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1)
+    for name in sorted(others):
+        deep = max(-world.separation(obj, passed[0], name, others[name]), 0.0) + PRESSED
+        presses = np.array([world.overlap(obj, T, name, others[name], tolerance=deep) for T in passed])
+        if ways[presses[1:] & presses[:-1]].sum() > RUBBED:
+            return Contact(obj, name, -deep)
+    return None
 
 
 def told(contact: Contact) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.neighbours import standing_around
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, GRAZED, lift_contact, told
+from tamp.streams.affordances.neighbours import standing_around, standing_on
+from tamp.streams.affordances.way_out import meets, way_out
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, PRESSED, lift_contact, told, touched
 from tamp.streams.context import Context
 from tamp.streams.motion.payload import lift_too_heavy
 from tamp.streams.values import Grasp, Handling, Placement
@@ -31,7 +32,6 @@ LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, 
 OBLIQUE = ((0.0, 0.08, 0.03), (0.03, 0.12, 0.05))
 SIDES = 8
 COLLIDES = 2  # how badly an object meets something that it does not merely graze
-STEP = 0.01  # between poses of an object on its way [m]
 
 Way = tuple[tuple[float, float, float], ...]
 """The offsets that an object passes [m]."""
@@ -58,7 +58,7 @@ def lifted(context: Context, reach: Reach) -> tuple[Way, Array] | None:
 
     If possible it meets nothing that stands around and ends well clear of it, or at least of what the object stands on
     or in, since the way on begins there: what leans on something, or under something that leans over it, is drawn away
-    obliquely, at once or after a bit.
+    obliquely, at once or after a bit; and where that meets something, whatever way out there is.
 
     Args:
         context: of the stream that is called.
@@ -130,7 +130,19 @@ def _clear_first(workspace: Workspace, reach: Reach) -> Iterator[tuple[Way, int]
         meeting[way] = _meets(workspace, reach.object, pose, way, around)
         if meeting[way] == 0:
             yield way, 0
+    if 0 not in meeting.values() and (out := _way_out(workspace, reach.object, pose, around)) is not None:
+        yield out, 0
     yield from sorted(((way, count) for way, count in meeting.items() if count), key=itemgetter(1))
+
+
+def _way_out(workspace: Workspace, obj: str, pose: Pose, around: Mapping[str, Placement]) -> Way | None:
+    """What `way_out` finds, remembered; nothing while something stands on the object, which is taken before."""
+    if standing_on(obj, around):
+        return None
+    others = {name: place.pose.matrix for name, place in around.items()}
+    return workspace.cache.value(
+        ("way out", obj, pose, *around.items()), lambda: way_out(workspace.world, obj, pose.matrix, others)
+    )
 
 
 def _ways() -> Iterator[Way]:
@@ -150,13 +162,11 @@ def _meets(workspace: Workspace, obj: str, pose: Pose, way: Way, around: Mapping
     near = {name: around[name] for name, (least, most) in boxes.items() if (least < high).all() and (low < most).all()}
 
     def found() -> int:
-        others = [(name, place.pose.matrix) for name, place in near.items()]
-        counts = [(start, end, int(np.linalg.norm(end - start) / STEP) + 2) for start, end in pairwise(corners)]
-        passed = [moved(pose.matrix, at) for start, end, count in counts for at in np.linspace(start, end, count)]
-
-        def overlaps(depth: float) -> bool:
-            return any(workspace.world.overlap(obj, T, *other, tolerance=depth) for T in passed for other in others)
-
-        return 0 if not overlaps(GRAZED) else 1 if not overlaps(CONTACT_DEPTH) else COLLIDES
+        others = {name: place.pose.matrix for name, place in near.items()}
+        touch = touched(workspace.world, obj, pose.matrix, others, scraped=PRESSED)
+        if not meets(workspace.world, obj, pose.matrix, corners, others, touch):
+            return 0
+        deep = dict.fromkeys(others, -CONTACT_DEPTH)
+        return COLLIDES if meets(workspace.world, obj, pose.matrix, corners, others, deep) else 1
 
     return workspace.cache.value(("off", obj, pose, way, *near.items()), found) if near else 0

@@ -9,7 +9,7 @@ import numpy as np
 
 from tamp.streams.affordances.friction_cones import sliding_share
 from tamp.streams.affordances.slide_path import Way
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, told
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, rubbed, told
 from tamp.streams.context import Context
 from tamp.streams.motion.payload import push_too_heavy
 from tamp.streams.pushing.hand_contact import STEP, hands_at
@@ -95,7 +95,9 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
         deep = CONTACT_DEPTH if name in slide.start.on else beside
         if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in passed):
             return f"{obj} would be pushed into {name}"
-    return None
+    aside = {name: T for name, T in poses.items() if name not in slide.start.on}
+    contact = rubbed(workspace.world, obj, np.array(passed), aside)
+    return None if contact is None else f"{obj} would be pushed along {contact.b}"
 
 
 def _passed(workspace: Workspace, slide: Slide) -> list[Array]:

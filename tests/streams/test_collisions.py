@@ -125,3 +125,15 @@ def test_what_is_lifted_ends_clear_of_what_it_touched(gap, hit):
     assert handlings
     hits = [collisions.handling_hits(workspace, found, {"wall": workspace.start["wall"]}) for *_, found in handlings]
     assert any(not one for one in hits) != hit
+
+
+@given(depth=st.floats(-0.001, 0.002), length=st.floats(0.0, 0.05))
+@settings(max_examples=60, deadline=None)
+def test_what_presses_on_another_as_it_slides_takes_that_along(depth, length):
+    cube = placed(0.045 - depth, 0.0, 0.02).pose.matrix
+    way = np.linspace(0.0, length, 12)
+    passed = np.array([placed(0.0 if aside else -0.01, 0.0, 0.04 + aside).pose.matrix for aside in way])
+    contact = collisions.rubbed(scene().world, "red", passed, {"cube": cube})
+    rubs = depth > collisions.PRESSED and length * 10 / 11 > collisions.RUBBED
+    near = abs(depth - collisions.PRESSED) < 1e-5 or abs(length * 10 / 11 - collisions.RUBBED) < 1e-3
+    assert near or (contact is not None) == rubs

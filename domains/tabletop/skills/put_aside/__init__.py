@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from tamp.domains.skill import FRESH, Fact, Question, Skill
+from tamp.domains.tabletop.skills.tilted_release import EFFORT
 from tamp.streams.affordances.flat_faces import flat_faces
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.workspace import Workspace
@@ -33,6 +35,6 @@ PUT_ASIDE = Skill(
         "sample-put-aside": "tamp.streams.placing.put_aside:sample_put_aside",
         "sample-laid-aside": "tamp.streams.placing.put_aside:sample_laid_aside",
     },
-    info={"sample-put-aside": FRESH, "sample-laid-aside": FRESH},
+    info={"sample-put-aside": FRESH, "sample-laid-aside": replace(FRESH, cost=EFFORT)},
     affordances=affordances,
 )

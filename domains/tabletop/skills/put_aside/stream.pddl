@@ -9,5 +9,5 @@
     :inputs (?o ?p1)
     :domain (LiesFlat ?o ?p1)
     :outputs (?g ?p)
-    :certified (and (Grasp ?o ?g) (Placement ?o ?p) (Layable ?o ?p) (LaidOnTable ?o ?p)))
+    :certified (and (Grasp ?o ?g) (Placement ?o ?p) (LaidOnTable ?o ?p) (Brings ?o ?p ?g)))
 )
