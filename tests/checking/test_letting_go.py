@@ -188,3 +188,13 @@ def test_what_drops_onto_a_domino_near_its_edge_tips_it_over(beside, drop, tips,
     said = let_go(Box((0.05, 0.05, 0.05)), 0.05, at, 0.005, (domino,), action, "domino", let_go_at=where, mass=1.0)
     assert ("domino tips over when red falls 14 mm onto it" in said) == tips, said
     assert tips or not said
+
+
+@pytest.mark.parametrize(("depth", "rolls"), [(0.0015, True), (0.0005, True), (-0.001, False)])
+def test_what_is_put_beside_a_can_that_lies_is_not_pressed_into_it(depth, rolls):
+    """Though the plan says that the two may touch; in PyBullet and MuJoCo the can rolls by 13 cm to a metre."""
+    can = Object("can", Cylinder(0.03, 0.1), Pose.from_rpy((0.105 - depth, 0.2, 0.03), (np.pi / 2, 0.0, 0.0)))
+    end = Pose((0.05, 0.2, 0.03))
+    at = Pose((*START, 0.03)), Pose((0.05, 0.2, 0.0305)), end
+    said = let_go(Box((0.05, 0.05, 0.06)), 0.05, at, 0.005, (can,), on="can")
+    assert ("into can, which rolls away" in said) == rolls, said

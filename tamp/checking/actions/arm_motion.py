@@ -35,7 +35,7 @@ HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
 SLIDING = 2e-4  # deeper than that what slides presses [m]
-WAYS = 4  # in which something may roll, and back
+WAYS = 8  # in which something may roll
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -166,7 +166,8 @@ def finger_touches(
 ) -> list[Touch]:
     """What the fingers touch while they change their opening and the arm stands still.
 
-    `near` gives the penetration [m] allowed for certain objects; all others get the numerical tolerance.
+    `near` gives the penetration [m] allowed for certain objects; all others get the numerical tolerance, and what rolls
+    none.
     """
     # Fingers that slide move by half of the opening, links that swing by less than all of it.
     way = abs(after - before) * (0.5 if scene.links.tree.spec.gripper.pads is None else 1.0)
@@ -180,7 +181,11 @@ def finger_touches(
             T[name].append(placed[name][0])
     movers = [Mover(solid, np.array(T[name])) for name, solid in fingers.items()]
     others = standing(scene.solids, state.standing(scene))
-    return touches((o, m, near.get(o.solid.name, allow.collision)) for o in others for m in movers)
+    found = touches((o, m, near.get(o.solid.name, allow.collision)) for o in others for m in movers)
+    met = {touch.bodies[0] for touch in found}
+    free = [o for o in others if o.solid.name in state.poses and o.solid.name not in {*near, *met}]
+    slight = touches((o, m, SLIDING) for o in free for m in movers)
+    return [*found, *(touch for touch in slight if _rolls(scene, state, touch.bodies[0], allow))]
 
 
 def look(scene: Scene, move: Move, carried: Attachment | None, step: float) -> Looks | None:
@@ -238,13 +243,23 @@ def _rubbing(
 def _set_rolling(
     scene: Scene, state: State, pressed: list[tuple[Mover, Mover, float]], met: set[str], allow: Tolerances
 ) -> Iterator[tuple[str, str]]:
-    """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves."""
+    """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves.
+
+    What it leaves, or comes to, it pushes where it is deeper in it than at rest.
+    """
     for still, mover, depth in pressed:
         name = still.solid.name
-        if name in state.poses and name not in met and depth <= allow.collision:
-            ways = ((np.cos(angle), np.sin(angle), 0.0) for angle in np.linspace(0.0, np.pi, WAYS, endpoint=False))
-            if any(rolls_on(scene, state, name, np.array(way), allow) for way in ways):
-                yield mover.solid.name, name
+        if name not in state.poses or name in met:
+            continue
+        deeper = touches([(still, mover, depth - allow.collision + SLIDING)]) if depth > allow.collision else True
+        if deeper and _rolls(scene, state, name, allow):
+            yield mover.solid.name, name
+
+
+def _rolls(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether an object that is pushed a little rolls on, in some way."""
+    ways = ((np.cos(angle), np.sin(angle), 0.0) for angle in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False))
+    return any(rolls_on(scene, state, name, np.array(way), allow) for way in ways)
 
 
 def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:

@@ -13,7 +13,7 @@ from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.perching import on_rollers, perched
+from tamp.checking.physics.perching import on_rollers, perched, pressed_away
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import (
     balanced,
@@ -389,7 +389,7 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
     """An object that has come to a place stays there, and so does all that it now stands on or touches."""
     for sentence, bodies, depth in unrest(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
-    for sentence, bodies in _rolling(scene, state, name, allow):
+    for sentence, bodies in (*_rolling(scene, state, name, allow), *pressed_away(scene, state, name, allow)):
         report("support", sentence, bodies=bodies)
     for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
         report("support", sentence, bodies=bodies, depth=depth)

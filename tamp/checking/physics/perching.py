@@ -49,6 +49,10 @@ PLANE = 5e-5
 """Corners no farther apart in height are in one plane [m]."""
 LEVEL = 0.1
 """Level share of an axis from which on it counts."""
+ASIDE = 0.3
+"""Level share of a contact normal from which on it pushes aside."""
+PRESSED = 2e-4
+"""What is no deeper than this in something does not push it [m]."""
 NEAR = 2e-5
 """What is nearer than this touches [m]."""
 STEP = 4e-4
@@ -100,13 +104,30 @@ def on_rollers(scene: Scene, state: State, name: str, allow: Tolerances) -> Iter
             return
 
 
+def pressed_away(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What an object that has come to a place is pressed against from aside, and that rolls away: sentence, bodies."""
+    for other, patch in carriers(scene, state, name, allow).patches.items():
+        ahead = -patch.normals.mean(axis=0) * (1.0, 1.0, 0.0)
+        level = float(np.linalg.norm(ahead))
+        if other == TABLE or level < ASIDE:
+            continue
+        apart = clearance(scene.solids[other], scene.solids[name], inverse(state.poses[other]) @ state.poses[name], 0.0)
+        if apart < -PRESSED and rolls_on(scene, state, other, ahead / level, allow):
+            yield f"{name} is pressed {-1000 * apart:.1f} mm into {other}, which rolls away", (name, other)
+
+
 def rolls_on(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> bool:
     """Whether an object rolls on when a hand that pushed it `ahead`, a level unit vector, shape (3,), stops."""
     touching = carriers(scene, state, name, allow)
     stopped = any((patch.normals @ ahead < -ALONG).any() for patch in touching.patches.values())
     if stopped or not touching.bodies or _flat(scene, name, state.poses[name], BROAD):
         return False
-    across, below = np.array([-ahead[1], ahead[0], 0.0]), _standing_on(scene, state, touching.bodies)
+    # What touches it from behind neither carries it nor holds it back.
+    behind = {body for body, patch in touching.patches.items() if patch.normals.mean(axis=0) @ ahead > ALONG}
+    under = tuple(body for body in touching.bodies if body not in behind)
+    across, below = np.array([-ahead[1], ahead[0], 0.0]), _standing_on(scene, state, under)
+    if not below:
+        return False
     axes = [across, *(axis for axis in _level_axes(scene, state, name) if abs(axis @ across) > ALONG)]
     return any(_rolls(scene, state, name, below, axis) for axis in axes)
 

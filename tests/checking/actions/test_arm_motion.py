@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.checking.actions.arm_motion import finger_touches
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
 from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Sphere, Task
-from tests.checking.handmade import DOWN, OPEN, Hand, above, two_boxes
+from tests.checking.handmade import DOWN, OPEN, Hand, above, solve_ik, two_boxes
 
 HOME = two_boxes()[1].home
 TOP, TIP = 0.05, 0.00885  # of the box, and of the fingers under the tool's point [m]
@@ -52,3 +55,16 @@ def test_what_rolls_is_not_pushed_by_a_millimetre(shape, turn, front, rolls, dep
     said = [problem.sentence for problem in check(Task("poke", (thing,)), plan).problems]
     assert any("pushes red, which rolls away" in sentence for sentence in said) == (rolls and depth > 0.0), said
     assert said or not rolls or depth < 0.0
+
+
+@pytest.mark.parametrize(("shape", "rolls"), [(Cylinder(0.03, 0.1), True), (Box((0.06, 0.06, 0.1)), False)])
+def test_fingers_that_open_push_nothing_that_rolls(shape, rolls):
+    """It is brought nearer until they are said to touch it: a can that lies at once, a box a millimetre deep."""
+    q = np.array(solve_ik(Pose((0.05, 0.2, 0.03), DOWN), HOME))
+    for y in np.arange(0.3, 0.27, -0.0002):
+        thing = Object("red", shape, Pose.from_rpy((0.05, y, 0.03), (0.0, np.pi / 2, 0.0)))
+        scene, state = Scene.of(Task("open", (thing,))), State({"red": thing.pose.matrix}, q)
+        if found := finger_touches(scene, state, 0.05, OPEN, {}, DEFAULT):
+            assert (found[0].depth < 0.0005) == rolls
+            return
+    pytest.fail("no finger touches it")
