@@ -197,4 +197,4 @@ def test_what_is_put_beside_a_can_that_lies_is_not_pressed_into_it(depth, rolls)
     end = Pose((0.05, 0.2, 0.03))
     at = Pose((*START, 0.03)), Pose((0.05, 0.2, 0.0305)), end
     said = let_go(Box((0.05, 0.05, 0.06)), 0.05, at, 0.005, (can,), on="can")
-    assert ("into can, which rolls away" in said) == rolls, said
+    assert ("into can, which rolls or tips over" in said) == rolls, said

@@ -82,7 +82,7 @@ def check_move(
     for link, name in _rubbing(state, pressed, met, allow):
         report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
     for link, name in _set_rolling(scene, state, pressed, met, allow):
-        report("collision", f"{link} pushes {name}, which rolls away", bodies=(link, name))
+        report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
     for name in () if found is None else _dragged_over(scene, state, move, found, allow):

@@ -113,7 +113,7 @@ def pressed_away(scene: Scene, state: State, name: str, allow: Tolerances) -> It
             continue
         apart = clearance(scene.solids[other], scene.solids[name], inverse(state.poses[other]) @ state.poses[name], 0.0)
         if apart < -PRESSED and rolls_on(scene, state, other, ahead / level, allow):
-            yield f"{name} is pressed {-1000 * apart:.1f} mm into {other}, which rolls away", (name, other)
+            yield f"{name} is pressed {-1000 * apart:.1f} mm into {other}, which rolls or tips over", (name, other)
 
 
 def rolls_on(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> bool:
