@@ -35,7 +35,7 @@ HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
 SLIDING = 2e-4  # deeper than that what slides presses [m]
-WAYS = 8  # in which something may roll
+ASIDE = 0.3  # level share of a contact normal from which on it pushes aside
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -184,8 +184,8 @@ def finger_touches(
     found = touches((o, m, near.get(o.solid.name, allow.collision)) for o in others for m in movers)
     met = {touch.bodies[0] for touch in found}
     free = [o for o in others if o.solid.name in state.poses and o.solid.name not in {*near, *met}]
-    slight = touches((o, m, SLIDING) for o in free for m in movers)
-    return [*found, *(touch for touch in slight if _rolls(scene, state, touch.bodies[0], allow))]
+    off = ((o, m, SLIDING) for o in free for m in movers if _set_off(scene, state, o, m, SLIDING, allow))
+    return [*found, *touches(off)]
 
 
 def look(scene: Scene, move: Move, carried: Attachment | None, step: float) -> Looks | None:
@@ -251,15 +251,20 @@ def _set_rolling(
         name = still.solid.name
         if name not in state.poses or name in met:
             continue
-        deeper = touches([(still, mover, depth - allow.collision + SLIDING)]) if depth > allow.collision else True
-        if deeper and _rolls(scene, state, name, allow):
+        if _set_off(scene, state, still, mover, depth - allow.collision + SLIDING, allow):
             yield mover.solid.name, name
 
 
-def _rolls(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
-    """Whether an object that is pushed a little rolls on, in some way."""
-    ways = ((np.cos(angle), np.sin(angle), 0.0) for angle in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False))
-    return any(rolls_on(scene, state, name, np.array(way), allow) for way in ways)
+def _set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float, allow: Tolerances) -> bool:
+    """Whether an object rolls on from where something that moves is first deeper in it than that [m]."""
+    for touch in touches([(still, mover, deep)]):
+        pushing = {mover.solid.name: (mover.solid, mover.T[touch.sample])}
+        patch = contacts(still.solid, still.T[0], pushing, allow.standing).patches.get(mover.solid.name)
+        ahead = np.zeros(3) if patch is None else patch.normals.mean(axis=0) * (1.0, 1.0, 0.0)
+        level = float(np.linalg.norm(ahead))
+        if level > ASIDE and rolls_on(scene, state, still.solid.name, ahead / level, allow):
+            return True
+    return False
 
 
 def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:

@@ -38,6 +38,7 @@ def test_what_the_hand_presses_on_as_it_slides_over_it_comes_along(depth, along,
         (Cylinder(0.03, 0.1), np.pi / 2, 0.0091, True),
         (Sphere(0.03), 0.0, 0.009, True),
         (Box((0.06, 0.06, 0.06)), 0.0, 0.0105, False),
+        (Cylinder(0.03, 0.06), None, 0.0105, False),  # at its end
     ],
 )
 @pytest.mark.parametrize("depth", [0.0009, -0.001])
@@ -46,7 +47,8 @@ def test_what_rolls_is_not_pushed_by_a_millimetre(shape, turn, front, rolls, dep
 
     In both simulators a can rolls on by 9 cm, and a box stays.
     """
-    thing = Object("red", shape, Pose.from_rpy((0.15, 0.045, 0.03), (turn, 0.0, 0.0)))
+    rpy = (0.0, np.pi / 2, 0.0) if turn is None else (turn, 0.0, 0.0)
+    thing = Object("red", shape, Pose.from_rpy((0.15, 0.045, 0.03), rpy))
     hand = Hand(HOME)
     first, last = (Pose((0.119 - front + by, 0.0, 0.03), DOWN) for by in (-0.08, 0.001 + depth))
     ways = [hand.free(above(first, 0.1)), *map(hand.line, (first, last, first, above(first, 0.1)))]
