@@ -9,6 +9,7 @@ from statistics import median
 from benchmarks.harness import Row, main
 from benchmarks.pddlstream_features import cash, counting, cutting, floors, latent, modes, pushing
 from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, roadmap, searching, teams
+from benchmarks.pddlstream_roads import logistics, visits
 from benchmarks.pddlstream_shapes import field, shelf, states, tea
 from benchmarks.pddlstream_shelf import carrying, optimised
 from tamp import clock
@@ -61,6 +62,9 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "pushing 3 blocks on a grid": lambda: pushing(3),
     "modes, beyond 5": lambda: modes(5.0),
     "floors, 4 boxes, no streams": lambda: floors(4),
+    "roads that may be closed, 4 packages": lambda: logistics(20, 4, 2),
+    "roads that may be closed, 12 packages": lambda: logistics(50, 12, 2),
+    "wild roadmaps, 2 regions": lambda: visits(2),
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)

@@ -48,6 +48,31 @@ def test_a_state_with_nothing_to_tell_is_one_of_many(on, wanted, algorithm):
     check(problem, solution)
 
 
+def places(context):
+    while True:
+        yield float(context.rng.random())
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize(("on", "wanted"), [(1, 2), (0, 3)])
+def test_another_state_is_tried_while_other_streams_go_on(on, wanted, algorithm):
+    """That more lamps would be no better was guessed, and minded until all streams had ended: one has no end."""
+    problem = lamps(NAMES[:on], as_many(wanted))
+    domain = LAMPS.replace("(Read))", "(Read) (Place ?p) (Good ?p))", 1)
+    domain = domain.replace(
+        "read :parameters (?x) :precondition (Bright ?x)",
+        "read :parameters (?x ?p) :precondition (and (Bright ?x) (Good ?p))",
+    )
+    streams = f"""{LAMPS_STREAMS.rstrip()[:-1]}
+      (:stream sample-place :outputs (?p) :certified (Place ?p))
+      (:stream test-good :inputs (?p) :domain (Place ?p) :certified (Good ?p)))"""
+    samplers = {**problem.samplers, "sample-place": places, "test-good": lambda context, place: place > 0.9}
+    problem = Problem(domain, streams, samplers, problem.init, problem.goal)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+
+
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_that_no_state_will_do_is_proven(algorithm):
     solution = solve(lamps((), ()), algorithm=algorithm, timeout=20.0)

@@ -8,6 +8,7 @@ from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.skeleton import Skeleton
 from tamp.planning.options import Ended, Restart
+from tamp.planning.search.best_first import SearchResult
 
 AHEAD = 6
 """How many streams in a row may be hoped for before any sampling; afterwards chains without end must wait for it."""
@@ -74,7 +75,7 @@ class Sobriety:
         self._session = session
         self._budget = budget
         self._spent = 0
-        self._learnt = False
+        self._learnt = True  # by plans under hopes
         self._searched = 0
 
     @property
@@ -151,7 +152,7 @@ def incremental(session: Session) -> None:
     """
     budget = Budget()
     while True:
-        result = session.search()
+        result = _searched(session)
         if result.plan is not None:
             version, cost = session.knowledge.version, session.found.cost
             skeleton = session.skeleton_of(result.plan)
@@ -203,11 +204,7 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     Raises:
         Ended: where there is nothing more to give.
     """
-    if session.lessons.tried:
-        result = session.search(novel=True)
-        if result.plan is not None:
-            return session.skeleton_of(result.plan)
-    result = session.search()
+    result = _searched(session)
     if result.plan is not None:
         return session.skeleton_of(result.plan)
     if result.timed_out:
@@ -215,6 +212,15 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     elif not _deepen(session):
         _expand(session)
     return None
+
+
+def _searched(session: Session) -> SearchResult:
+    """A search without what was blamed for failures, and one with it where that finds nothing."""
+    if session.lessons.tried:
+        result = session.search(novel=True)
+        if result.plan is not None:
+            return result
+    return session.search()
 
 
 def _deepen(session: Session) -> bool:
@@ -240,7 +246,7 @@ def _expand(session: Session) -> None:
     Raises:
         Ended: where there is nothing to draw any more.
     """
-    if not _sample(session) and not session.be_exact():
+    if not _sample(session):
         _conclude(session, proven=session.lessons.proofs and not session.schema.undecided)
 
 

@@ -123,7 +123,7 @@ class Session:
         self.binder = Binder(
             self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, course, self.limits.deadline
         )
-        self.lessons = Lessons(self.knowledge)
+        self.lessons = Lessons(self.knowledge, self.grounder.clears)
         self.found = Found(options, self.costs, self.knowledge)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
@@ -192,12 +192,12 @@ class Session:
             frozen: objects of which no action may delete a fact that has them as its first argument.
         """
         self.schema.goal = goal
-        rounds, lessons, exact = self.rounds.count, self.lessons, self._builder.exact
+        rounds, lessons = self.rounds.count, self.lessons
         self.sampling.continue_until(started + options.timeout)
         self._prepare(options, started, frozen)
         self.rounds.count = rounds
         self.lessons.blames, self.lessons.proofs = lessons.blames, lessons.proofs
-        self.lessons.guessed = lessons.guessed or exact
+        self.lessons.guessed = lessons.guessed
         for pattern in goal.positive + goal.negative:
             for term in pattern[1:]:
                 self.knowledge.give(("object", term))
@@ -241,7 +241,9 @@ class Session:
         return self.sampling.calls + len(self.knowledge.templates) + self.searching
 
     def search(self, novel: bool = False, sure: bool = False) -> SearchResult:
-        """Search for a plan under the hopes of this moment.
+        """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
+
+        Where guesses bar every plan, there is a search without them.
 
         Args:
             novel: without what was blamed for a failure.
@@ -250,19 +252,26 @@ class Session:
         Raises:
             Ended: at a limit.
         """
+        result = self._searched_under(novel, sure, exact=False)
+        if result.plan is None and not result.timed_out and not novel and self.lessons.guessed:
+            return self._searched_under(novel, sure, exact=True)
+        return result
+
+    def _searched_under(self, novel: bool, sure: bool, exact: bool) -> SearchResult:
+        """One search, or two; `exact`: without guesses."""
         if sure:  # moves lead anywhere, so that there is no plan with them where there is none without
-            result = self._searched(novel, sure, moves=False)
+            result = self._searched(novel, sure, moves=False, exact=exact)
             if result.plan is None:
                 return result
-        return self._searched(novel, sure, moves=True)
+        return self._searched(novel, sure, moves=True, exact=exact)
 
-    def _searched(self, novel: bool, sure: bool, moves: bool) -> SearchResult:
+    def _searched(self, novel: bool, sure: bool, moves: bool, exact: bool) -> SearchResult:
         """One search; `moves`: with what the moves cost that are left out of it."""
         self.limits.check()
         self.limits.iterations += 1
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
-            task = self.symbolic.task(self.lessons.blames, novel, sure, moves)
+            task = self.symbolic.task(self.lessons.blames, novel, sure, moves, exact)
         self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
             return SearchResult(None, proven=True)
@@ -313,15 +322,9 @@ class Session:
         with self.stopwatch.timed("grounding"):
             self.lessons.learn(attempt)
         self.limits.check()
-        if attempt.steps is None and self.lessons.unexplained >= 3 and self.few_values():
+        if attempt.steps is None and self.lessons.puzzling and self.few_values():
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
-
-    def be_exact(self) -> bool:
-        """Let what was guessed of streams with fluents bar them no longer; whether anything was."""
-        guessed, self.lessons.guessed = self.lessons.guessed and not self._builder.exact, False
-        self._builder.exact |= guessed
-        return guessed
 
     def check_surprises(self) -> None:
         """Begin again with every stream where one has certified more than it promises, and some were left out.

@@ -80,12 +80,30 @@ class Walk:
         self._sampling = sampling
         self._deadline = deadline
         self._first_draw = sampling.draws
+        self._old = sampling.news
+
+    @property
+    def surprised(self) -> bool:
+        """Whether it has brought facts that the search did not know of when it found the skeleton."""
+        return self._sampling.news > self._old
 
     def spent(self) -> bool:
         """Whether it may go on no longer."""
         draws = self._sampling.draws - self._first_draw
         over = draws > self.budget.draws + 4 * len(self.items) or self.jumps > self.budget.jumps
         return over or clock.now() > self._deadline
+
+    def show_values(self) -> None:
+        """Let the search know the values that are chosen by now."""
+        for frame in self.frames.values():
+            for handle in frame.outputs:
+                self._knowledge.show(handle)
+
+    def given_up(self) -> Attempt:
+        """The attempt, ended before all was tried: what failed so far is to blame."""
+        for frame in self.frames.values():
+            self.attempt.blamed.update(frame.culprits)
+        return self.attempt
 
     def undo(self, target: int, position: int) -> None:
         """Forget the choices after `target`, and the value of `target` itself."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 
 from tamp.planning.model.external import External
 from tamp.planning.model.normal_form import ActionSchema
@@ -50,21 +51,36 @@ class BoundStep:
 
 @dataclass(frozen=True)
 class FailedMove:
-    """A move between two values for which a stream had nothing to give; `facts` where its sampler named the cause."""
+    """A move between two values for which a stream had nothing to give.
+
+    Attributes:
+        facts: the cause, as its sampler named it, or as was `guessed`; empty where nothing is known.
+    """
 
     source: int
     target: int
     facts: tuple[Fact, ...]
+    guessed: bool = False
+
+    def without(self, wanted: Collection[Fact]) -> FailedMove:
+        """A move whose cause is guessed, without what must hold where it leads to: that is not in the way."""
+        return replace(self, facts=tuple(f for f in self.facts if f not in wanted)) if self.guessed else self
 
 
 @dataclass(frozen=True)
 class Nogood:
-    """A stream has nothing to give for some inputs where `facts` hold; `named` where its sampler said so."""
+    """A stream has nothing to give for some inputs.
+
+    Attributes:
+        facts: where they hold it has nothing; a guess but where its sampler `named` them.
+        told: all that it was told.
+    """
 
     external: External
     inputs: tuple[int, ...]
     facts: tuple[Fact, ...]
     named: bool
+    told: tuple[Fact, ...]
 
 
 @dataclass

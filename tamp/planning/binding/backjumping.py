@@ -68,13 +68,14 @@ class Binder:
         position, fresh = 0, True
         while position < len(walk.items):
             if walk.spent():
-                for frame in walk.frames.values():
-                    walk.attempt.blamed.update(frame.culprits)
-                return walk.attempt
+                return walk.given_up()
             conflict = self._advance(walk, position, fresh)
             if conflict is None:
                 position, fresh = position + 1, True
                 continue
+            if walk.surprised:  # the search has its turn: other values would but bring more of the same
+                walk.show_values()
+                return walk.given_up()
             walk.jumps += 1
             failed = walk.frames.get(position)
             culprits = dict(failed.culprits) if failed is not None else {}
@@ -144,7 +145,8 @@ class Binder:
         if fact[0] in self._knowledge.schema.state_tests:
             for test in self._evaluator.truth.answers(fact, state):
                 causes = test.main_reason[1]
-                yield Nogood(test.external, test.inputs, causes or test.fluents, bool(causes) and not test.gave_up)
+                facts = self._evaluator.explanations.why(test) or test.fluents
+                yield Nogood(test.external, test.inputs, facts, bool(causes) and not test.gave_up, test.fluents)
 
     def _follows(self, walk: Walk, last: int) -> bool:
         """Whether the actions up to one of them follow the given skeleton with their values."""
@@ -171,7 +173,8 @@ class Binder:
             frame.conflict = walk.values.owners(found.binding.values())
             walk.states[position + 1] = progress(self._evaluator, found.schema, found.binding, state)
             return None
-        walk.attempt.moves.extend(found.failed)
+        wanted = set(map(walk.values.fact, walk.skeleton.positive(item.step)))
+        walk.attempt.moves.extend(move.without(wanted) for move in found.failed)
         walk.note(position, item.step, found.reason)
         if not found.facts:
             return walk.blame(position, Violation((target,), "", exact=False))

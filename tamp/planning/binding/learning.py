@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from tamp.planning.binding.attempt import Attempt
 from tamp.planning.binding.skeleton import Skeleton
 from tamp.planning.grounding.task_builder import Blame
 from tamp.planning.model.fact_store import Knowledge
+from tamp.planning.model.objects import Fact
 from tamp.planning.report import SkeletonReport
 
 ACTIVATED = 6
 """How many results of a stream enter the search each time that it is blamed."""
+
+PUZZLING, SUPPOSED = 3, 16
+"""How many moves may fail for no known reason, and how many for a reason that is guessed count as one of them."""
 
 
 @dataclass
@@ -28,22 +32,26 @@ class Lessons:
 
     Attributes:
         tried: the skeletons that were tried, in order.
-        blames: value -> why moves to it failed.
+        blames: value, or lineage of values -> why moves there failed.
         proofs: whether everything that bars a plan is certain, but for what is guessed.
         guessed: whether streams with fluents failed for no named reason: that any state with these fluents bars them,
             and others besides, is a guess.
         failed_moves: how many moves between actions failed.
-        unexplained: how many of them for no named reason.
+        unexplained: how many of them for no known reason, or for one that nothing can clear away.
+        supposed: how many for a reason that is guessed.
     """
 
-    def __init__(self, knowledge: Knowledge) -> None:
+    def __init__(self, knowledge: Knowledge, clears: Callable[[Fact], bool]) -> None:
+        """`clears`: whether an action makes a fact false."""
         self.tried: dict[Skeleton, Trial] = {}
         self.blames: dict[int, Blame] = {}
         self.proofs = True
         self.guessed = False
         self.failed_moves = 0
         self.unexplained = 0
+        self.supposed = 0
         self._knowledge = knowledge
+        self._clears = clears
 
     def trial(self, skeleton: Skeleton) -> Trial:
         """The one record of a skeleton."""
@@ -56,16 +64,32 @@ class Lessons:
             self._knowledge.activate(instance, ACTIVATED * instance.failures)
         for nogood in attempt.nogoods:
             template = self._knowledge.instance(nogood.external, nogood.inputs)
-            facts = tuple(f for f in nogood.facts if f[0] not in self._knowledge.schema.shown)
-            self.guessed |= not nogood.named
+            facts = self._changing(nogood.facts)
             self._knowledge.version += facts not in template.nogoods
             template.nogoods[facts] = template.nogoods.get(facts, False) or nogood.named
+            if not nogood.named:
+                self.guessed = True
+                told = self._changing(nogood.told)
+                self._knowledge.version += told not in template.refusals
+                template.refusals[told] = None
         for move in attempt.moves:
             self.failed_moves += 1
-            self.unexplained += not move.facts
-            blame = self.blames.setdefault(move.target, Blame(move.target))
-            blame.facts.update(dict.fromkeys(move.facts))
-            blame.failures += 1
+            known = bool(move.facts) and (not move.guessed or any(map(self._clears, move.facts)))
+            self.unexplained += not known
+            self.supposed += known and move.guessed
+            for handle in {move.target, self._knowledge.lineage(move.target)}:
+                blame = self.blames.setdefault(handle, Blame())
+                blame.facts.update(move.facts)
+                blame.failures += 1
+
+    @property
+    def puzzling(self) -> bool:
+        """Whether moves fail so often, for no known reason above all, that they may not be possible without others."""
+        return self.unexplained + self.supposed // SUPPOSED >= PUZZLING
+
+    def _changing(self, facts: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        """The facts that actions may change."""
+        return tuple(f for f in facts if f[0] not in self._knowledge.schema.shown)
 
     def reports(self) -> Iterator[SkeletonReport]:
         """What was tried, in order, and where each broke."""

@@ -60,6 +60,10 @@ class Skeleton:
     steps: tuple[GroundOperator, ...]
     items: tuple[Item, ...]
 
+    def positive(self, step: int) -> tuple[Fact, ...]:
+        """What a step wants of the state; nothing is known of the goal, which comes after the last one."""
+        return self.steps[step].positive if step < len(self.steps) else ()
+
 
 def make_skeleton(
     steps: Iterable[GroundOperator], schema: Schema, knowledge: Knowledge, connectors: Connectors
@@ -77,7 +81,7 @@ def _one_choice_each(steps: tuple[GroundOperator, ...], knowledge: Knowledge) ->
         renamed: dict[Instance, Instance] = {}
         for instance in step.needs:
             if instance in used and instance.external.fluents and instance.placeholders:
-                fresh = replace(instance, nogoods=instance.nogoods)
+                fresh = replace(instance)
                 keys = [knowledge.objects.key(h) for h in instance.placeholders]
                 fresh.placeholders = tuple(knowledge.objects.placeholder(key, fresh) for key in keys)
                 renamed[instance] = fresh

@@ -30,12 +30,19 @@ class Stuck:
     failed: list[FailedMove] = field(default_factory=list)
     reason: str = "no action leads from one to the other"
 
-    def fail(self, connector: Connector, binding: dict[str, int], facts: tuple[Fact, ...], reason: str) -> None:
-        """Note a move that is not possible, with the facts that are known to bar it."""
+    def fail(
+        self,
+        connector: Connector,
+        binding: dict[str, int],
+        facts: tuple[Fact, ...],
+        reason: str,
+        guessed: bool = False,
+    ) -> None:
+        """Note a move that is not possible, with the facts that are known, or guessed, to bar it."""
         source, target = (binding[str(p[connector.position])] for p in (connector.before, connector.after))
         self.reason = reason
         self.facts.update(dict.fromkeys(facts))
-        self.failed.append(FailedMove(source, target, facts))
+        self.failed.append(FailedMove(source, target, facts, guessed))
 
 
 class Mover:
@@ -108,9 +115,10 @@ class Mover:
             chosen = {t: named[str(v)] for v, t in terms.items() if v in named and isinstance(t, str)}
             yield from self._sampled(connector, streams[1:], {**binding, **chosen}, state, patience, stuck)
         if not instance.results:
-            reason, facts = instance.main_reason
-            stuck.fail(connector, binding, facts, f"{external.name}: {reason}")
-            stuck.facts.update(dict.fromkeys(fluents if not facts else ()))
+            reason, causes = instance.main_reason
+            facts = self._evaluator.explanations.why(instance)
+            stuck.fail(connector, binding, facts, f"{external.name}: {reason}", guessed=not causes)
+            stuck.facts.update(dict.fromkeys(() if causes else fluents))
 
     def _results(self, instance: Instance, state: State, patience: int) -> Iterator[tuple[int, ...]]:
         """Up to `patience` results of a stream, with as many calls in vain on the way."""

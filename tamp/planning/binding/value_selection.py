@@ -51,7 +51,7 @@ class Chooser:
             reason, causes = instance.main_reason
             if fluents and instance.exhausted and not instance.results:
                 named = bool(causes) and not instance.gave_up
-                walk.attempt.nogoods.append(Nogood(template.external, inputs, causes or fluents, named))
+                walk.attempt.nogoods.append(Nogood(template.external, inputs, causes or fluents, named, fluents))
             walk.note(position, item.step, f"{template.external.name}: {reason}")
             return set(frame.conflict)
         frame.outputs = outputs

@@ -227,6 +227,10 @@ class Grounder:
                 self._add_effect(operator, effect, binding)
         return operator
 
+    def clears(self, fact: Fact) -> bool:
+        """Whether an operator makes a fact false."""
+        return any(not e.adds and e.atom == fact for op in self.operators for e in op.effects)
+
     def renamed(self, operator: GroundOperator, names: dict[int, int]) -> GroundOperator | None:
         """The operator with other objects; None where it is not grounded."""
         index = self.schema.actions.index(operator.schema)

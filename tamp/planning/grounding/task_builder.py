@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -82,10 +83,14 @@ def reachable(
 
 @dataclass
 class Blame:
-    """A learnt reluctance: an operator that mentions `handle` is discouraged while one of `facts` holds."""
+    """A learnt reluctance: an operator that mentions a value is discouraged while one of `facts` holds.
 
-    handle: int
-    facts: dict[Fact, None] = field(default_factory=dict)
+    Attributes:
+        facts: what was named or guessed to be in the way, each with how often.
+        failures: how many moves to the value failed.
+    """
+
+    facts: Counter[Fact] = field(default_factory=Counter)
     failures: int = 0
 
     @property
@@ -93,6 +98,14 @@ class Blame:
         """What it adds to the cost of an operator."""
         return 30 * self.failures
 
+    def of_all(self) -> Blame | None:
+        """What bars most of some values, and so maybe others of their like; None where nothing does."""
+        common = Counter({fact: count for fact, count in self.facts.items() if 2 * count >= self.failures})
+        return Blame(common, self.failures) if common and self.failures >= LIKE else None
+
+
+LIKE = 4
+"""Failures after which what bars most of the values that came from the same streams is taken to bar the others."""
 
 HOPED = "@hoped"
 """Predicate of atoms that say that the price of hoping for a test was paid."""
@@ -102,11 +115,7 @@ PLACE = "@place"
 
 
 class TaskBuilder:
-    """Builds ground tasks; knows what holds in the initial state and what shall hold in the end.
-
-    Attributes:
-        exact: whether a stream with fluents that failed for no named reason is barred only where it is told the same.
-    """
+    """Builds ground tasks; knows what holds in the initial state and what shall hold in the end."""
 
     def __init__(
         self,
@@ -127,7 +136,6 @@ class TaskBuilder:
         self._course = course
         self._forbidden = forbidden
         self._frozen = frozen
-        self.exact = False
 
     def build(
         self,
@@ -138,11 +146,13 @@ class TaskBuilder:
         novel: bool = False,
         sure: bool = False,
         moves: bool = True,
+        exact: bool = False,
     ) -> GroundTask:
         """The task of this moment; unreachable operators are left out.
 
         With `novel` those blamed for a failure are, too; with `sure` everything that hopes for anything; without
-        `moves` all that says what they cost which are left to binding.
+        `moves` all that says what they cost which are left to binding. With `exact` a stream with fluents that failed
+        for no named reason is barred only where it is told the same.
         """
         knowledge = self._knowledge
         self._note_certain(operators, axioms)
@@ -176,7 +186,7 @@ class TaskBuilder:
         )
         if wanted is None or follows or not all(f in reached for f in ends if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
-        made = [t for op in live for t in self._operators(op, number, blames, novel, moving)]
+        made = [t for op in live for t in self._operators(op, number, blames, novel, moving, exact)]
         made, wanted = self._on_course(made, wanted, number)
         made += moving.operators(number.of)
         made += [
@@ -293,13 +303,9 @@ class TaskBuilder:
         return all(origin is None or origin.alive for origin in origins)
 
     def _operators(
-        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool, moves: Moves
+        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool, moves: Moves, exact: bool
     ) -> Iterable[TaskOperator]:
-        barred = [
-            number.nogood(facts, () if named or not self.exact else instance.external.fluents)
-            for instance in op.needs
-            for facts, named in instance.nogoods.items()
-        ]
+        barred = [head for instance in op.needs for head in _nogoods(instance, number, exact)]
         positive = (*op.positive, *moves.wanted(op))
         literals = number.literals(positive, (*op.negative, *barred))
         if literals is None:
@@ -307,7 +313,7 @@ class TaskBuilder:
         effects = tuple(e for effect in op.effects if (e := number.effect(effect)) is not None)
         effects += moves.changed(op, number.of)
         cost = self._cost(op)
-        against = [blames[h] for h in dict.fromkeys(op.binding.values()) if h in blames]
+        against = self._against(op, blames) if blames else []
         facts = dict.fromkeys(f for blame in against for f in blame.facts if f not in op.positive and number.known(f))
         if not all(blame.facts for blame in against):
             cost += max(blame.weight for blame in against)
@@ -319,3 +325,19 @@ class TaskBuilder:
                 return
             cost += max(blame.weight for blame in against)
         yield TaskOperator(op, *literals, effects, cost)
+
+    def _against(self, op: GroundOperator, blames: dict[int, Blame]) -> list[Blame]:
+        """Why an operator is discouraged: because of its values, or of most of their like."""
+        values = dict.fromkeys(op.binding.values())
+        kinds = dict.fromkeys(map(self._knowledge.lineage, values)).keys() - values.keys()
+        like = (blames[kind].of_all() for kind in sorted(kinds) if kind in blames)
+        return [*(blames[h] for h in values if h in blames), *(blame for blame in like if blame is not None)]
+
+
+def _nogoods(instance: Instance, number: Numbering, exact: bool) -> Iterator[Fact]:
+    """Atoms that hold where a stream with fluents is known to have nothing to give, or guessed, unless `exact`."""
+    for facts, named in instance.nogoods.items():
+        if named or not exact:
+            yield number.nogood(facts)
+    for told in instance.refusals if exact else ():
+        yield number.nogood(told, instance.external.fluents)

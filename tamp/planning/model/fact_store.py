@@ -95,17 +95,17 @@ class Knowledge:
             found = self._instances[key] = Instance(external, inputs, fluents or ())
             binding = found.binding()
             found.domain = tuple(ground(pattern, binding) for pattern in external.domain)
-            kind = (external.name, tuple(map(self._lineage, inputs)))
+            kind = (external.name, tuple(map(self.lineage, inputs)))
             found.record = self._records.setdefault(kind, found.record)
         return found
 
-    def _lineage(self, handle: int) -> int:
+    def lineage(self, handle: int) -> int:
         """What objects share that came, or may come, from one stream for inputs of the same lineage; below 0."""
         if handle not in self._lineage_of:
             self._lineage_of[handle] = handle  # a stream may give what it was called for
             source = self.source(handle) or self.objects.origin(handle)
             if source is not None:
-                kind = (source.external.name, tuple(map(self._lineage, source.inputs)))
+                kind = (source.external.name, tuple(map(self.lineage, source.inputs)))
                 self._lineage_of[handle] = self._lineages.setdefault(kind, -1 - len(self._lineages))
         return self._lineage_of[handle]
 

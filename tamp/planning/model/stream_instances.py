@@ -52,7 +52,8 @@ class Instance:
         exhausted: whether it has ended.
         gave_up: whether it said that its end is no proof that there is nothing more.
         nogoods: for a stream with fluents, sets of facts in which it has nothing to give, each with whether its sampler
-            said that they are why; otherwise they are all that it was told.
+            said that they are why; otherwise that is a guess.
+        refusals: all that it was told where the reason is a guess.
         record: how calls went, shared by all instances whose inputs came from the same streams.
     """
 
@@ -68,6 +69,7 @@ class Instance:
     activated: set[int] = field(default_factory=set)
     failures: int = 0
     nogoods: dict[tuple[Fact, ...], bool] = field(default_factory=dict)
+    refusals: dict[tuple[Fact, ...], None] = field(default_factory=dict)
     record: Record = field(default_factory=Record)
     calls: int = 0
     exhausted: bool = False

@@ -12,6 +12,7 @@ from tamp.planning.model.objects import Fact, Pattern
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.state import State, Support, Violation
 from tamp.planning.model.stream_instances import Instance, ground
+from tamp.planning.sampling.explanations import Explanations
 from tamp.planning.sampling.stream_calls import Sampling
 
 
@@ -173,7 +174,12 @@ def differ(pairs: Pairs, binding: dict[str, int]) -> bool:
 
 
 class Evaluator:
-    """Evaluates literals over states; calls tests through `sampling` where nothing is known yet."""
+    """Evaluates literals over states; calls tests through `sampling` where nothing is known yet.
+
+    Attributes:
+        truth: of facts that actions do not change.
+        explanations: of what tests told the state say no to.
+    """
 
     def __init__(self, knowledge: Knowledge, sampling: Sampling) -> None:
         self._knowledge = knowledge
@@ -184,6 +190,7 @@ class Evaluator:
         self._orders: dict[tuple[int, frozenset[str]], Lookups] = {}
         self._assumed: dict[Fact, None] = {}
         self.truth = Truth(knowledge, sampling, self.given)
+        self.explanations = Explanations(knowledge, sampling)
 
     def given(self, fact: Fact) -> bool:
         """Whether a domain fact holds: certified, derived without fluents, or what the state at the start decides."""

@@ -139,6 +139,7 @@ class Sampling:
         self.calls = 0  # calls of streams and tests
         self.wild: set[str] = set()  # the streams that certify more than they promise
         self.tame: set[str] = set()  # streams that are known not to
+        self.news = 0  # facts beyond what streams promise
 
     def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
         """Ask a stream for its next output, or a test for its answer; whether there is a new result.
@@ -260,7 +261,9 @@ class Sampling:
         else:
             self.tame.add(instance.external.name)
         for raw in facts:
+            before = self._knowledge.version
             self._knowledge.certify(self._extra(raw), active=True)
+            self.news += self._knowledge.version > before
         if output is None:
             return False
         handles = self._handles(instance, output)

@@ -23,7 +23,7 @@ from tamp.planning.search.sas import write_sas
 _FF = "let(h, ff(axioms=approximate_negative), "
 
 CONFIGURATIONS = {
-    "ff": _FF + "lazy_wastar([h], preferred=[h], w=3, boost=0{bound}))",
+    "ff": _FF + "lazy_wastar([h], preferred=[h], w=3, boost=1000{bound}))",
     "ff-greedy": _FF + "lazy_greedy([h], preferred=[h]{bound}))",
     "ff-eager": _FF + "eager_wastar([h], preferred=[h], w=2, boost=0{bound}))",
     "add": "let(h, add(axioms=approximate_negative), lazy_greedy([h], preferred=[h]{bound}))",
@@ -65,10 +65,14 @@ WORK_A_SECOND = 12_000_000
 STATES = 10_000
 """States that a cheap search may evaluate, however few operators there are."""
 
+EVER = 1_000_000_000
+"""Operators of a task that is never too large."""
+
 CHEAP = {
     "ff": (
         Cheap(_FF + "lazy_wastar([h], preferred=[h], w=1, boost=0, max_time={seconds}{bound}))", 300, 1_200_000, 0.1),
         Cheap(_FF + "eager_wastar([h], preferred=[h], w=2, boost=0, max_time={seconds}{bound}))", 1000, 2_000_000, 0.2),
+        Cheap(_FF + "lazy_wastar([h], preferred=[h], w=3, boost=0, max_time={seconds}{bound}))", EVER, 8_000_000, 0.8),
     )
 }
 """Name -> the searches for small tasks: each sees more states than what follows, for cheaper plans."""

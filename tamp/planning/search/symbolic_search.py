@@ -48,7 +48,9 @@ class SymbolicSearch:
         self._search = search
         self._timeouts = 0
 
-    def task(self, blames: dict[int, Blame], novel: bool, sure: bool = False, moves: bool = True) -> GroundTask:
+    def task(
+        self, blames: dict[int, Blame], novel: bool, sure: bool = False, moves: bool = True, exact: bool = False
+    ) -> GroundTask:
         """The ground task of this moment.
 
         Args:
@@ -56,6 +58,7 @@ class SymbolicSearch:
             novel: without what was blamed for a failure.
             sure: without hopes.
             moves: with what the moves cost that are left out.
+            exact: without guesses at why streams with fluents failed.
         """
         goal = self._schema.goal
         changing = self._schema.fluents | self._schema.derived
@@ -70,7 +73,7 @@ class SymbolicSearch:
             tuple(f for f in negative if f[0] in changing),
         )
         return self._builder.build(
-            self._grounder.operators, self._grounder.axioms, literals, blames, novel, sure, moves
+            self._grounder.operators, self._grounder.axioms, literals, blames, novel, sure, moves, exact
         )
 
     def run(self, task: GroundTask, left: float, bound: int | None, novel: bool) -> SearchResult:
