@@ -160,13 +160,14 @@ def lift_contact(
     T_tool_object = grasp.T_object_tool.inverse().matrix
     scene = Scene(poses=others).attached(obj, T_tool_object, grasp.width)
     passed = np.array([workspace.world.robot.forward(q) @ T_tool_object for q in path])
-    touch = touched(workspace.world, obj, passed[0], others)
+    resting = touched(workspace.world, obj, passed[0], others, scraped=0.0)
+    touch = {name: max(gap - SCRAPED, -CONTACT_DEPTH) for name, gap in resting.items()}
     leaving = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
     gone = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
     return (
         leaving.first_contact(path)
         or gone.first_contact(path[-1:])
-        or rubbed(workspace.world, obj, passed, {name: others[name] for name in touch.keys() & others.keys()})
+        or rubbed(workspace.world, obj, passed, {o: others[o] for o in resting.keys() & others.keys()}, resting)
     )
 
 
@@ -186,15 +187,24 @@ def touched(
 
 
 def rubbed(
-    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
+    world: World,
+    obj: str,
+    passed: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+    resting: Mapping[str, float] | None = None,
 ) -> Contact | None:
     """Which of some others an object takes along by friction, as it presses on it on its way.
 
-    `passed` are its poses on the way, shape (n, 4, 4), the first that at rest; the others stand at theirs, (4, 4) each.
+    Args:
+        world: geometry of the objects.
+        obj: the object.
+        passed: its poses on the way, shape (n, 4, 4).
+        others: where the others stand, T_world_other each, shape (4, 4).
+        resting: how near it is to some of them where it rests; what it is in by then it does not press on [m].
     """
     ways = np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1)
     for name in sorted(others):
-        deep = max(-world.separation(obj, passed[0], name, others[name]), 0.0) + PRESSED
+        deep = PRESSED + max(0.0, -(resting or {}).get(name, 0.0))
         presses = np.array([world.overlap(obj, T, name, others[name], tolerance=deep) for T in passed])
         if ways[presses[1:] & presses[:-1]].sum() > RUBBED:
             return Contact(obj, name, -deep)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
+RIM = 0.001  # of a pad, which may miss what it would just meet [m]
 LIFTED = 0.85  # share of what friction carries that can still be set in motion
 
 
@@ -47,7 +48,8 @@ class Squeezed:
         across: from corner to corner of a pad [m].
     """
 
-    def __init__(self, workspace: Workspace, obj: str, grasp: Grasp) -> None:
+    def __init__(self, workspace: Workspace, obj: str, grasp: Grasp, rim: float = 0.0) -> None:
+        """The outermost part of the pads, `rim` wide [m], counts for nothing."""
         item, geometry = workspace.task.object(obj), workspace.world.geometries[obj]
         gripper = workspace.world.robot.spec.gripper
         self._R, t = _in_pads(workspace.world.robot.linkage, grasp)
@@ -62,7 +64,7 @@ class Squeezed:
         self._cube = corners @ self._R.T + t
         self._planes = joined((A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near))
         sides = zip(gripper.pad[1:], RAYS, strict=True)
-        across, along = (np.linspace(-side / 2, side / 2, count) for side, count in sides)
+        across, along = (np.linspace(rim - side / 2, side / 2 - rim, count) for side, count in sides)
         self._origins = np.array([(x, 0.0, z) for x in across for z in along])
 
     def displaced(self, turn: Array) -> float:
@@ -259,13 +261,17 @@ def askew(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
 def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     """How far pads turn an object as they close, until it lies flush between them, as the score measures it [m].
 
-    While they slip along it friction holds less than at rest.
+    While they slip along it friction holds less than at rest. What only the rims of the pads would stop counts as
+    turned on: they may miss it.
     """
 
-    def found() -> float:
-        squeezed = Squeezed(workspace, obj, grasp)
+    def turned(rim: float) -> float:
+        squeezed = Squeezed(workspace, obj, grasp, rim)
         resisted = STICKS * squeezed.friction * squeezed.width * TURN_STEP
         return squeezed.displaced(_turned(lambda turns: squeezed.force * squeezed.apart_turned(turns), resisted))
+
+    def found() -> float:
+        return max(turned(0.0), turned(RIM))
 
     return workspace.cache.value(("turned flush", obj, grasp), found)
 

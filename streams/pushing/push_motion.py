@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 SOLUTIONS = 4  # arm configurations tried for one way
+CLOSE = 0.002  # between poses that tell what an object rubs on [m]
 GRAZED = 0.0005  # depth that tells what touches in a narrow container from what is in the way [m]
 
 
@@ -89,14 +90,14 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
     if contact is not None:
         return told(contact)
     # Within a container neighbours touch, and nothing is far from a wall.
-    beside = -ARM_MARGIN if slide.start.on == (TABLE,) else GRAZED
+    nearest = -ARM_MARGIN if slide.start.on == (TABLE,) else GRAZED
     passed = _passed(workspace, slide)
     for name, T in poses.items():
-        deep = CONTACT_DEPTH if name in slide.start.on else beside
+        deep = CONTACT_DEPTH if name in slide.start.on else nearest
         if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in passed):
             return f"{obj} would be pushed into {name}"
-    aside = {name: T for name, T in poses.items() if name not in slide.start.on}
-    contact = rubbed(workspace.world, obj, np.array(passed), aside)
+    beside = {name: T for name, T in poses.items() if name not in slide.start.on}
+    contact = rubbed(workspace.world, obj, _before_the_hand(workspace, slide), beside)
     return None if contact is None else f"{obj} would be pushed along {contact.b}"
 
 
@@ -110,6 +111,17 @@ def _passed(workspace: Workspace, slide: Slide) -> list[Array]:
     shift = np.subtract(slide.end.pose.xyz, slide.start.pose.xyz)
     shares = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))
     return [moved(slide.start.pose.matrix, share * shift) for share in shares]
+
+
+def _before_the_hand(workspace: Workspace, slide: Slide) -> Array:
+    """Poses, shape (n, 4, 4), of what a hand pushes on its way, as near to each other as tells what it rubs on."""
+    at = np.array([workspace.world.robot.forward(q) @ slide.T_tool_object.matrix for q in slide.push])
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at[:, :3, 3], axis=0), axis=1))])
+    count = int(length[-1] / CLOSE) + 2
+    found = np.repeat(at[:1], count, axis=0)
+    for axis in range(3):
+        found[:, axis, 3] = np.interp(np.linspace(0.0, length[-1], count), length, at[:, axis, 3])
+    return found
 
 
 def drawn_back(workspace: Workspace, q: Array, back: Array) -> Array | None:
