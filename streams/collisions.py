@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 CONTACT_DEPTH = 0.003  # what settled together touches; what overlaps deeper collides [m]
 GRAZED = 0.001  # the same of what did not: it would be set down on what is beside its place [m]
 SCRAPED = 0.0008  # deeper than where it rests what touches may be as it leaves and as it comes [m]
-PRESSED, RUBBED = 0.00015, 0.004  # what slides so far, and so much deeper than at rest, takes others along [m]
+PRESSED, RUBBED = 0.00015, 0.004  # what slides so far, and is so deep in others, takes those along [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
@@ -154,8 +154,9 @@ def lift_contact(
 ) -> Contact | None:
     """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
 
-    What the object touches where it begins, it may touch on, as long as it does not take that along by friction; all
-    else it keeps clear of, and at the end of everything, since the motion on begins there.
+    What the object touches where it begins, it may touch on; what it is not in by then it does not press on for long,
+    since friction would take that along. All else it keeps clear of, and at the end of everything, since the motion on
+    begins there.
     """
     T_tool_object = grasp.T_object_tool.inverse().matrix
     scene = Scene(poses=others).attached(obj, T_tool_object, grasp.width)
@@ -167,7 +168,7 @@ def lift_contact(
     return (
         leaving.first_contact(path)
         or gone.first_contact(path[-1:])
-        or rubbed(workspace.world, obj, passed, {o: others[o] for o in resting.keys() & others.keys()}, resting)
+        or rubbed(workspace.world, obj, passed, {o: others[o] for o in others if resting.get(o, -1.0) >= 0.0})
     )
 
 
@@ -187,27 +188,17 @@ def touched(
 
 
 def rubbed(
-    world: World,
-    obj: str,
-    passed: NDArray[np.float64],
-    others: Mapping[str, NDArray[np.float64]],
-    resting: Mapping[str, float] | None = None,
+    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
 ) -> Contact | None:
     """Which of some others an object takes along by friction, as it presses on it on its way.
 
-    Args:
-        world: geometry of the objects.
-        obj: the object.
-        passed: its poses on the way, shape (n, 4, 4).
-        others: where the others stand, T_world_other each, shape (4, 4).
-        resting: how near it is to some of them where it rests; what it is in by then it does not press on [m].
+    `passed` are its poses on the way, shape (n, 4, 4); the others stand at theirs, (4, 4) each.
     """
     ways = np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1)
     for name in sorted(others):
-        deep = PRESSED + max(0.0, -(resting or {}).get(name, 0.0))
-        presses = np.array([world.overlap(obj, T, name, others[name], tolerance=deep) for T in passed])
+        presses = np.array([world.overlap(obj, T, name, others[name], tolerance=PRESSED) for T in passed])
         if ways[presses[1:] & presses[:-1]].sum() > RUBBED:
-            return Contact(obj, name, -deep)
+            return Contact(obj, name, -PRESSED)
     return None
 
 
