@@ -21,6 +21,9 @@ from tamp.planning.options import Options
 MANY_HOPES = 1000
 """How many stream instances may be hoped for before new values bring short chains of hopes only."""
 
+OPERATORS_A_HOPE = 4
+"""How many operators that hope for anything count as much as a stream instance."""
+
 SHARE = 500
 """How many instances of streams whose inputs are real may come up before they are all drawn from in turn."""
 
@@ -53,6 +56,7 @@ class Grounder:
         self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
         self._waiting: list[Fact] = []
         self._sated = False
+        self._hoping = 0
         streams = self._visible.streams()
         self.joined = frozenset(external.name for external, _ in streams)
         chained = [self._stream_rule(external, hoped) for external, hoped in streams if not external.is_test]
@@ -60,7 +64,7 @@ class Grounder:
         rules += [self._stream_rule(external, hoped) for external, hoped in streams if external.is_test]
         self._with_objects = any(p[0] == "object" for rule in (*rules, *chained) for p in rule.body)
         self._join, self._real, self._chains = Join(rules), Join(chained), Join(chained)
-        self._chains.paused = lambda: len(self.knowledge.templates) > self._room
+        self._chains.paused = lambda: self._hopes > self._room
         self._real.paused = lambda: len(self._admitted) > self._most_admitted
         self._admitted: set[Instance] = set()
         self._most_admitted = SHARE
@@ -114,9 +118,14 @@ class Grounder:
         return max((origin.level for origin in origins if origin is not None), default=0)
 
     @property
+    def _hopes(self) -> int:
+        """How much is hoped for: stream instances, and some operators that rest on them for each."""
+        return len(self.knowledge.templates) + self._hoping // OPERATORS_A_HOPE
+
+    @property
     def crowded(self) -> bool:
         """Whether there are very many hopes, with those that wait."""
-        return len(self.knowledge.templates) + len(self._pending) > MANY_HOPES
+        return self._hopes + len(self._pending) > MANY_HOPES
 
     def be_shallow(self, sober: bool = False) -> None:
         """Where there are many hopes, let each new value be followed by one stream only, until the next `deepen`.
@@ -128,7 +137,7 @@ class Grounder:
         self._real.run()
         if sober and self.crowded:
             self.limit = 0
-        elif len(self.knowledge.templates) > MANY_HOPES:
+        elif self._hopes > MANY_HOPES:
             self.limit = min(self.limit, 1)
 
     def deepen(self, most: float = math.inf, patient: bool = False) -> bool:
@@ -150,7 +159,7 @@ class Grounder:
         if level > most or level == math.inf or sated:
             return unfinished
         self.limit = int(level)
-        hopes = len(self.knowledge.templates)
+        hopes = self._hopes
         self._room = hopes + min(max(hopes, MANY_HOPES), PATIENCE) if patient else math.inf
         pending, self._pending = self._pending, []
         facts, self._waiting = self._waiting, []
@@ -162,8 +171,8 @@ class Grounder:
                 self._chains.add(fact)
             else:
                 self._waiting.append(fact)
-        self._sated = len(self.knowledge.templates) > self._room
-        self._room = max(MANY_HOPES, len(self.knowledge.templates))
+        self._sated = self._hopes > self._room
+        self._room = max(MANY_HOPES, self._hopes)
         return True
 
     def _is_alive(self, handle: int) -> bool:
@@ -220,6 +229,7 @@ class Grounder:
         static, absent, positive, negative = self._split(condition, binding)
         operator = GroundOperator(schema, binding, static, absent, positive, negative)
         operator.needs = self._needs(operator)
+        self._hoping += bool(operator.needs)
         self._by_binding[index, values] = operator
         self.operators.append(operator)
         for effect in self.connectors.effects(schema):
@@ -309,7 +319,7 @@ class Grounder:
         return tuple(dict.fromkeys(origins))
 
     def _admit(self, instance: Instance) -> None:
-        hopes = len(self.knowledge.templates)
+        hopes = self._hopes
         crowded = hopes > self._room and (instance.level > 1 or hopes > self._room + 4 * MANY_HOPES)
         deep = instance.level > self.limit or crowded
         if deep and not (instance.external.is_test and self.limit == 0 and instance.level == 1):

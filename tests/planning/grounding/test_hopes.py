@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.pddlstream_features import cash
 from benchmarks.pddlstream_problems import filling
 from tamp.planning import Problem, solve
 from tamp.planning.model.objects import Objects
@@ -75,3 +76,11 @@ def test_streams_that_multiply_leave_the_search_its_turns(algorithm: str) -> Non
     assert solution.plan is not None, str(solution.report)
     assert 48.0 <= solution.cost < 60.0
     assert solution.plan[-1].name == "close"
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding"])
+def test_actions_that_rest_on_hopes_are_hopes_as_well(algorithm: str) -> None:
+    """A thousand sums brought 32,000 ways to draw money, at two machines each, before any was looked at."""
+    solution = solve(cash(40.0), algorithm=algorithm, seed=0, timeout=30.0)
+    assert solution.plan is not None, str(solution.report)
+    assert solution.report.counts["operators"] < 6000
