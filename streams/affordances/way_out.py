@@ -111,9 +111,9 @@ def _search(free: Callable[..., bool]) -> list[Node] | None:
 
 def _straightened(nodes: list[Node], free: Callable[..., bool]) -> Way:
     """The shifts after the first that are left when each is followed by the last that it leads straight to."""
-    shifts, kept = [_at(node) for node in nodes], list[tuple[float, float, float]]()
-    here = 0
-    while here < len(shifts) - 1:
-        here = next(i for i in range(len(shifts) - 1, here, -1) if i == here + 1 or free(shifts[here], shifts[i]))
-        kept.append((float(shifts[here][0]), float(shifts[here][1]), float(shifts[here][2])))
-    return tuple(kept)
+    kept, here = list[Node](), 0
+    while here < len(nodes) - 1:
+        farther = range(len(nodes) - 1, here + 1, -1)
+        here = next((last for last in farther if free(_at(nodes[here]), _at(nodes[last]))), here + 1)
+        kept.append(nodes[here])
+    return tuple((x * ASIDE, y * ASIDE, up * UP) for x, y, up in kept)

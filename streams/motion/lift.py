@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.neighbours import standing_around, standing_on
-from tamp.streams.affordances.way_out import meets, way_out
+from tamp.streams.affordances.way_out import Way, meets, way_out
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, PRESSED, lift_contact, told, touched
 from tamp.streams.context import Context
 from tamp.streams.motion.payload import lift_too_heavy
@@ -32,9 +32,6 @@ LIFTS = (0.08, 0.15, 0.04, 0.25, 0.32)  # how far up the object is carried off, 
 OBLIQUE = ((0.0, 0.08, 0.03), (0.03, 0.12, 0.05))
 SIDES = 8
 COLLIDES = 2  # how badly an object meets something that it does not merely graze
-
-Way = tuple[tuple[float, float, float], ...]
-"""The offsets that an object passes [m]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -339,7 +339,7 @@ def _check_force(scene: Scene, name: str, T_world_tool: Array, width: float, T: 
 def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
     """Nothing that stands on the object, leans on it, or is held down by it, may fall when it leaves.
 
-    What stands on it may slump to where the rest carries it.
+    What stands on it may slump to where the rest carries it, and what it held up may come down as far.
     """
     beside, slumped = list[str](), set[str]()
     for other in sorted(state.poses):
@@ -376,13 +376,19 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
     for other in (other for other in beside if other not in slumped):
-        for sentence, bodies in _rolling(scene, rest, other, allow) if not _rolling(scene, state, other, allow) else ():
-            report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+        if not _rolling(scene, state, other, allow, allow.slump):
+            for sentence, bodies in _rolling(scene, rest, other, allow, allow.slump):
+                report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
 
 
-def _rolling(scene: Scene, state: State, name: str, allow: Tolerances) -> list[tuple[str, tuple[str, ...]]]:
-    """Why an object does not stay on what carries it, which rolls, or from which it rolls itself: sentence, bodies."""
-    return [*perched(scene, state, name, allow), *on_rollers(scene, state, name, allow)]
+def _rolling(
+    scene: Scene, state: State, name: str, allow: Tolerances, down: float | None = None
+) -> list[tuple[str, tuple[str, ...]]]:
+    """Why an object does not stay on what carries it, which rolls, or from which it rolls itself: sentence, bodies.
+
+    `down` as in `perched`.
+    """
+    return [*perched(scene, state, name, allow, down), *on_rollers(scene, state, name, allow)]
 
 
 def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:

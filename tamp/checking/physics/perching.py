@@ -60,14 +60,19 @@ STEP = 4e-4
 LOOKS = 300
 
 
-def perched(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Why an object does not stay on what carries it, since one of them rolls or it rights itself: sentence, bodies."""
+def perched(
+    scene: Scene, state: State, name: str, allow: Tolerances, down: float | None = None
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Why an object does not stay on what carries it, since one of them rolls or it rights itself: sentence, bodies.
+
+    It may come `down` so far as it rights itself [m]; as a gap may be wide below what stands where that is None.
+    """
     under = carriers(scene, state, name, allow).bodies
     if (below := _rolling(scene, state, name, allow)) is not None:
         yield f"{name} does not stay on {under[0]}, which rolls on {below}", (name, *under)
     elif _rolls_off(scene, state, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it rolls down", (name, *under)
-    elif (far := righted(scene, state, name, allow)) > allow.standing:
+    elif (far := righted(scene, state, name, allow)) > (allow.standing if down is None else down):
         yield f"{name} does not stay tilted on {under[0]}: it comes down by {1000 * far:.0f} mm", (name, *under)
 
 
