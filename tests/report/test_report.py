@@ -149,10 +149,13 @@ def test_where_planning_time_goes_adds_up(planning_s: float, told: dict[str, flo
 
 
 def test_names_are_escaped(tmp_path: Path) -> None:
-    result = Result("<script>alert(1)</script>", 0, "failed", message="<b>")
+    # A name of a folder's, which has no slash.
+    result = Result("<img src=x onerror=alert(1)>", 0, "failed", message="<script>alert(1)</script>")
     (tmp_path / "results.jsonl").write_text(to_json(result) + "\n", encoding="utf-8")
     assert main(["report", str(tmp_path)]) == 0
-    assert "<script>" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<img src=x" not in page
+    assert "<script>alert" not in page
 
 
 def test_a_plan_reads_as_a_list(run, one_object, tmp_path) -> None:
