@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.neighbours import standing_around, standing_on
-from tamp.streams.affordances.way_out import Way, meets, way_out
 from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, PRESSED, lift_contact, told, touched
 from tamp.streams.context import Context
+from tamp.streams.motion.extraction import Way, extraction, meets
 from tamp.streams.motion.payload import lift_too_heavy
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Workspace
@@ -127,18 +127,18 @@ def _clear_first(workspace: Workspace, reach: Reach) -> Iterator[tuple[Way, int]
         meeting[way] = _meets(workspace, reach.object, pose, way, around)
         if meeting[way] == 0:
             yield way, 0
-    if 0 not in meeting.values() and (out := _way_out(workspace, reach.object, pose, around)) is not None:
+    if 0 not in meeting.values() and (out := _extraction(workspace, reach.object, pose, around)) is not None:
         yield out, 0
     yield from sorted(((way, count) for way, count in meeting.items() if count), key=itemgetter(1))
 
 
-def _way_out(workspace: Workspace, obj: str, pose: Pose, around: Mapping[str, Placement]) -> Way | None:
-    """What `way_out` finds, remembered; nothing while something stands on the object, which is taken before."""
+def _extraction(workspace: Workspace, obj: str, pose: Pose, around: Mapping[str, Placement]) -> Way | None:
+    """What `extraction` finds, remembered; nothing while something stands on the object, which is taken before."""
     if standing_on(obj, around):
         return None
     others = {name: place.pose.matrix for name, place in around.items()}
     return workspace.cache.value(
-        ("way out", obj, pose, *around.items()), lambda: way_out(workspace.world, obj, pose.matrix, others)
+        ("extraction", obj, pose, *around.items()), lambda: extraction(workspace.world, obj, pose.matrix, others)
     )
 
 

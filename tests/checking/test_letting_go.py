@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,13 @@ from tests.checking.handmade import two_boxes as made
 
 HOME = made()[1].home
 START = np.array([0.05, -0.2])
+
+
+def tipping(thick: float, high: float, y: float, low: float, tilt: float) -> Pose:
+    """Where a board is that stands so far up, on its edge at x = 5 cm and y, and has tipped over that [m, rad]."""
+    ahead = high / 2 * np.sin(tilt) - thick / 2 * np.cos(tilt)
+    up = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
+    return Pose.from_rpy((0.05, y + ahead, low + up), (-tilt, 0.0, 0.0))
 
 
 def let_go(
@@ -111,11 +120,7 @@ def test_what_falls_does_so_from_where_it_is_held(beyond, falls):
     """It is said to be let go a degree further over; in PyBullet it stays where it is, or rights itself."""
     thick, high = 0.05, 0.12
 
-    def turned(tilt: float) -> Pose:
-        ahead = high / 2 * np.sin(tilt) - thick / 2 * np.cos(tilt)
-        up = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
-        return Pose.from_rpy((0.05, 0.2 + ahead, up), (-tilt, 0.0, 0.0))
-
+    turned = partial(tipping, thick, high, 0.2, 0.0)
     tilt = float(np.arctan(thick / high)) + beyond
     at = Pose((*START, high / 2)), turned(tilt), turned(np.pi / 2)
     said = let_go(Box((0.05, thick, high)), thick, at, high / 2 - 0.03, falls="lay", let_go_at=turned(tilt + 0.019))
@@ -146,11 +151,7 @@ def test_what_turns_over_on_something_narrow_pushes_it_over_behind_it(wide, mass
     domino = Object("domino", Box((0.06, wide, top)), Pose((0.05, y, top / 2)), mass=mass)
     block = Object("block", Box((0.06, 0.05, top)), Pose((0.05, y + 0.075, top / 2)), mass=2.0)
 
-    def turned(tilt: float) -> Pose:
-        ahead = high / 2 * np.sin(tilt) - thick / 2 * np.cos(tilt)
-        up = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
-        return Pose.from_rpy((0.05, y + ahead, top + up), (-tilt, 0.0, 0.0))
-
+    turned = partial(tipping, thick, high, y, top)
     at = Pose((*START, high / 2)), turned(0.45), turned(np.pi / 2)
     said = let_go(Box((0.05, thick, high)), thick, at, high / 2 - 0.035, [domino, block], "lay-on", "domino")
     assert ("domino tips over backwards" in said) == tips, said
@@ -161,11 +162,7 @@ def test_what_turns_over_on_something_narrow_pushes_it_over_behind_it(wide, mass
 def test_a_thin_stick_that_is_hardly_beyond_its_balance_falls_to_no_side_for_certain(beyond, falls):
     thick, high = 0.004, 0.16
 
-    def turned(tilt: float) -> Pose:
-        ahead = high / 2 * np.sin(tilt) - thick / 2 * np.cos(tilt)
-        up = high / 2 * np.cos(tilt) + thick / 2 * np.sin(tilt)
-        return Pose.from_rpy((0.05, 0.15 + ahead, up), (-tilt, 0.0, 0.0))
-
+    turned = partial(tipping, thick, high, 0.15, 0.0)
     tilt = float(np.arctan(thick / high)) + beyond
     task = Task("stick", (Object("red", Box((0.05, thick, high)), turned(tilt)),))
     scene, state, said = Scene.of(task), State({"red": turned(tilt).matrix}, np.array(HOME)), []

@@ -12,7 +12,7 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.equilibrium import LEVEL
-from tamp.checking.physics.perching import rolls_on
+from tamp.checking.physics.perching import ASIDE, rolls_on
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
 from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, slid, standing, touches
@@ -35,7 +35,6 @@ HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
 SLIDING = 2e-4  # deeper than that what slides presses [m]
-ASIDE = 0.3  # level share of a contact normal from which on it pushes aside
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 

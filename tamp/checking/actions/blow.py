@@ -10,7 +10,7 @@ import numpy as np
 from tamp.checking.geometry.transforms import rotation
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import Contacts
-from tamp.checking.physics.support import carriers, height_above
+from tamp.checking.physics.support import carriers, height_above, stays_after
 from tamp.checking.scene import TABLE
 
 if TYPE_CHECKING:
@@ -209,3 +209,22 @@ def _inertia(scene: Scene, state: State, name: str, axis: Array, lever: Array) -
     spread = float(size @ size - (along * size) @ (along * size)) / 12
     beside = lever - axis * (axis @ lever)
     return scene.task.object(name).mass * (spread + float(beside @ beside))
+
+
+def upset_by_fall(
+    scene: Scene, state: State, name: str, drop: float, allow: Tolerances, struck: Iterable[str] = ()
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What does not stay where it is as an object comes straight down by a drop [m], or that itself does not.
+
+    `struck` are those that it knocks over from aside.
+    """
+    lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, state.poses[name]))
+    if not stays_after(scene, state, name, lift, allow):
+        yield f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", (name,)
+    yield from tipped_over((*struck, *knocked_over(scene, state, name, drop, allow)), name, drop)
+
+
+def tipped_over(struck: Iterable[str], name: str, drop: float) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What tips over as an object falls onto it: sentence, bodies."""
+    for other in dict.fromkeys(struck):
+        yield f"{other} tips over when {name} falls {1000 * drop:.0f} mm onto it", (other, name)

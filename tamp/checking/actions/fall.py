@@ -10,13 +10,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.blow import knocked_over, pushed_back, slid_past, struck_aside
-from tamp.checking.actions.grip_and_release import check_rest, check_righted, check_strayed
+from tamp.checking.actions.blow import (
+    knocked_over,
+    pushed_back,
+    slid_past,
+    struck_aside,
+    tipped_over,
+    upset_by_fall,
+)
+from tamp.checking.actions.grip_and_release import check_righted, check_strayed
+from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.way_down import met_on_the_way
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.perching import rolls_away
-from tamp.checking.physics.support import carriers, height_above, stays_after
+from tamp.checking.physics.support import carriers
 from tamp.checking.robot.sweep import Mover, touches, travelled
 
 if TYPE_CHECKING:
@@ -25,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.physics.contacts import Contacts
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
     from tamp.task.plan import Fall
@@ -75,29 +84,42 @@ def check_fall(
         check_righted(scene, state, name, before, allow, report)
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
-    lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, after))
-    if straight and drop > allow.dropped and not stays_after(scene, state, name, lift, allow):
-        report("fall", f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", bodies=(name,))
     if drop <= (allow.dropped if straight else allow.drop):
         return
     if drop > allow.drop and rolls_away(scene, state, name, None if straight else ahead, allow):
         report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
-    if straight:
-        flanks = slid_past(scene, state, name, carriers(scene, state, name, allow))
-        knocked = [
-            *struck_aside(scene, state, name, drop, None, flanks, allow),
-            *knocked_over(scene, state, name, drop, allow),
-        ]
-    else:
-        axis, angle = _turn(before, after)
-        turn = axis, _pivot(before, after, axis, angle)
-        leant = {other for other, patch in met.patches.items() if (patch.normals[:, 2] < LEVEL).any()}
-        knocked = [
-            *struck_aside(scene, state, name, drop, turn, met, allow),
-            *knocked_over(scene, state, name, drop, allow, spared=tuple(sorted(touched | leant))),
-        ]
-    for struck in dict.fromkeys(knocked):
-        report("fall", f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", bodies=(struck, name))
+    turned = _upset_turning(scene, state, name, before, touched, met, drop, allow)
+    for sentence, bodies in _upset_straight(scene, state, name, drop, allow) if straight else turned:
+        report("fall", sentence, bodies=bodies)
+
+
+def _upset_straight(
+    scene: Scene, state: State, name: str, drop: float, allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What does not stay where it is as an object falls straight down to where it lies: sentence, bodies."""
+    flanks = slid_past(scene, state, name, carriers(scene, state, name, allow))
+    aside = struck_aside(scene, state, name, drop, None, flanks, allow)
+    yield from upset_by_fall(scene, state, name, drop, allow, aside)
+
+
+def _upset_turning(
+    scene: Scene,
+    state: State,
+    name: str,
+    before: Array,
+    touched: set[str],
+    met: Contacts,
+    drop: float,
+    allow: Tolerances,
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The same as it turns over: it had `touched` some bodies, and has `met` others."""
+    after = state.poses[name]
+    axis, angle = _turn(before, after)
+    turn = axis, _pivot(before, after, axis, angle)
+    leant = {other for other, patch in met.patches.items() if (patch.normals[:, 2] < LEVEL).any()}
+    spared = tuple(sorted(touched | leant))
+    aside = struck_aside(scene, state, name, drop, turn, met, allow)
+    yield from tipped_over((*aside, *knocked_over(scene, state, name, drop, allow, spared=spared)), name, drop)
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:

@@ -8,22 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
-from tamp.checking.actions.blow import knocked_over
+from tamp.checking.actions.blow import upset_by_fall
+from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
-from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.perching import on_rollers, perched, pressed_away
-from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import (
-    balanced,
-    carriers,
     height_above,
     overlaps,
-    slumps,
-    stays_after,
     sunk_balance,
-    unrest,
 )
 from tamp.checking.scene import GRAVITY, Scene, State
 from tamp.task.robot import PAD_FRICTION
@@ -129,17 +122,6 @@ def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolera
     if drop > allow.dropped:
         for sentence, bodies in upset_by_fall(scene, state, name, drop, allow):
             report("release", sentence, bodies=bodies)
-
-
-def upset_by_fall(
-    scene: Scene, state: State, name: str, drop: float, allow: Tolerances
-) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """What does not stay where it is as an object comes straight down on it by a drop [m], itself among them."""
-    lift = min(allow.rolling * drop, allow.rocking * height_above(scene, name, state.poses[name]))
-    if not stays_after(scene, state, name, lift, allow):
-        yield f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", (name,)
-    for struck in dict.fromkeys(knocked_over(scene, state, name, drop, allow)):
-        yield f"{struck} tips over when {name} falls {1000 * drop:.0f} mm onto it", (struck, name)
 
 
 def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:
@@ -334,68 +316,3 @@ def _check_force(scene: Scene, name: str, T_world_tool: Array, width: float, T: 
     if moment > resists:
         sentence = f"{name} swings down in the fingers: its weight turns it by {moment:.2f} N m"
         report("grasp", f"{sentence}, they resist {resists:.2f} N m by friction", (name,))
-
-
-def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
-    """Nothing that stands on the object, leans on it, or is held down by it, may fall when it leaves.
-
-    What stands on it may slump to where the rest carries it, and what it held up may come down as far.
-    """
-    beside, slumped = list[str](), set[str]()
-    for other in sorted(state.poses):
-        T = inverse(state.poses[name]) @ state.poses[other]
-        if other == name or clearance(scene.solids[name], scene.solids[other], T, allow.contact) > allow.standing:
-            continue
-        beside.append(other)
-        touching = carriers(scene, state, other, allow)
-        if (
-            name not in touching.patches
-            or balanced(scene, state, other, touching.without(name), allow) >= allow.balance
-        ):
-            continue
-        if name not in touching.bodies and balanced(scene, state, other, touching, allow) < allow.balance:
-            continue  # it leans on nothing: it was no better off before
-        slumped.add(other)
-        given = slumps(scene, state, other, name, allow)
-        if given is None:
-            verb = "stands" if name in touching.bodies else "leans"
-            report("precondition", f"{other} {verb} on {name}, which is taken away", bodies=(name, other))
-        else:
-            state.given[other] = given
-    for other in sorted(state.given.keys() - {name, *slumped}):
-        if name not in state.given[other].on:
-            continue
-        if (given := slumps(scene, state, other, name, allow)) is None:
-            sentence = f"{other}, which has given way to {name}, falls when that is taken away too"
-            report("precondition", sentence, bodies=(name, other))
-        else:
-            state.given[other] = given
-    state.given.pop(name, None)
-    rest = state.without(name)
-    steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
-    for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
-        report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
-    for other in (other for other in beside if other not in slumped):
-        if not _rolling(scene, state, other, allow, allow.slump):
-            for sentence, bodies in _rolling(scene, rest, other, allow, allow.slump):
-                report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
-
-
-def _rolling(
-    scene: Scene, state: State, name: str, allow: Tolerances, down: float | None = None
-) -> list[tuple[str, tuple[str, ...]]]:
-    """Why an object does not stay on what carries it, which rolls, or from which it rolls itself: sentence, bodies.
-
-    `down` as in `perched`.
-    """
-    return [*perched(scene, state, name, allow, down), *on_rollers(scene, state, name, allow)]
-
-
-def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
-    """An object that has come to a place stays there, and so does all that it now stands on or touches."""
-    for sentence, bodies, depth in unrest(scene, state, name, allow):
-        report("support", sentence, bodies=bodies, depth=depth)
-    for sentence, bodies in (*_rolling(scene, state, name, allow), *pressed_away(scene, state, name, allow)):
-        report("support", sentence, bodies=bodies)
-    for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
-        report("support", sentence, bodies=bodies, depth=depth)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
-from tamp.checking.actions.grip_and_release import check_rest
+from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.push import (
     aslant,
     check_path,

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
-from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed, check_uncovered
+from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed
+from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import Patch, contacts

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp import load_task
-from tamp.checking.actions.grip_and_release import check_uncovered
+from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.physics.contacts import Contacts, Patch
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest, without_part
 from tamp.checking.scene import Scene, State

@@ -1,4 +1,4 @@
-"""How an object gets out from between others where no straight way up does: a search over shifts of the object alone.
+"""Extraction: how an object gets out from between others, by a search over shifts of the object alone.
 
 Best-first search over a lattice of shifts, layer by layer upwards (Pearl, Heuristics, 1984). The object does not turn
 on its way, and no hand is asked about.
@@ -39,7 +39,7 @@ STEPS = sorted(product(SIDEWAYS, SIDEWAYS), key=lambda step: step[0] ** 2 + step
 """Sideways steps from one layer to the next, the steepest first."""
 
 
-def way_out(world: World, obj: str, T: Array, others: Mapping[str, Array]) -> Way | None:
+def extraction(world: World, obj: str, T: Array, others: Mapping[str, Array]) -> Way | None:
     """Shifts by which an object leaves where it is, past all others; None where none is found.
 
     What it touches it may touch on, but not press on.

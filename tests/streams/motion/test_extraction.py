@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tamp.streams.affordances.way_out import RISE, UP, meets, way_out
+from tamp.streams.motion.extraction import RISE, UP, extraction, meets
 from tamp.task import Box, Object, Pose
 from tests.streams.tables import workspace_of
 
@@ -26,7 +26,7 @@ def poses_of(*objects: Object) -> dict[str, np.ndarray]:
 def test_it_leads_through_a_slit_beside(open_at):
     roofs = roofed(open_at)
     world = workspace_of(CUBE, *roofs).world
-    way = way_out(world, "cube", CUBE.pose.matrix, poses_of(*roofs))
+    way = extraction(world, "cube", CUBE.pose.matrix, poses_of(*roofs))
     assert way is not None
     assert way[-1][2] == pytest.approx(RISE * UP)
     corners = np.vstack([np.zeros(3), *way])
@@ -35,9 +35,9 @@ def test_it_leads_through_a_slit_beside(open_at):
 
 
 def test_what_stands_free_goes_straight_up():
-    assert way_out(workspace_of(CUBE).world, "cube", CUBE.pose.matrix, {}) == ((0.0, 0.0, RISE * UP),)
+    assert extraction(workspace_of(CUBE).world, "cube", CUBE.pose.matrix, {}) == ((0.0, 0.0, RISE * UP),)
 
 
 def test_there_is_none_where_all_is_shut():
     lid = Object("lid", Box((0.6, 0.6, 0.02)), Pose((0.0, 0.0, 0.08)))
-    assert way_out(workspace_of(CUBE, lid).world, "cube", CUBE.pose.matrix, poses_of(lid)) is None
+    assert extraction(workspace_of(CUBE, lid).world, "cube", CUBE.pose.matrix, poses_of(lid)) is None

@@ -1,0 +1,89 @@
+"""Checks of what is left standing: what has come to a place, and what stood by or on something that was taken away."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.perching import on_rollers, perched, pressed_away
+from tamp.checking.physics.stacks import stack_of, upset
+from tamp.checking.physics.support import balanced, carriers, slumps, unrest
+
+if TYPE_CHECKING:
+    from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+
+
+def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """Nothing that stands on the object, leans on it, or is held down by it, may fall when it leaves.
+
+    What stands on it may slump to where the rest carries it, and what it held up may come down as far.
+    """
+    beside = [other for other in sorted(state.poses) if other != name and _touches(scene, state, name, other, allow)]
+    slumped = _slumped(scene, state, name, beside, allow, report)
+    rest = state.without(name)
+    steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
+    for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
+        report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
+    for other in (other for other in beside if other not in slumped):
+        if not _rolling(scene, state, other, allow, allow.slump):
+            for sentence, bodies in _rolling(scene, rest, other, allow, allow.slump):
+                report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+
+
+def _touches(scene: Scene, state: State, name: str, other: str, allow: Tolerances) -> bool:
+    T = inverse(state.poses[name]) @ state.poses[other]
+    return clearance(scene.solids[name], scene.solids[other], T, allow.contact) <= allow.standing
+
+
+def _slumped(scene: Scene, state: State, name: str, beside: list[str], allow: Tolerances, report: Report) -> set[str]:
+    """Those beside an object that do not stay as they are without it; how they have given way is noted."""
+    slumped = set[str]()
+    for other in beside:
+        touching = carriers(scene, state, other, allow)
+        if (
+            name not in touching.patches
+            or balanced(scene, state, other, touching.without(name), allow) >= allow.balance
+        ):
+            continue
+        if name not in touching.bodies and balanced(scene, state, other, touching, allow) < allow.balance:
+            continue  # it leans on nothing: it was no better off before
+        slumped.add(other)
+        given = slumps(scene, state, other, name, allow)
+        if given is None:
+            verb = "stands" if name in touching.bodies else "leans"
+            report("precondition", f"{other} {verb} on {name}, which is taken away", bodies=(name, other))
+        else:
+            state.given[other] = given
+    for other in sorted(state.given.keys() - {name, *slumped}):
+        if name not in state.given[other].on:
+            continue
+        if (given := slumps(scene, state, other, name, allow)) is None:
+            sentence = f"{other}, which has given way to {name}, falls when that is taken away too"
+            report("precondition", sentence, bodies=(name, other))
+        else:
+            state.given[other] = given
+    state.given.pop(name, None)
+    return slumped
+
+
+def _rolling(
+    scene: Scene, state: State, name: str, allow: Tolerances, down: float | None = None
+) -> list[tuple[str, tuple[str, ...]]]:
+    """Why an object does not stay on what carries it, which rolls, or from which it rolls itself: sentence, bodies.
+
+    `down` as in `perched`.
+    """
+    return [*perched(scene, state, name, allow, down), *on_rollers(scene, state, name, allow)]
+
+
+def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """An object that has come to a place stays there, and so does all that it now stands on or touches."""
+    for sentence, bodies, depth in unrest(scene, state, name, allow):
+        report("support", sentence, bodies=bodies, depth=depth)
+    for sentence, bodies in (*_rolling(scene, state, name, allow), *pressed_away(scene, state, name, allow)):
+        report("support", sentence, bodies=bodies)
+    for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
+        report("support", sentence, bodies=bodies, depth=depth)
