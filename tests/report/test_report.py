@@ -125,7 +125,8 @@ def test_each_contender_is_told_apart_and_each_task(tmp_path: Path) -> None:
             for task, status in (("shelf", "solved"), ("desk", "failed"))
         ]  # fmt: skip
         (tmp_path / name / "shelf-0").mkdir(parents=True)
-        (tmp_path / name / "shelf-0" / "run.gif").write_bytes(b"")
+        for film in ("run.gif", "run.mp4"):
+            (tmp_path / name / "shelf-0" / film).write_bytes(b"")
         lines = [to_json(result) + "\n" for result in made]
         (tmp_path / name / "results.jsonl").write_text("".join(lines), encoding="utf-8")
     assert main(["report", str(tmp_path / "ours"), str(tmp_path / "theirs")]) == 0
@@ -135,6 +136,8 @@ def test_each_contender_is_told_apart_and_each_task(tmp_path: Path) -> None:
     assert page.count("<h3>theirs</h3>") == 3, "objects, reasons, runs"
     assert 'href="shelf-0"' in page
     assert 'href="../theirs/shelf-0/run.gif"' in page
+    assert '<img loading="lazy" src="../theirs/shelf-0/run.gif"' in page
+    assert 'src="../theirs/shelf-0/run.mp4"></video>' in page
     again = "tamp solve tasks/desk.yaml --seed 0 --sampler sample-grasp=a:b --timeout 9.0 --no-execute"
     assert again in page
     assert parser().parse_args(again.split()[1:]).timeout == 9.0

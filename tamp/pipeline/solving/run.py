@@ -115,8 +115,9 @@ def _report(run: Run) -> str:
         why = "" if execution.deviation is None else f"; {execution.deviation}"
         lines += ["", f"execution {number}: {execution.status} after {execution.sim_s:.1f} s{why}"]
         lines += [f"  {entry.name}: {entry.sim_s:.1f} s" for entry in execution.log]
+    whose = "of your samplers or of the planner" if run.result.configuration.get("samplers") else "of the planner"
     for verdict in run.rejections:
-        lines += ["", "A plan that the checker sent back, which is a bug of the planner's:", verdict]
+        lines += ["", f"A plan that the checker sent back, which is a bug {whose}:", verdict]
     if run.failure is not None:
         lines += ["", str(run.failure)]
     return "\n".join(lines) + "\n"
