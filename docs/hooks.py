@@ -181,6 +181,8 @@ def _class(thing: type) -> Iterator[str]:
     """What a class says of itself, then how each of its methods is called and what that gives."""
     yield _said(thing)
     for name, member in vars(thing).items():
+        if name in getattr(thing, "__dataclass_fields__", ()):  # a function that is a field's default
+            continue
         is_value = isinstance(member, property | cached_property)
         function = getattr(member, "fget", None) or getattr(member, "func", None) or getattr(member, "__func__", member)
         if not name.startswith("_") and inspect.isfunction(function):
@@ -239,6 +241,16 @@ def _scenarios() -> Iterator[str]:
         text = path.read_text(encoding="utf-8")
         told = " ".join(line[1:].strip() for line in text.split("\n\n")[0].splitlines() if line.startswith("#"))
         yield f"| `{yaml.safe_load(text).get('name', path.stem)}` | {told} |"
+
+
+def _tabletop_pddl() -> Iterator[str]:
+    """The PDDL that skills of the tabletop build on, as it is."""
+    folder = DOCS.parent / "domains" / "tabletop"
+    skills = (folder / "skills" / name for name in ("move", "pick_and_place"))
+    texts = [(part / f"{file}.pddl").read_text(encoding="utf-8") for part in skills for file in ("domain", "stream")]
+    yield "```lisp"
+    yield "\n".join([(folder / "domain.pddl").read_text(encoding="utf-8"), *texts]).rstrip()
+    yield "```"
 
 
 def _robot_file(name: str) -> Iterator[str]:
@@ -318,6 +330,7 @@ PARTS = {
     "task fields": _task_fields,
     "result fields": _result_fields,
     "scenarios": _scenarios,
+    "tabletop pddl": _tabletop_pddl,
     "robot file": _robot_file,
     "robot": _robot,
     "simulators": _simulators,

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import shlex
+import sys
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+import pytest
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -40,3 +45,33 @@ def cells(notebook: Path) -> list[dict[str, Any]]:
     """The code cells of a notebook."""
     read = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
     return [cell for cell in read if cell["cell_type"] == "code"]
+
+
+def write_files_of(tutorial: str, folder: Path) -> None:
+    """Let the cells of a tutorial that write files do so in a folder, which is made."""
+    folder.mkdir(parents=True)
+    with pytest.MonkeyPatch.context() as there:
+        there.chdir(folder)
+        there.setattr(sys, "path", list(sys.path))
+        namespace: dict[str, object] = {}
+        for cell in cells(ROOT / "docs" / "tutorials" / f"{tutorial}.ipynb"):
+            source = "".join(cell["source"])
+            if "mkdir(" in source or "write_text(" in source:
+                exec(source.partition("judgement =")[0], namespace)
+
+
+def undocumented(file: Path) -> set[str]:
+    """What a Python file imports of tamp, and attributes that it asks for, of which the manual says nothing."""
+    manual = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    imports = [node for node in nodes if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("tamp")]
+    assert not any(
+        name.name.startswith("tamp.") for node in nodes if isinstance(node, ast.Import) for name in node.names
+    )
+    used = {str(node.module) for node in imports} | {name.name for node in imports for name in node.names}
+    others = {"np", "math"}
+    known = {word for kind in (np.ndarray, np.random.Generator, str, dict, list, set, Path) for word in dir(kind)}
+    for node in nodes:
+        if isinstance(node, ast.Attribute) and not others & {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}:
+            used |= {node.attr} - known
+    return {word for word in used if not re.search(rf"\b{re.escape(word)}\b", manual)}

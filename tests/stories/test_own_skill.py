@@ -1,7 +1,7 @@
 """A skill of one's own in a package outside the repository: a button is pressed, then a box is put away.
 
-Its PDDL, stream, timed steps and the checker's rule are five files; it is planned, checked, carried out and reported by
-the commands that everybody uses, and no file of ours is edited.
+Its PDDL, stream, timed steps and the checker's rule are five files, the tutorial's; it is planned, checked, carried out
+and reported by the commands that everybody uses, and no file of ours is edited.
 """
 
 from __future__ import annotations
@@ -15,112 +15,7 @@ from typing import Any
 
 import pytest
 
-PACKAGE = {
-    "domain.pddl": """
-(define (domain press)
-  (:predicates (Button ?b) (PressMotion ?b ?q ?m) (Pressed ?b))
-  (:action press
-    :parameters (?b ?q ?m)
-    :precondition (and (PressMotion ?b ?q ?m) (AtConf ?q) (HandEmpty))
-    :effect (Pressed ?b)))
-""",
-    "stream.pddl": """
-(define (stream press)
-  (:stream plan-press
-    :inputs (?b)
-    :domain (Button ?b)
-    :outputs (?q ?m)
-    :certified (and (Conf ?q) (PressMotion ?b ?q ?m))))
-""",
-    "sampler.py": '''
-"""Where the arm presses from, and how."""
-
-import numpy as np
-
-from tamp import Pose
-from tamp.streams.values import ArmPath, Configuration
-from tamp.world.kinematics.inverse import inverse, straight_line
-from tamp.world.scene import Scene
-
-ABOVE, DOWN = 0.15, 0.03  # of the tool over the table, before and while pressing [m]
-
-
-def plan_press(context, button):
-    """Yield a configuration over the button and the way down to it and up again."""
-    workspace = context.scene
-    x, y = workspace.region(button).center
-    robot = workspace.world.robot
-    poses = {name: place.pose.matrix for name, place in workspace.start.items()}
-    checker = workspace.world.checker(Scene(poses, opening=0.0))
-    above, down = (Pose.from_rpy((x, y, z), (np.pi, 0.0, 0.0)).matrix for z in (ABOVE, DOWN))
-    for q in inverse(robot, above, context.rng, checker=checker):
-        way = straight_line(robot, q, down)
-        if way is not None and checker.path_free(way):
-            yield Configuration(tuple(q), 0.0), ArmPath(np.concatenate([way, way[-2::-1]]))
-    context.fail(f"no way down to {button}")
-''',
-    "rules.py": '''
-"""The checker's rule: the closed hand comes down over the middle of the button, touching nothing."""
-
-import numpy as np
-
-from tamp.checking.actions.rule import carry_out, has_steps, needs_empty_hand
-
-NEAR = 0.04  # of the tool to the middle of the button on the table [m]
-
-
-class Press:
-    """An action `press(button)`: one motion, after which the button is pressed."""
-
-    def check(self, replay, action):
-        """Judge the motion, and where its lowest point is."""
-        if not has_steps(replay, action):
-            return
-        needs_empty_hand(replay, action)
-        (button,), (move,) = action.arguments, action.steps
-        region = next(r for r in replay.scene.task.regions if r.name == button)
-        tools = replay.scene.links.tree.tool(move.trajectory.positions)
-        lowest = tools[tools[:, 2, 3].argmin(), :3, 3]
-        off = float(np.linalg.norm(lowest - (*region.center, 0.0)))
-        if off > NEAR:
-            replay.report("precondition", f"the hand passes {button} at {1000 * off:.0f} mm", (button,), off)
-        carry_out(replay, move)
-        replay.state.facts.add(("pressed", button))
-
-
-RULES = {"press": Press()}
-''',
-    "__init__.py": '''
-"""Press buttons beside pick and place."""
-
-from pathlib import Path
-
-from tamp.domains import tabletop
-from tamp.domains.skill import FactChange, SceneChange, Skill
-from tamp.task import Action
-
-FOLDER = Path(__file__).parent
-
-
-def steps(timing, action):
-    button, start, motion = action.args
-    return Action("press", (button,), (timing.move("transit", motion.points, start.opening),))
-
-
-PRESS = Skill(
-    name="press",
-    actions=("press",),
-    domain=FOLDER / "domain.pddl",
-    streams=FOLDER / "stream.pddl",
-    samplers={"plan-press": "buttons.sampler:plan_press"},
-    steps=steps,
-    facts=lambda action: FactChange(added=(("pressed", action.arguments[0]),)),
-    rules="buttons.rules:RULES",
-    words={"press": "press {0}"},
-)
-DOMAIN = tabletop.DOMAIN.extended(PRESS, name="buttons", strategy="all-at-once")
-''',
-}
+from tests.docs.manual import write_files_of
 
 TASK = """
 domain: buttons
@@ -136,10 +31,7 @@ goal: [[Pressed, bell]]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("own-skill")
-    package = root / "elsewhere" / "buttons"
-    package.mkdir(parents=True)
-    for name, text in PACKAGE.items():
-        (package / name).write_text(text.lstrip(), encoding="utf-8")
+    write_files_of("own_skill", root / "elsewhere")
     (root / "ring.yaml").write_text(TASK, encoding="utf-8")
     return root
 
@@ -157,8 +49,8 @@ def tamp(folder: Path, *arguments: str, status: int = 0) -> subprocess.Completed
     return done
 
 
-def test_a_new_skill_is_five_files() -> None:
-    assert len(PACKAGE) <= 6
+def test_a_new_skill_is_five_files(folder: Path) -> None:
+    assert len([file for file in (folder / "elsewhere" / "buttons").iterdir() if file.is_file()]) == 5
 
 
 @pytest.fixture(scope="module")
