@@ -20,6 +20,7 @@ from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA
 from benchmarks.unseen_tables import family, write_tables
 from tamp.checking.physics.perching import on_rollers, perched
+from tamp.checking.physics.rocking import rocked
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import carriers, unrest
 from tamp.checking.scene import Scene, State
@@ -83,6 +84,7 @@ def _refusals(scene: Scene, state: State, name: str) -> Iterator[tuple[str, ...]
     yield from ((sentence,) for sentence, _, _ in unrest(scene, state, name, DEFAULT))
     yield from ((sentence,) for sentence, _ in perched(scene, state, name, DEFAULT))
     yield from ((sentence,) for sentence, _ in on_rollers(scene, state, name, DEFAULT))
+    yield from ((sentence,) for sentence, _ in rocked(scene, state, [name], DEFAULT))
     stack = stack_of(scene, state, name, DEFAULT)
     for other, far in off_balance(scene, state, stack).items():
         if other == name and far > DEFAULT.balance:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.hand.hand_boxes import hand_boxes
-from tamp.streams.values import Slide
 from tamp.streams.workspace import Workspace
 from tamp.task import Trajectory
 from tamp.task.robot import PAD_FRICTION
@@ -129,23 +128,28 @@ class LoadedChecker:
         return self._checker.contact(q)
 
 
-def push_too_heavy(workspace: Workspace, slide: Slide, share: float) -> str | None:
+def push_too_heavy(
+    workspace: Workspace, obj: str, ahead: Array, opening: float, path: Array, share: float
+) -> str | None:
     """Why the arm does not push an object along, or over its edge, in words; None where it does.
 
     Args:
         workspace: where it is.
-        slide: the push.
+        obj: the object.
+        ahead: where it goes, shape (3,); its length and what is not level of it do not matter.
+        opening: distance between the pads [m].
+        path: the arm's configurations as it pushes, shape (n, joints).
         share: of the object's weight that it takes.
     """
-    robot, path = workspace.world.robot, slide.push
-    push = share * GRAVITY * workspace.task.object(slide.object).mass
-    tip = np.array([0.0, 0.0, hand_boxes(robot).tip(slide.opening)])
+    robot = workspace.world.robot
+    push = share * GRAVITY * workspace.task.object(obj).mass
+    tip = np.array([0.0, 0.0, hand_boxes(robot).tip(opening)])
     if always_borne(robot, push, float(np.linalg.norm(tip))):
         return None
     R, t = chain(robot).forward(path)
-    back = np.subtract(slide.start.pose.xyz, slide.end.pose.xyz) * (1.0, 1.0, 0.0)
+    back = -ahead * (1.0, 1.0, 0.0)
     asked = overloaded(robot, path, R @ tip + t, push * back / max(float(np.linalg.norm(back)), 1e-9))
-    return None if asked is None else f"to push {slide.object} asks {asked}"
+    return None if asked is None else f"to push {obj} asks {asked}"
 
 
 def load_aware(workspace: Workspace, scene: Scene, checker: CollisionChecker) -> KnownChecker:

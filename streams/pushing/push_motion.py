@@ -58,18 +58,18 @@ def pushed(
     workspace: Workspace = context.scene
     robot = workspace.world.robot
     shift = np.subtract(end.pose.xyz, start.pose.xyz) * (1.0, 1.0, 0.0)
+    share = sliding_share(workspace, obj, start.on)
     for q in inverse(robot, moved(T, shift), context.rng, count=SOLUTIONS):
-        push = straight_line(robot, q, T)
+        heavy = push_too_heavy(workspace, obj, shift, opening, q[None], share)
+        push = straight_line(robot, q, T) if heavy is None else None
         begin = None if push is None else drawn_back(workspace, push[-1], back)
         after = None if push is None else drawn_back(workspace, push[0], back)
         if push is None or begin is None or after is None:
-            context.fail("the way to push it leaves the joint limits")
+            context.fail(heavy or "the way to push it leaves the joint limits")
             continue
         T_tool_object = Pose.from_matrix(T).inverse() @ start.pose
         slide = Slide(obj, start, end, opening, begin[::-1], push[::-1], after, T_tool_object)
-        hit = push_too_heavy(workspace, slide, sliding_share(workspace, obj, start.on)) or push_hits(
-            workspace, slide, {}
-        )
+        hit = push_too_heavy(workspace, obj, shift, opening, push, share) or push_hits(workspace, slide, {})
         if hit is None:
             yield slide
         else:

@@ -59,14 +59,18 @@ def _toppled(context: Context, obj: str, start: Placement, topple: Topple) -> It
     for T, opening in islice(hands_behind(workspace, obj, start, topple.ahead, topple.heights), HANDS):
         T_tool_object = Pose.from_matrix(T).inverse() @ start.pose
         for q in inverse(robot, T, context.rng, count=SOLUTIONS):
-            push = straight_lines(robot, q, [(pose @ T_tool_object.inverse()).matrix for pose in topple.pushed[1:]])
+            heavy = push_too_heavy(workspace, obj, topple.ahead, opening, q[None], topple.share)
+            ways = [(pose @ T_tool_object.inverse()).matrix for pose in topple.pushed[1:]]
+            push = straight_lines(robot, q, ways) if heavy is None else None
             begin = None if push is None else drawn_back(workspace, push[0], behind)
             after = None if push is None else drawn_back(workspace, push[-1], STRAIGHT_UP)
             if push is None or begin is None or after is None:
-                context.fail(f"the way to push {obj} over leaves the joint limits")
+                context.fail(heavy or f"the way to push {obj} over leaves the joint limits")
                 continue
             slide = Slide(obj, start, topple.end, opening, begin[::-1], push, after, T_tool_object, topple.fall)
-            hit = push_too_heavy(workspace, slide, topple.share) or push_hits(workspace, slide, {})
+            hit = push_too_heavy(workspace, obj, topple.ahead, opening, push, topple.share) or push_hits(
+                workspace, slide, {}
+            )
             if hit is None:
                 yield slide
             else:

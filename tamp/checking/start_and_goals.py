@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.physics.perching import perched
+from tamp.checking.physics.rocking import rocked
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps
@@ -63,6 +64,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             replay.report("start", f"{name} starts {where}, with what carries it", (name,), far)
         for sentence, bodies in perched(scene, state, name, allow):
             replay.report("start", f"at the start {sentence}", bodies)
+    for sentence, bodies in rocked(scene, state, sorted(written), allow):
+        replay.report("start", f"at the start {sentence}", bodies)
     for name, far in _off_balance(scene, state, allow).items():
         sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
         replay.report("start", sentence, (name,), min(far, 1.0))

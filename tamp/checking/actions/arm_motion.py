@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
+from tamp.checking.actions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
@@ -86,6 +87,10 @@ def check_move(
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
     for name in () if found is None else _dragged_over(scene, state, move, found, allow):
         report("collision", f"what is held is dragged over {name}, which would come along", bodies=(name,))
+    for held, name in () if found is None else _wedged(scene, state, move, found, allow):
+        report(
+            "collision", f"{held} is wedged in {name}, and slides neither out of it nor into it", bodies=(held, name)
+        )
     state.q = move.trajectory.positions[-1]
     state.opening = move.opening
     state.time += move.trajectory.duration
@@ -297,6 +302,14 @@ def _dragged_over(scene: Scene, state: State, move: Move, found: Looks, allow: T
         level = patch is not None and bool((patch.normals[:, 2] > LEVEL).all())
         if level and touches([(Mover(solid, T[None].copy()), moved, SLIDING)]):
             yield name
+
+
+def _wedged(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[tuple[str, str]]:
+    """What is held, and objects that it leaves, or comes to, and does not slide out of, or into."""
+    if state.held is not None:
+        near = sorted({other for pair in move.contacts for other in pair})
+        for name in wedged(scene, state, move.phase, found, near, allow):
+            yield state.held.object, name
 
 
 def _pairs(

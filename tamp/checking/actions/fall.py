@@ -21,6 +21,7 @@ from tamp.checking.actions.blow import (
 from tamp.checking.actions.grip_and_release import check_righted, check_strayed
 from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.way_down import met_on_the_way
+from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.perching import rolls_away
@@ -82,6 +83,8 @@ def check_fall(
     state.poses[name] = after
     if straight:
         check_righted(scene, state, name, before, allow, report)
+        for other in jammed(scene, state, name, before, allow):
+            report("fall", f"{name} gets stuck in {other}, which has no room for it to fall into", bodies=(name, other))
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
     if drop <= (allow.dropped if straight else allow.drop):

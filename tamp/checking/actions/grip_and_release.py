@@ -11,6 +11,7 @@ from tamp.checking.actions.arm_motion import finger_touches, sentence_of
 from tamp.checking.actions.blow import upset_by_fall
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
+from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import (
@@ -117,6 +118,8 @@ def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolera
         for touch in dropped_through(scene, state, name, held, allow):
             sentence = f"{name} drops through {touch.bodies[0]}, {1000 * touch.depth:.1f} mm deep in it"
             report("release", sentence, bodies=touch.bodies, depth=touch.depth)
+    for other in jammed(scene, state, name, held, allow):
+        report("release", f"{name} gets stuck in {other}, which has no room for it to drop into", bodies=(name, other))
     check_righted(scene, state, name, held, allow, report)
     drop = float((scene.center_of_mass(name, held) - scene.center_of_mass(name, state.poses[name]))[2])
     if drop > allow.dropped:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.perching import on_rollers, perched, pressed_away
+from tamp.checking.physics.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
 
@@ -31,6 +32,10 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
         if not _rolling(scene, state, other, allow, allow.slump):
             for sentence, bodies in _rolling(scene, rest, other, allow, allow.slump):
                 report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+    left = {body for other in steady for body in stack_of(scene, rest, other, allow).names}
+    for sentence, bodies in rocked(scene, rest, sorted(left), allow):
+        if not any(True for _ in rocked(scene, state, bodies[:1], allow)):
+            report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
 
 
 def _touches(scene: Scene, state: State, name: str, other: str, allow: Tolerances) -> bool:
@@ -83,7 +88,9 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
     """An object that has come to a place stays there, and so does all that it now stands on or touches."""
     for sentence, bodies, depth in unrest(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
-    for sentence, bodies in (*_rolling(scene, state, name, allow), *pressed_away(scene, state, name, allow)):
+    stack = stack_of(scene, state, name, allow).names
+    wrong = (_rolling(scene, state, name, allow), pressed_away(scene, state, name, allow))
+    for sentence, bodies in (*wrong[0], *wrong[1], *rocked(scene, state, stack, allow)):
         report("support", sentence, bodies=bodies)
     for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
         report("support", sentence, bodies=bodies, depth=depth)

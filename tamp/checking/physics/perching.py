@@ -8,7 +8,7 @@ What is no higher after it is tilted rolls: on when a hand that pushed it stops,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -174,12 +174,11 @@ def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
     others = {o: at for o, at in state.standing(scene).items() if o in under}
     center = scene.center_of_mass(name, T)
     pivot = np.array([*center[:2], (scene.solids[name].hull.part.vertices @ T[2, :3] + T[2, 3]).min()])
-    flat = _comes_down(scene, name, T, np.eye(3), pivot, others)
+    flat = comes_down(scene, name, T, np.eye(3), pivot, others)
     if np.isinf(flat):
         return False
-    for angle in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False):
-        axis = np.array([np.cos(angle), np.sin(angle), 0.0])
-        rises = (_comes_down(scene, name, T, rotation(axis, tilt), pivot, others) - flat for tilt in TILTS)
+    for axis in tilting_axes(scene, state, (name, *(other for other in others if other != TABLE))):
+        rises = (comes_down(scene, name, T, rotation(axis, tilt), pivot, others) - flat for tilt in TILTS)
         if all((last := risen) < RISES / 2 for risen in rises) and last < -FALLS:
             return True
     return False
@@ -194,10 +193,19 @@ def _flat(scene: Scene, name: str, T: Array, margin: float) -> bool:
     return inside >= margin
 
 
-def _comes_down(scene: Scene, name: str, T: Array, R: Array, pivot: Array, others: Mapping[str, Array]) -> float:
+def comes_down(
+    scene: Scene,
+    name: str,
+    T: Array,
+    R: Array,
+    pivot: Array,
+    others: Mapping[str, Array],
+    center: Array | None = None,
+) -> float:
     """How high the centre of mass of a body is that is turned about a point, and comes straight down on others [m].
 
-    Infinite where it is in one of them above that already.
+    Infinite where it is in one of them above that already. `center`, shape (3,), in the world, is that of the body at T
+    with all that it carries; without it, that of the body.
     """
     turned = T.copy()
     turned[:3, :3] = R @ T[:3, :3]
@@ -217,14 +225,15 @@ def _comes_down(scene: Scene, name: str, T: Array, R: Array, pivot: Array, other
             if step < NEAR:
                 break
         turned[2, 3] -= max(gap, step)
-    return float(scene.center_of_mass(name, turned)[2])
+    own = scene.center_of_mass(name, T) if center is None else center
+    return float((turned @ inverse(T) @ np.append(own, 1.0))[2])
 
 
 def _rolls(scene: Scene, state: State, name: str, below: Mapping[str, Array], axis: Array) -> bool:
     """Whether the centre of mass of a body rises by nothing when it is tilted about a level axis on what carries it."""
     T, center = state.poses[name], scene.center_of_mass(name, state.poses[name])
-    flat = _comes_down(scene, name, T, np.eye(3), center, below)
-    tilted = (_comes_down(scene, name, T, rotation(axis, tilt), center, below) - flat for tilt in TILTS)
+    flat = comes_down(scene, name, T, np.eye(3), center, below)
+    tilted = (comes_down(scene, name, T, rotation(axis, tilt), center, below) - flat for tilt in TILTS)
     return all(rise < RISES for rise in tilted)
 
 
@@ -238,6 +247,13 @@ def round_axes(scene: Scene, state: State, name: str) -> list[Array]:
         for axis in _level_axes(scene, state, name)
         if all(-(arms @ rotation(axis, side * tilt)[2]).min() - flat < RISES for tilt in TILTS for side in (1, -1))
     ]
+
+
+def tilting_axes(scene: Scene, state: State, bodies: Iterable[str]) -> list[Array]:
+    """Level unit vectors about which something is tilted: all round, and about axes of bodies that may be long."""
+    angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
+    own = [side * axis for body in bodies for axis in _level_axes(scene, state, body) for side in (1.0, -1.0)]
+    return [*np.stack([np.cos(angles), np.sin(angles), np.zeros(WAYS)], axis=1), *own]
 
 
 def _level_axes(scene: Scene, state: State, name: str) -> Iterator[Array]:

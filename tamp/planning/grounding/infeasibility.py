@@ -52,16 +52,20 @@ class _Exhausted(Exception):  # noqa: N818  control flow inside this module
 
 
 def out_of_reach(
-    schema: Schema, knowledge: Knowledge, effort: int = 100_000, tick: Callable[[], None] = lambda: None
+    schema: Schema,
+    knowledge: Knowledge,
+    effort: int = 100_000,
+    tick: Callable[[], None] = lambda: None,
+    proven: bool = True,
 ) -> Fact | None:
     """A part of the goal that no stream can bring within reach any more; None where there may be hope for all of it.
 
     The question is left open as well once `effort` facts were looked at; `tick` is called now and then, and may end it
-    by an exception.
+    by an exception. Unless it shall be `proven`, streams that gave up count as those do that have nothing more.
     """
     goal = [p for p in schema.goal.positive if p[0] not in ("=", "object")]
     try:
-        return next(iter(_Relaxation(schema, knowledge, goal, effort, tick).lost()), None)
+        return next(iter(_Relaxation(schema, knowledge, goal, effort, tick, proven).lost()), None)
     except _Exhausted:
         return None
 
@@ -86,9 +90,16 @@ class _Relaxation:
     """
 
     def __init__(
-        self, schema: Schema, knowledge: Knowledge, goal: list[Pattern], effort: int, tick: Callable[[], None]
+        self,
+        schema: Schema,
+        knowledge: Knowledge,
+        goal: list[Pattern],
+        effort: int,
+        tick: Callable[[], None],
+        proven: bool,
     ) -> None:
         self._knowledge = knowledge
+        self._proven = proven
         self._goal = dict.fromkeys(goal)
         self._rules = list(_relevant(list(_rules(schema)), {str(p[0]) for p in goal}))
         self._reached: dict[str, dict[_Hope, None]] = {}
@@ -180,7 +191,7 @@ class _Relaxation:
         if ANY in inputs or NEW in inputs or external.fluents:
             return False
         instance = self._knowledge.find(external, inputs)
-        return instance is not None and instance.exhausted and not instance.gave_up
+        return instance is not None and instance.exhausted and not (self._proven and instance.gave_up)
 
     def _conclude(self, number: int, binding: dict[str, int]) -> None:
         rule = self._rules[number]
@@ -264,7 +275,8 @@ class Outlook:
         """End the run where the goal is out of reach.
 
         Raises:
-            Ended: "infeasible".
+            Ended: "infeasible"; or "failed", where streams that gave up, and are never called again, could have
+                brought it, and nothing else can.
         """
         if (standing := never_undone(self._schema, self._knowledge)) is not None:
             raise Ended("infeasible", f"{self._knowledge.objects.text(standing)} holds, and no action undoes it.")
@@ -276,6 +288,13 @@ class Outlook:
         if lost is not None and not self._surprises.look():
             text = self._knowledge.objects.text(lost)
             raise Ended("infeasible", f"{text} is out of reach, whatever streams may still give.")
+        gave_up = sorted({i.external.name for i in self._knowledge.instances() if i.exhausted and i.gave_up})
+        if lost is not None or not gave_up:
+            return
+        lost = out_of_reach(self._schema, self._knowledge, effort, self._tick, proven=False)
+        if lost is not None and not self._surprises.look():
+            text, names = self._knowledge.objects.text(lost), ", ".join(gave_up)
+            raise Ended("failed", f"{text} is out of reach of all that streams may still give; {names} gave up.")
 
     def _may_surprise(self) -> bool:
         """Whether a stream may yet certify more than it promises: one has, or some have not shown how they answer."""

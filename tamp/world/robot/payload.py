@@ -31,6 +31,8 @@ def always_borne(robot: RobotModel, force: float, beyond: float) -> bool:
 def overloaded(robot: RobotModel, q: Array, points: Array, force: Array) -> str | None:
     """What a force asks of a joint that does not bear it, in words; None where all joints bear it all the time.
 
+    The words are the same for the same joint, so that whoever counts reasons counts them together.
+
     Args:
         robot: the arm.
         q: configurations, shape (n, dof) [rad].
@@ -47,7 +49,7 @@ def overloaded(robot: RobotModel, q: Array, points: Array, force: Array) -> str 
         return None
     unit = "N" if arm.slides[joint] else "N m"
     name = robot.spec.joints[joint]
-    return f"{asked[joint, worst]:.0f} {unit} of {name}, which bears {efforts[joint]:.0f}"
+    return f"more of {name} than the {efforts[joint]:.0f} {unit} that it bears"
 
 
 def _efforts(robot: RobotModel) -> Array:

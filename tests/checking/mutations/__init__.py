@@ -100,6 +100,7 @@ from tests.checking.mutations.pushes import (
     push_what_slips,
     push_what_sticks,
 )
+from tests.checking.mutations.solids import rocking_load, wedged_in
 from tests.checking.mutations.stacks import heavy_load, light_counterweight, stands_tilted, sunk_tower
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
@@ -160,6 +161,8 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     sunk_tower: ("start",),
     stands_tilted: ("start",),
     start_in_the_robot: ("start",),
+    rocking_load: ("start",),
+    wedged_in: ("collision",),
     rub: ("collision",),
     poke_what_rolls: ("collision",),
     swings_on_the_way: ("grasp",),

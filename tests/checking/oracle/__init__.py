@@ -19,6 +19,7 @@ from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.stacks import toppling
+from tests.checking.oracle.tilting import tipping
 from tests.checking.oracle.topples import topple
 from tests.checking.oracle.world import (
     World,
@@ -55,6 +56,7 @@ class Oracle:
         return (
             bookkeeping(plan)
             or start(quick)
+            or tipping(quick)
             or self._replay(quick, plan, sweep=False)
             or goals(quick, plan)
             or self._replay(slow, plan, sweep=True)

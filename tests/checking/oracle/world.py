@@ -11,6 +11,7 @@ import numpy as np
 from tamp.task import Action, At, Box, Cylinder, Grip, Move, Plan, Release, Sphere, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at, within
 from tests.checking.oracle.rubbing import rubs
+from tests.checking.oracle.wedging import stuck
 
 STEP = 0.01  # [s]
 INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
@@ -176,6 +177,8 @@ def sweep(world: World, move: Move) -> str | None:
         for name, poses in carried.items():
             if meets(world.bodies[name], poses, world.bodies[other], T, limit):
                 return f"{name} in {other}"
+            if move.phase == "lift" and other != "table" and stuck(world.bodies[name], poses, world.bodies[other], T):
+                return f"{name} is wedged in {other}"
     return None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tamp.planning import Certified, Problem, StreamInfo, solve
@@ -64,6 +66,16 @@ def test_poses_without_end_do_not_make_up_for_grasps_that_fail(algorithm):
     solution = solve(table(), algorithm=algorithm, timeout=20.0)
     assert solution.status == "infeasible"
     assert solution.report.message == "(done blue) is out of reach, whatever streams may still give."
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_poses_without_end_do_not_make_up_for_grasps_that_were_given_up_but_that_is_no_proof(algorithm):
+    problem = replace(table(), info={"poses": StreamInfo(fresh=True), "kinematics": StreamInfo(complete=False)})
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "failed"
+    assert "(done blue) is out of reach of all that streams may still give; kinematics gave up" in (
+        solution.report.message
+    )
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

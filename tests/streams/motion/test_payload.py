@@ -65,8 +65,9 @@ def test_on_its_way_the_arm_does_not_stretch_out_with_what_is_heavy():
 def test_what_is_too_heavy_to_be_slid_is_not_slid():
     workspace = workspace_of(BOX)
     slide = next(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]))[-1]
-    assert push_too_heavy(workspace, slide, 0.5) is None
-    heavy = push_too_heavy(workspace_of(replace(BOX, mass=300.0)), slide, 0.5)
+    ahead = np.subtract(slide.end.pose.xyz, slide.start.pose.xyz)
+    assert push_too_heavy(workspace, "box", ahead, slide.opening, slide.push, 0.5) is None
+    heavy = push_too_heavy(workspace_of(replace(BOX, mass=300.0)), "box", ahead, slide.opening, slide.push, 0.5)
     assert heavy is not None and "to push box asks" in heavy
     context = ToldContext(workspace_of(replace(BOX, mass=300.0)))
     assert next(plan_sliding(context, "box", context.scene.start["box"]), None) is None

@@ -229,7 +229,7 @@ class Ordering:
         self._climb((*EFFORTS, *LAST))
         if self._left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
-            while not self._asker.late and self._together[-1].status != "infeasible":
+            while not self._asker.late and self._together[-1].status not in ("infeasible", "failed"):
                 if self._all_together(UNLIMITED):
                     break
 
