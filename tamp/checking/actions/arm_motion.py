@@ -71,7 +71,8 @@ def check_move(
         report("limits", TOO_WILD.format(move.phase))
     elif state.held is not None:
         _check_load(scene, state.held.object, move, found, report)
-        for sentence in dynamics.loosened(scene, state.held, move, found.times):
+        loosened = dynamics.loosened(scene, state.held, move, found.times)
+        for sentence in (*loosened, *dynamics.pried_open(scene, state.held, move, found.times)):
             report("grasp", sentence, bodies=(state.held.object,))
     met = set[str]()
     pressed = [] if found is None else pressing(scene, state, move, found, allow)

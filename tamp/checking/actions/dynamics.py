@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics import equilibrium
+from tamp.checking.physics.contacts import contacts
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.scene import GRAVITY, Scene
 from tamp.task.robot import PAD_FRICTION
@@ -25,6 +28,14 @@ if TYPE_CHECKING:
 
 ACROSS = 41
 """Places across a pad that stand for all of it."""
+EASY = 0.03
+"""A moment that any fingers hold [N m]."""
+PRIED = 1.1
+"""So many times the fingers' force is more than they press with, for certain."""
+NEAR = 0.002
+"""What is no farther from the fingers than this may be where they touch what they close on [m]."""
+FACING = 0.5
+"""Cosine between the closing axis and a face that the fingers touch by theirs."""
 PERIOD = 0.005
 """Between two looks at how fast something moves, at least [s]."""
 
@@ -55,6 +66,59 @@ def loosened(scene: Scene, held: Attachment, move: Move, times: Array) -> Iterat
     if (pulled[worst] / most) ** 2 + (turned[worst] / resisted) ** 2 > 1.0:
         asked = f"a {move.phase} motion pulls by {pulled[worst]:.1f} N and turns it by {turned[worst]:.2f} N m"
         yield f"{held.object} slips in the fingers: {asked}, friction holds {most:.1f} N or {resisted:.2f} N m"
+
+
+def pried_open(scene: Scene, held: Attachment, move: Move, times: Array) -> Iterator[str]:
+    """Why an object would turn between the fingers, and pry them apart, as the arm moves.
+
+    Arguments as of `loosened`. The fingers' faces touch it where they are near it, press straight on, each with all its
+    force at most, and wherever they like: a linear program asks for pushes within friction that carry it.
+    """
+    tree, gripper, thing = scene.links.tree, scene.links.tree.spec.gripper, scene.task.object(held.object)
+    moments = _spaced(move.trajectory, times)
+    tools = tree.tool(interpolate(move.trajectory, moments))
+    center = scene.center_of_mass(held.object, held.T_tool_object.matrix)
+    speeding = _accelerations(tools[:, :3, :3] @ center + tools[:, :3, 3], moments)
+    forces = thing.mass * np.einsum("nji,nj->ni", tools[:, :3, :3], speeding + np.array([0.0, 0.0, GRAVITY]))
+    lever = center - (0.0, 0.0, tree.pad_depth(move.opening))
+    turning = np.linalg.norm(np.cross(lever, forces), axis=1)
+    if turning.max() < EASY:
+        return
+    points, sides = _touched(scene, held, move)
+    if len({*sides.tolist()}) < 2:
+        return  # that the fingers close on it is asked elsewhere
+    normals = sides[:, None] * np.array(gripper.axis)
+    friction = PAD_FRICTION * thing.friction
+    for worst in sorted({int(turning.argmax()), int(np.linalg.norm(forces, axis=1).argmax())}):
+        pushed = equilibrium.pressed(points - center, normals, friction, forces[worst])
+        if pushed > PRIED * gripper.force:
+            asked = "more than any force" if np.isinf(pushed) else f"{pushed:.0f} N"
+            turned = f"{held.object} pries the fingers open as it turns in them"
+            yield f"{turned}: a {move.phase} motion asks {asked} of each, they press with {gripper.force:.0f} N"
+            return
+
+
+def _touched(scene: Scene, held: Attachment, move: Move) -> tuple[Array, Array]:
+    """Where the fingers are near what they hold, in the tool frame, shape (n, 3), and to which side they press there.
+
+    Of each finger's places those are left out that lie between others.
+    """
+    tree = scene.links.tree
+    placed = tree.forward(move.trajectory.positions[:1], move.opening)
+    T_tool_world = inverse(tree.tool(move.trajectory.positions[:1])[0])
+    hand = {s.name: (s, T_tool_world @ placed[s.name][0]) for s in scene.links.solids if s.name in scene.links.gripper}
+    solid, T = scene.solids[held.object], held.T_tool_object.matrix
+    points, sides = [np.empty((0, 3))], [np.empty(0)]
+    for patch in contacts(solid, T, hand, NEAR).patches.values():
+        along = patch.normals @ tree.spec.gripper.axis
+        for side in (1.0, -1.0):
+            facing = patch.points[side * along > FACING]
+            if not len(facing):
+                continue
+            kept = equilibrium.outermost(facing, np.tile(tree.spec.gripper.axis, (len(facing), 1)))
+            points.append(facing[kept])
+            sides.append(np.full(len(kept), side))
+    return np.concatenate(points), np.concatenate(sides)
 
 
 def _spaced(trajectory: Trajectory, times: Array) -> Array:

@@ -105,6 +105,36 @@ def holds_ahead(arms: Array, normals: Array, friction: float, ahead: Array) -> b
     return bool(nnls(pushes, np.array([ahead[0], ahead[1], 0.0]))[1] < STEEP)
 
 
+def pressed(arms: Array, normals: Array, friction: float, force: Array) -> float:
+    """The least force with which each of two fingers must press, so that all pushes add up to a force [N].
+
+    Args:
+        arms: where they touch a body, from the place where the force acts, shape (n, 3) [m].
+        normals: unit normals there, into the body, shape (n, 3); fingers are told apart by the way that these point.
+        friction: coefficient of the contacts.
+        force: shape (3,) [N].
+
+    Returns:
+        Infinity where no force is enough.
+    """
+    from scipy.optimize import linprog
+
+    pushes = wrenches(arms, normals, np.full(len(arms), friction))
+    count = pushes.shape[1]
+    sides = np.repeat(normals @ normals[0] > 0.0, count // len(arms))
+    each = np.stack([np.append(sides, -1.0), np.append(~sides, -1.0)])
+    wanted = np.concatenate([force, np.zeros(3)])
+    found = linprog(
+        np.append(np.zeros(count), 1.0),
+        A_ub=each,
+        b_ub=np.zeros(2),
+        A_eq=np.hstack([pushes, np.zeros((6, 1))]),
+        b_eq=wanted,
+        bounds=(0.0, None),
+    )
+    return float(found.x[-1]) if found.status == 0 else np.inf
+
+
 def _inside(points: Array) -> float:
     """Signed distance of the origin from the convex hull of points in the plane; positive inside.
 

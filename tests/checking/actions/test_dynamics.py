@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import Action, At, Attachment, Box, Grip, Move, Object, Plan, Pose, Release, Task, Trajectory
-from tests.checking.handmade import DOWN, OPEN, Hand, above, two_boxes
+from tamp.task import Action, At, Attachment, Box, Grip, Mesh, Move, Object, Plan, Pose, Release, Task, Trajectory
+from tests.checking.handmade import DOWN, OPEN, Hand, above, carry, two_boxes
+from tests.task.meshes import parts_obj
 
 UPRIGHT = Pose((0.05, -0.2, 0.13))
 
@@ -84,3 +85,20 @@ def test_a_spike_of_acceleration_is_seen_after_hours_of_rest():
     steps = (*plan.actions[1].steps[:-1], replace(lift, trajectory=waited))
     later = replace(plan, actions=(plan.actions[0], replace(plan.actions[1], steps=steps), *plan.actions[2:]))
     assert "red slips in the fingers: a lift motion" in said(heavy, later)
+
+
+@pytest.mark.parametrize(("deep", "mass", "pries"), [(0.004, 1.0, True), (0.004, 0.6, False), (0.018, 1.0, False)])
+def test_what_is_heavy_to_the_side_to_which_a_finger_closes_pries_the_fingers_open(tmp_path, deep, mass, pries):
+    """An L is held by the end of its stem, so deep between the fingers; in simulators the first turns and falls."""
+    (tmp_path / "gallows.obj").write_text(
+        parts_obj([((-0.02, -0.02, -0.075), (0.02, 0.02, 0.075)), ((-0.02, 0.02, -0.075), (0.02, 0.25, -0.045))])
+    )
+    start, end = Pose((0.05, -0.3, 0.075)), Pose((0.05, -0.05, 0.075))
+    gallows = Object("red", Mesh(tmp_path / "gallows.obj"), start, At(end), mass=mass)
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, end, 0.04, ("table", "table"), 0.084 - deep)
+    plan = Plan("gallows", "panda", 0, {"red": start}, home, {"red": end}, tuple(actions))
+    found = said(Task("gallows", (gallows,)), plan)
+    assert ("pries the fingers open" in found) == pries
+    assert bool(found) == pries
+    assert not pries or "pries" not in said(Task("gallows", (gallows,)), slowed(plan, 4.0))

@@ -112,6 +112,21 @@ def swings_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     return changed(task, thing.name, mass=mass, inertia=spread), plan
 
 
+def pries_open(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The centre of mass of what is lifted is far to the side to which a finger closes."""
+    where = choose(steps_of(plan, Grip), rng)
+    if where is None:
+        return None
+    grip, gripper = step_at(plan, where), load_robot(task.robot).gripper
+    thing = task.object(grip.attachment.object)
+    holds = 2 * PAD_FRICTION * thing.friction * gripper.force
+    mass = rng.uniform(0.4, 0.7) * holds / 9.81
+    resists = gripper.force * 0.05 + holds / 2 * gripper.stroke
+    away = np.array(gripper.axis) * rng.choice([-1.0, 1.0]) * rng.uniform(1.5, 2.5) * resists / (mass * 9.81)
+    center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(away))
+    return changed(task, thing.name, mass=mass, inertia=Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3))), plan
+
+
 def swings_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """The centre of mass hangs far below the pads as they close; on its way the hand leans too much for that."""
     where = choose(steps_of(plan, Grip), rng)

@@ -10,6 +10,7 @@ from tests.checking.oracle.world import World
 
 EVERY = 0.01  # between two looks [s]
 SWINGS = 1.2  # so many times the moment that pads resist which press with their corners alone is too much
+FINGER = 0.05  # along which fingers touch what they hold, at most [m]
 SLIPS = 1.04  # so many times what friction carries is too much
 
 
@@ -25,6 +26,7 @@ def jerked_out(world: World, move: Move) -> str | None:
     middle = world.bodies[name].center if thing.inertia is None else np.array(thing.inertia.frame.xyz)
     lever = T[:3, :3] @ middle + T[:3, 3]
     resists = SWINGS * carried / 2 * np.hypot(*gripper.pad[1:])
+    opens = SWINGS * (gripper.force * FINGER + carried / 2 * gripper.stroke)
     if thing.mass * 9.81 < 0.5 * carried and thing.mass * 9.81 * np.linalg.norm(lever) < resists:
         return None
     t = move.trajectory
@@ -34,6 +36,10 @@ def jerked_out(world: World, move: Move) -> str | None:
     turning = thing.mass * 9.81 * np.abs(np.cross(tools[:, :3, :3] @ gripper.axis, tools[:, :3, :3] @ lever)[:, 2])
     if turning.max(initial=0.0) > resists:
         return f"{name} swings down in the fingers"
+    weighs = tools[:, :3, :3].transpose(0, 2, 1) @ np.array([0.0, 0.0, thing.mass * 9.81])
+    prying = np.cross(np.cross(lever, weighs), gripper.axis)
+    if np.linalg.norm(prying, axis=1).max(initial=0.0) > opens:
+        return f"{name} pries the fingers open"
     if len(path) < 3:
         return None
     pulls = thing.mass * (np.diff(path, n=2, axis=0) / EVERY**2 + np.array([0.0, 0.0, 9.81]))
