@@ -183,7 +183,7 @@ class Routes:
             errors=self._board.errors(found.kind, place) if found.state == "done" else {},
             yardsticks={task.task: task for task in self._contest.yardsticks[found.kind]},
             logs=self._board.logs(number) if owner else [],
-            films=self._films(number),
+            films=self._films(found),
         )
 
     def missing(self, request: Request, error: Exception) -> Response:
@@ -197,9 +197,11 @@ class Routes:
         """What programs may ask, from the API's own description."""
         return self._page(request, "api.html", paths=request.app.openapi()["paths"])
 
-    def _films(self, number: str) -> list[tuple[str, int]]:
-        """What each film of a submission shows, and its run."""
-        shown = films.shown(self._store, number)
+    def _films(self, submission: Progress) -> list[tuple[str, int]]:
+        """What each film of a submission shows, and its run; those of hidden tasks are kept until these are revealed."""
+        if submission.kind == "contest" and not self._contest.rules.reveal:
+            return []
+        shown = films.shown(self._store, submission.id)
         names = ("best run", "worst run") if len(shown) > 1 else ("the run",)
         pairs = zip(names, shown, strict=False)
         return [(name, trial) for name, trial in pairs if films.film_path(self._data, trial).exists()]
@@ -328,14 +330,12 @@ class Routes:
         return FileResponse(picture(task, self._data / "pictures" / kind))
 
     def film(self, request: Request, trial: int) -> Response:
-        """The film of a run."""
+        """The film of a run, where its submission's page shows it."""
         owner = films.submission_of(self._store, trial) if 0 < trial <= HIGHEST else None
-        if owner is not None:
-            self._visible(request, owner)
-        path = films.film_path(self._data, trial)
-        if owner is None or not path.exists():
+        shown = [] if owner is None else self._films(self._visible(request, owner))
+        if trial not in (run for _, run in shown):
             raise HTTPException(404, "there is no such film")
-        return FileResponse(path)
+        return FileResponse(films.film_path(self._data, trial))
 
     def _team(self, request: Request) -> Team:
         team = team_of(self._store, _token(request))
