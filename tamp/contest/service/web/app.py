@@ -198,7 +198,7 @@ class Routes:
         return self._page(request, "api.html", paths=request.app.openapi()["paths"])
 
     def _films(self, submission: Progress) -> list[tuple[str, int]]:
-        """What each film of a submission shows, and its run; those of hidden tasks are kept until these are revealed."""
+        """What each film of a submission shows, and its run; those of hidden tasks wait until these are revealed."""
         if submission.kind == "contest" and not self._contest.rules.reveal:
             return []
         shown = films.shown(self._store, submission.id)
