@@ -29,12 +29,18 @@ from tamp.planning.scripts import (
     Profiler,
     create_parser,
     dump_pddlstream,
+    elapsed_time,
+    find_unique,
     flatten,
     get_args,
     get_file_path,
     get_length,
     get_prefix,
+    implies,
+    inclusive_range,
+    irange,
     is_plan,
+    randomize,
     read,
     read_pddl,
     str_from_object,
@@ -81,11 +87,12 @@ __all__ = [
     "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler", "SharedOptValue", "StreamInfo",
     "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "classical_problem",
     "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared", "defer_unique", "dump_assignment",
-    "dump_pddlstream", "empty_gen", "empty_test", "flatten", "fn_from_constant", "from_constant", "from_fn",
-    "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test",
-    "get_args", "get_file_path", "get_length", "get_prefix", "inf_generator", "is_plan", "negate_test",
-    "never_defer", "outputs_from_boolean", "print_solution", "read", "read_pddl", "solve", "solve_abstract",
-    "solve_adaptive", "solve_binding", "solve_focused", "solve_from_pddl", "solve_incremental",
+    "dump_pddlstream", "elapsed_time", "empty_gen", "empty_test", "find_unique", "flatten", "fn_from_constant",
+    "from_constant", "from_fn", "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler",
+    "from_stream_map", "from_test", "get_args", "get_defer_all_unbound", "get_defer_any_unbound", "get_file_path",
+    "get_length", "get_prefix", "implies", "inclusive_range", "inf_generator", "irange", "is_plan", "negate_test",
+    "never_defer", "outputs_from_boolean", "print_solution", "randomize", "read", "read_pddl", "solve",
+    "solve_abstract", "solve_adaptive", "solve_binding", "solve_focused", "solve_from_pddl", "solve_incremental",
     "solve_pddlstream_satisfaction", "solve_serialized", "str_from_object", "str_from_plan", "universe_test",
 ]  # fmt: skip
 
@@ -130,6 +137,14 @@ def defer_unique(result: Any) -> bool:
 
 
 defer_shared = defer_unique
+
+
+def get_defer_any_unbound(unique: bool = False) -> Callable[[Any], bool]:
+    """What defers a stream whose inputs are hoped for: as `defer_unique` does, whatever its inputs."""
+    return defer_unique
+
+
+get_defer_all_unbound = get_defer_any_unbound
 
 
 def FunctionInfo(opt_fn: Any = None, eager: bool = False, p_success: Any = None, overhead: Any = None) -> StreamInfo:

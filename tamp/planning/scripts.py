@@ -5,10 +5,15 @@ from __future__ import annotations
 import argparse
 import cProfile
 import pstats
+import random
+import time
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tamp.planning.keywords import ALGORITHMS, SERIALIZED
+
+T = TypeVar("T")
 
 NAMES = ("adaptive", "binding", "focused", "incremental", SERIALIZED, *ALGORITHMS)
 """What `--algorithm` may say."""
@@ -92,6 +97,48 @@ SEPARATOR = "\n" + 80 * "-" + "\n"
 def flatten(lists: Any) -> list[Any]:
     """The elements of lists, in a row."""
     return [element for each in lists for element in each]
+
+
+def find_unique(test: Callable[[T], bool], sequence: Iterable[T]) -> T:
+    """The one element that a test holds for.
+
+    Raises:
+        RuntimeError: where there is none, or more than one.
+    """
+    found = [element for element in sequence if test(element)]
+    if len(found) != 1:
+        raise RuntimeError(f"the test holds for {len(found)} elements, not for one: {', '.join(map(str, found))}")
+    return found[0]
+
+
+def irange(start: float, end: float | None = None, step: float = 1) -> Iterator[float]:
+    """Numbers from `start`, each a step after the one before, below `end`; with one bound those from 0 below it."""
+    number, below = (0, start) if end is None else (start, end)
+    while number < below:
+        yield number
+        number += step
+
+
+def inclusive_range(start: float, stop: float, step: float = 1) -> list[float]:
+    """Numbers from `start`, each a step after the one before, below `stop`, and that."""
+    return [*irange(start, stop, step), stop] if start < stop else []
+
+
+def implies(first: Any, second: Any) -> bool:
+    """Whether the second holds where the first does."""
+    return not first or bool(second)
+
+
+def elapsed_time(start_time: float) -> float:
+    """How long ago a time of `time.time()` was [s]."""
+    return time.time() - start_time
+
+
+def randomize(iterable: Iterable[T]) -> list[T]:
+    """The elements in a random order, drawn by Python's own generator; a sampler better draws from `context.rng`."""
+    elements = list(iterable)
+    random.shuffle(elements)
+    return elements
 
 
 def str_from_object(value: Any) -> str:

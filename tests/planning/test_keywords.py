@@ -21,6 +21,7 @@ from tamp.planning.pddlstream import (
     defer_shared,
     from_gen_fn,
     from_test,
+    get_defer_any_unbound,
     never_defer,
     print_solution,
     solve,
@@ -141,6 +142,7 @@ def test_options_of_streams_without_effect_are_said_once():
         FunctionInfo(opt_fn=lambda *args: 1.0)
     assert StreamInfo(defer_fn=defer_shared).defer is True
     assert StreamInfo(defer_fn=never_defer).defer is None
+    assert StreamInfo(defer_fn=get_defer_any_unbound()).defer is True
 
 
 @pytest.mark.parametrize("exact", [True, False])

@@ -13,13 +13,18 @@ from tamp.planning.pddlstream import (
     constraint_satisfaction,
     create_parser,
     dump_assignment,
+    find_unique,
     from_gen_fn,
     from_test,
     get_args,
     get_file_path,
     get_length,
     get_prefix,
+    implies,
+    inclusive_range,
+    irange,
     is_plan,
+    randomize,
     read,
     solve_pddlstream_satisfaction,
     str_from_plan,
@@ -104,4 +109,9 @@ def test_what_scripts_use_around_a_call(tmp_path, capsys):
     plan = [("pick", ("a", 1))]
     assert (str_from_plan(plan), str_from_plan(None)) == ("[pick(a, 1)]", "None")
     assert (is_plan(plan), is_plan(None), get_length(plan), get_length(None)) == (True, False, 1, float("inf"))
+    assert (list(irange(2)), inclusive_range(0, 1, 0.4), inclusive_range(1, 1)) == ([0, 1], [0, 0.4, 0.8, 1], [])
+    assert find_unique(lambda number: number > 2, [1, 2, 3]) == 3
+    with pytest.raises(RuntimeError, match="holds for 2 elements"):
+        find_unique(lambda number: number > 1, [1, 2, 3])
+    assert (implies(False, False), implies(True, False), sorted(randomize([2, 1]))) == (True, False, [1, 2])
     assert (get_prefix(("Pose", "a")), get_args(("Pose", "a"))) == ("pose", ("a",))
