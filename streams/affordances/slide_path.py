@@ -38,6 +38,7 @@ LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
 LONGEST = 0.7  # way that is worth trying [m]
 STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
 SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m]
+DIGITS = 6  # of slants in radians: what differs by less is the same
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -61,6 +62,11 @@ class Way:
     shift: Array
     hanging: float
 
+    @property
+    def slant(self) -> float:
+        """The angle between the way and the way straight away from the side that is pushed [rad]."""
+        return float(np.arccos(np.clip(-self.behind @ self.shift / np.linalg.norm(self.shift), -1.0, 1.0)))
+
 
 def slidable(workspace: Workspace, obj: str, placement: Placement) -> bool:
     """Whether an object can be taken from a placement only after it was pushed over an edge of the table.
@@ -79,13 +85,13 @@ def slidable(workspace: Workspace, obj: str, placement: Placement) -> bool:
 def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
     """Ways over the edges of the table within the arm's reach, those over which most of the object hangs first.
 
-    Among equal ones those that end nearest to the arm come first.
+    Among equal ones the least slanted come first, then those that end nearest to the arm.
     """
     spec = workspace.world.robot.spec
     base = np.array(spec.T_world_base.xyz[:2])
     distance = {way: float(np.linalg.norm(way.end.pose.xyz[:2] - base)) for way in _ways(workspace, obj, placement)}
     near = [way for way in distance if distance[way] < spec.reach[1] and stands(workspace, obj, way.end)]
-    return sorted(near, key=lambda way: (-way.hanging, distance[way]))
+    return sorted(near, key=lambda way: (-way.hanging, round(way.slant, DIGITS), distance[way]))
 
 
 def stands(workspace: Workspace, obj: str, end: Placement) -> bool:

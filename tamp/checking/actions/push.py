@@ -39,8 +39,11 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-HOLDS = 0.9
-"""Share of the friction of pads that keeps them from slipping along a flank for certain."""
+HOLDS = 0.7
+"""Share of the friction of pads that keeps them from slipping along a flank for certain.
+
+Of slides aslant by 20 degrees, where friction holds 26.6, every third ended over a centimetre aside in simulation.
+"""
 
 
 def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:

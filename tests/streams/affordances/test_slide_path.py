@@ -101,12 +101,20 @@ def test_the_hand_pushes_from_behind_in_line_with_the_centre_of_mass(workspace, 
         assert abs(lever[0] * ahead[1] - lever[1] * ahead[0]) < 1e-9
 
 
-@pytest.mark.parametrize(("friction", "farthest"), [(0.5, 20.0), (0.3, 10.0), (0.15, 0.0)])
+@pytest.mark.parametrize(("friction", "farthest"), [(0.8, 20.0), (0.5, 10.0), (0.3, 10.0), (0.15, 0.0)])
 def test_what_is_slippery_is_pushed_no_farther_aslant_than_friction_holds(friction, farthest):
     workspace = workspace_of(replace(FLAT, friction=friction))
     found = directions(workspace, "flat", workspace.start["flat"])
     slants = np.degrees([np.arccos(np.clip(-way.ahead @ way.behind, -1.0, 1.0)) for way in found])
     assert slants.max() == pytest.approx(farthest, abs=1e-4)
+
+
+def test_less_slanted_ways_are_tried_before_others_that_hang_over_as_far(workspace):
+    found = ways(workspace, "flat", workspace.start["flat"])
+    assert [(-way.hanging, round(way.slant, 5)) for way in found] == sorted(
+        (-way.hanging, round(way.slant, 5)) for way in found
+    )
+    assert len({round(way.slant, 5) for way in found}) > 1
 
 
 def test_a_side_that_leans_is_pushed_less_aslant(tmp_path):

@@ -22,7 +22,7 @@ from tests.streams.tables import CRATE, ToldContext, corners, workspace_of
 
 test_cfree_slide.__test__ = False
 
-BOX = Object("box", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)))
+BOX = Object("box", Box((0.17, 0.11, 0.045)), Pose.from_rpy((-0.05, -0.35, 0.0225), (0.0, 0.0, 0.3)), friction=0.8)
 PEG = Object("peg", Box((0.02, 0.02, 0.02)), Pose((0.1, 0.3, 0.01)))
 
 
@@ -34,6 +34,13 @@ def workspace():
 @pytest.fixture(scope="module")
 def offer(workspace):
     return next(plan_sliding(ToldContext(workspace), "box", workspace.start["box"]))
+
+
+def beside_the_end(start, end):
+    """A place near the end of a straight way and to one side of it: ways slanted to the other side keep clear of it."""
+    shift = np.subtract(end.pose.xyz, start.pose.xyz)[:2]
+    x, y = start.pose.xyz[:2] + 0.9 * shift + 0.08 * np.array([-shift[1], shift[0]]) / np.linalg.norm(shift)
+    return Placement(Pose((float(x), float(y), 0.01)), ("table",))
 
 
 def test_the_hand_takes_the_object_straight_to_where_it_is_gripped(workspace, offer):
@@ -75,9 +82,7 @@ def test_what_stands_in_the_way_of_the_object_is_hit_and_what_stands_elsewhere_i
 
 
 def test_slides_that_are_free_of_what_stands_there_come_first(workspace, offer):
-    end = offer[0]
-    x, y = (np.array(workspace.start["box"].pose.xyz[:2]) + end.pose.xyz[:2]) / 2
-    around = (("AtPose", "peg", Placement(Pose((x, y, 0.01)), ("table",))),)
+    around = (("AtPose", "peg", beside_the_end(workspace.start["box"], offer[0])),)
     context = ToldContext(workspace, bound=around)
     offers = list(plan_sliding(context, "box", workspace.start["box"]))
     free = [push_hits(workspace, slide, {"peg": around[0][2]}) is None for *_, slide in offers]
@@ -99,9 +104,8 @@ def test_a_way_is_barred_by_what_stands_in_it_or_where_the_hand_would_be(workspa
 
 
 def test_barred_ways_come_after_all_others_though_they_are_looked_at_last(workspace, offer):
-    end, start = offer[0], workspace.start["box"]
-    x, y = (np.array(start.pose.xyz[:2]) + end.pose.xyz[:2]) / 2
-    peg = Placement(Pose((float(x), float(y), 0.01)), ("table",))
+    start = workspace.start["box"]
+    peg = beside_the_end(start, offer[0])
     context = ToldContext(workspace, bound=(("AtPose", "peg", peg),))
     ended = [end for end, *_ in plan_sliding(context, "box", start)]
     bars = {way.end: barred(workspace, "box", start, way, {"peg": peg}) for way in ways(workspace, "box", start)}
