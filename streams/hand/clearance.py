@@ -12,6 +12,7 @@ from tamp.streams.hand.hand_boxes import clear_of_slab, hand_boxes, points_hit
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Gripper, Pose
+from tamp.world.kinematics.tilt_limit import tilt_limit
 from tamp.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from tamp.world.robot.hand import FreeHand
 
 
-FROM_BELOW = 0.2  # the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 PASSED = (0.015, 0.03, 0.06)  # depths below the hand at which an object that falls is looked at [m]
 
@@ -45,14 +45,29 @@ def reach_of_hand(workspace: Workspace) -> float:
 
 
 def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
-    """Whether the hand comes from above and stays above the table or beside it at a placement, shape (n,)."""
-    clear: NDArray[np.bool_] = pinches.T_object_tool[:, :3, 2] @ place.pose.matrix[2, :3] < FROM_BELOW
-    upright = np.flatnonzero(clear)
-    openings, table = openings_of(workspace, pinches)[upright], workspace.task.table
-    middle, half = np.array(table.center), np.array(table.size) / 2
-    frames, slab = (place.pose.matrix, pinches.T_object_tool[upright]), (middle - half, middle + half)
-    clear[upright] = clear_of_slab(hand_boxes(workspace.world.robot), openings, *frames, slab, TABLE_GAP)
+    """Whether the hand, and the arm that holds it, are above the table or beside it at a placement, shape (n,)."""
+    clear = arm_above_table(workspace, place.pose.matrix @ pinches.T_object_tool)
+    able = np.flatnonzero(clear)
+    openings, (low, high) = openings_of(workspace, pinches)[able], _table_ends(workspace)
+    frames = place.pose.matrix, pinches.T_object_tool[able]
+    clear[able] = clear_of_slab(hand_boxes(workspace.world.robot), openings, *frames, (low, high), TABLE_GAP)
     return clear
+
+
+def arm_above_table(workspace: Workspace, T_world_tools: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether the arm may be above the table or beside it while it holds each of some tools (n, 4, 4), shape (n,)."""
+    limit, (low, high) = tilt_limit(workspace.world.robot), _table_ends(workspace)
+    tips = T_world_tools[:, :2, 3]
+    wrists = tips - limit.behind * T_world_tools[:, :2, 2]
+    over = ((tips > low) & (tips < high) & (wrists > low) & (wrists < high)).all(axis=1)
+    able: NDArray[np.bool_] = ~over | limit.keeps_arm_up(T_world_tools)
+    return able
+
+
+def _table_ends(workspace: Workspace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The table's lower and upper ends along x and y, shape (2,) each [m]."""
+    middle, half = np.array(workspace.task.table.center), np.array(workspace.task.table.size) / 2
+    return middle - half, middle + half
 
 
 def clear_of_object(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ be laid down there, unless it would roll, and what goes into something may be dr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from itertools import islice, product
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.cache import recalled
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps
-from tamp.streams.hand.clearance import hand_above_table
+from tamp.streams.hand.clearance import arm_above_table, hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
 from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
 from tamp.streams.releasing.tilted_release import falls_flat, lays, letting_go_at
@@ -38,8 +38,8 @@ ENDS = 80  # grasps for the start, and for the goal, that are looked at
 PAIRS = 24  # of them that are tried in turn
 ROUNDS = 6  # times at most that a place in between is sought for each pair
 BLOCKED = 24  # pairs of which none takes the object up without meeting others, before these are tried
-DRAWN = 24  # places in one round ...
-TRIES = 8  # ... and of those that the arm seems to reach, for which it is asked
+DRAWN, BLOCKS = 24, 3  # places in one round, drawn so many times at most ...
+TRIES = 8  # ... until so many are found that the arm seems to reach, for which it is asked
 FEW = 8  # grasps that can lay it down; where there are fewer, such ones are sought ...
 RELEASES, EACH = 4, 12  # ... for the start and each of so many tilts, so many grasps each
 
@@ -116,10 +116,10 @@ def _free_first(context: Context, obj: str, start: Placement, pairs: Iterable[Pa
 def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
-    An object is laid down there only where no two grasps leave a face on which both of them could put it. Grasps that
-    can lay it from many tilts come first then: the arm seldom gets to the one tilt that another leaves; those of which
-    it is not sure that it lands on the face come last. Else those come first that put it on a face from which it does
-    not tip over.
+    An object is laid down there only where no two grasps that reach both ends leave a face on which both of them could
+    put it. Grasps that can lay it from many tilts come first then: the arm seldom gets to the one tilt that another
+    leaves; those come last of which it is not sure that it lands on the face, and those whose arm is above the table at
+    its edges alone. Else those come first that put it on a face from which it does not tip over.
     """
     workspace: Workspace = context.scene
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
@@ -142,11 +142,11 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
         for one, other in _each_with_others(first, second, shared):
             if clock.now() > context.deadline:
                 return
-            taken_over = True
             if takes(one) and brings(other):
+                taken_over = True
                 faces = shared[one, other]
                 sure = [R for R in faces if not laid or _falls_flat(workspace, obj, R, one, surely=True)]
-                if sure:
+                if sure and (not laid or any(_reached_amid(context, obj, R, one) for R in sure)):
                     yield one, other, sure, laid
                 elif len(unsure) < FEW and (faces := [R for R in faces if _falls_flat(workspace, obj, R, one)]):
                     unsure.append((one, other, faces, laid))
@@ -154,7 +154,7 @@ def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps
         if taken_over:
             return
     if first and second:
-        context.fail(f"{obj} has no face to rest on with room for the hands of both grasps")
+        context.fail(f"{obj} has no face to rest on with room for the hands of two grasps that reach it")
 
 
 def _layers(
@@ -176,10 +176,14 @@ def _layers(
 
 def _falls_flat(workspace: Workspace, obj: str, R: NDArray[np.float64], grasp: Grasp, *, surely: bool = False) -> bool:
     """Whether an object that a hand lays down comes to rest turned by R (3, 3), let go as far up as places are."""
+    return falls_flat(workspace, obj, _let_go_over(workspace, obj, R), grasp, surely=surely)
+
+
+def _let_go_over(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> Placement:
+    """An object turned by R (3, 3) in the middle of the table, as far up as places are."""
     pose = amid(workspace, obj, R).pose
     x, y, z = pose.xyz
-    place = Placement(Pose((x, y, z + RELEASE_HEIGHT), pose.quat), (TABLE,))
-    return falls_flat(workspace, obj, place, grasp, surely=surely)
+    return Placement(Pose((x, y, z + RELEASE_HEIGHT), pose.quat), (TABLE,))
 
 
 def _able(workspace: Workspace, obj: str, place: Placement) -> bool:
@@ -243,9 +247,7 @@ def _between(
 ) -> Placement | None:
     """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
     faces = [R for R in faces if _stays(context.scene, obj, R)] or faces
-    angles = context.rng.uniform(-np.pi, np.pi, DRAWN)
-    drawn = (put_aside(context, obj, turned(faces[context.rng.integers(len(faces))], angle)) for angle in angles)
-    for place in islice(_at_a_glance(context, obj, one, other, [*filter(None, drawn)], laid), TRIES):
+    for place in islice(_at_a_glance(context, obj, one, other, faces, laid), TRIES):
         if clock.now() > context.deadline:
             return None
         if _takes(context, obj, place, other) and (_lays if laid else _takes)(context, obj, place, one):
@@ -254,19 +256,43 @@ def _between(
 
 
 def _at_a_glance(
-    context: Context, obj: str, one: Grasp, other: Grasp, places: list[Placement], laid: bool
+    context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
 ) -> Iterator[Placement]:
-    """The places that the arm seems to reach by both grasps: to find out that it does not takes 100 times longer."""
-    robot, back = context.scene.world.robot, min(context.scene.hand.approaches)
+    """Places that the arm seems to reach by both grasps: to find out that it does not takes 100 times longer."""
+    for _ in range(BLOCKS):
+        R = faces[context.rng.integers(len(faces))]
+        angles = context.rng.uniform(-np.pi, np.pi, DRAWN)
+        places = [*filter(None, (put_aside(context, obj, turned(R, angle)) for angle in angles))]
+        for grasp, falls in ((other, False), (one, laid)):
+            if places:
+                reached = _reached(context, obj, places, grasp, falls)
+                places = [place for place, able in zip(places, reached, strict=True) if able]
+        yield from places
 
-    def reached(poses: Sequence[Pose], grasp: Grasp) -> NDArray[np.bool_]:
-        T = np.array([pose.matrix for pose in poses]).reshape(-1, 4, 4)
-        return approachable(robot, T @ grasp.T_object_tool.matrix, back)
 
-    taken = reached([place.pose for place in places], other)
-    for place in (place for place, able in zip(places, taken, strict=True) if able):
-        if reached(letting_go_at(context, obj, place, one) if laid else [place.pose], one).any():
-            yield place
+def _reached(context: Context, obj: str, places: list[Placement], grasp: Grasp, falls: bool) -> NDArray[np.bool_]:
+    """Whether the arm seems to get a hand to each of n places, or to where the object may fall from to it, and back.
+
+    The places differ in where they are on the table and in heading alone, and so do the ways to fall to them; (n,).
+    """
+    workspace: Workspace = context.scene
+    T = np.array([place.pose.matrix for place in places])
+    poses = letting_go_at(context, obj, places[0], grasp) if falls else [places[0].pose]
+    if not poses:
+        return np.zeros(len(T), bool)
+    tools = np.linalg.inv(T[0]) @ np.array([pose.matrix for pose in poses]) @ grasp.T_object_tool.matrix
+    found = (T[:, None] @ tools).reshape(-1, 4, 4)
+    back, away = min(workspace.hand.approaches), found.copy()
+    away[:, :3, 3] -= back * found[:, :3, 2]
+    able = arm_above_table(workspace, found) & arm_above_table(workspace, away)
+    able[able] = approachable(workspace.world.robot, found[able], back)
+    reached: NDArray[np.bool_] = able.reshape(len(T), -1).any(axis=1)
+    return reached
+
+
+def _reached_amid(context: Context, obj: str, R: NDArray[np.float64], grasp: Grasp) -> bool:
+    """Whether the arm may be above the table where it lays an object down by a grasp in the middle of it."""
+    return bool(_reached(context, obj, [_let_go_over(context.scene, obj, R)], grasp, True)[0])
 
 
 def _lays(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:

@@ -8,18 +8,21 @@ from itertools import islice
 from tamp import clock
 from tamp.streams.affordances.falls import drops
 from tamp.streams.affordances.neighbours import carriers, standing_around
-from tamp.streams.affordances.stable_poses import midtable, moved
+from tamp.streams.affordances.stable_poses import midtable
+from tamp.streams.affordances.stable_poses import moved as moved_to
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.context import Context
 from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.hand.clearance import hand_hits, opening_for
-from tamp.streams.motion.inverse_kinematics import handlings, reaches
+from tamp.streams.hand.finger_closing import between_pads
+from tamp.streams.motion.inverse_kinematics import BESIDE, FALLING_PAST, handlings, reaches
 from tamp.streams.releasing.edge_contact import dragged, held_up, hooked, turned_off
 from tamp.streams.releasing.landing import aimed, sure_on_table, whole_on_table
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.scene import Scene
+from tamp.world.transforms import moved
 
 TRIED = 3  # falls from the least to the farthest that tell whether an object can be laid down at all ...
 FURTHER = 3  # ... tried so often, where none of them lands as it shall
@@ -83,7 +86,7 @@ def _falls(
     ways, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
     found = None
     for found in islice(_landings(context, obj, at, grasp, _spread(ways, most)), most):
-        yield moved(found, placement) if on_table else found
+        yield moved_to(found, placement) if on_table else found
     if found is None:
         context.fail(f"{obj} would not fall there" if ways else reason)
 
@@ -146,11 +149,27 @@ def _roomy(
 def _landing(
     workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]
 ) -> tuple[Pose, ...] | None:
-    """A way to fall, as the object lands; None where it does so elsewhere, or the hand has no room then."""
+    """A way to fall, as the object lands; None where it does so elsewhere, or the hand has no room, or no way back."""
     if falls_straight(fall[0], placement.pose):
         return fall
     aim = _over_edge(workspace, obj, placement, fall)
-    return aim if aim is not None and _room(workspace, obj, placement, grasp, aim[0]) else None
+    if aim is None or not _room(workspace, obj, placement, grasp, aim[0]):
+        return None
+    return aim if _gets_away(workspace, obj, grasp, aim) else None
+
+
+def _gets_away(workspace: Workspace, obj: str, grasp: Grasp, fall: tuple[Pose, ...]) -> bool:
+    """Whether there is a way back for a hand past an object that turns over its edge; the arm is left out."""
+    gripper, T = workspace.world.robot.spec.gripper, fall[0].matrix @ grasp.T_object_tool.matrix
+    opening, scenes = opening_for(gripper, grasp), [Scene({obj: pose.matrix}) for pose in fall]
+    for back in workspace.hand.approaches:
+        T_away = moved(T, -back * T[:3, 2])
+        held = between_pads(workspace, obj, fall[-1].inverse().matrix @ T_away, gripper.stroke, -BESIDE)
+        if len(held) == 0:
+            met = (workspace.world.hand_contact(T_away, opening, at, FALLING_PAST, ignore=(TABLE,)) for at in scenes)
+            if not any(met):
+                return True
+    return False
 
 
 def _taken_along(workspace: Workspace, obj: str, placement: Placement, grasp: Grasp, fall: tuple[Pose, ...]) -> bool:
