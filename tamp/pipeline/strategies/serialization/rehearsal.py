@@ -7,14 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from tamp.execution.executor import execute
 from tamp.execution.monitor import Monitor
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.plan_state import after
-from tamp.task import Action, Fall, Grip, Plan, Release
+from tamp.task import Action, Fall, Grip, Plan, Pose, Release, Task
 from tamp.world.robot.model import RobotModel
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+BESIDE = 0.08  # what is so near to an object, seen from above, may be met by the fingers that open beside it [m]
 LENIENT = Monitor(0.03, 0.5, 0.05, 1.0)  # what ends no farther off is corrected once it lies there
 
 
@@ -24,10 +33,41 @@ def rehearsal(setup: Setup, plan: Plan) -> str | None:
     How long an execution may take does not count: a plan that is never carried out has no such limit.
     """
     for part in with_falls(setup.world.robot, plan):
-        run = execute(setup.task, part, monitor=LENIENT, simulator=setup.settings.settling)
+        run = execute(*among_few(setup, part), monitor=LENIENT, simulator=setup.settings.settling)
         if run.status == "deviated":
             return f"rehearsed: {run.deviation}"
     return None
+
+
+def among_few(setup: Setup, part: Plan) -> tuple[Task, Plan]:
+    """The same with those objects alone that what it moves may meet where it is taken up or comes to rest.
+
+    These are whatever is beside it there within a finger's reach, and all that lies over or under any of those: the
+    plan keeps clear of everything else.
+    """
+    end = after(setup.world.robot, part).start
+    boxes = {name: _box(setup, name, pose) for name, pose in part.start.items()}
+    moved = [name for name, pose in part.start.items() if end[name] != pose]
+    places = [*(boxes[name] for name in moved), *(_box(setup, name, end[name]) for name in moved)]
+    kept, waiting = {*moved}, [(low - BESIDE, high + BESIDE) for low, high in places]
+    while waiting:
+        found = [name for name in boxes if name not in kept and any(_over(boxes[name], box) for box in waiting)]
+        kept |= {*found}
+        waiting = [boxes[name] for name in found]
+    objects = tuple(replace(item, goal=None) for item in setup.task.objects if item.name in kept)
+    start = {name: pose for name, pose in part.start.items() if name in kept}
+    return replace(setup.task, objects=objects, goal=()), replace(part, start=start, goals={})
+
+
+def _box(setup: Setup, name: str, pose: Pose) -> Box:
+    """Lower and upper end of an object at a pose along x and y, (2,) each [m]."""
+    points = setup.world.geometries[name].hull.vertices @ pose.matrix[:2, :3].T + pose.xyz[:2]
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _over(one: Box, other: Box) -> bool:
+    """Whether two boxes overlap, as seen from above."""
+    return bool((one[0] < other[1]).all() and (other[0] < one[1]).all())
 
 
 def with_falls(robot: RobotModel, plan: Plan) -> Iterator[Plan]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -13,11 +14,13 @@ from tamp.execution.log import Deviation
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
-from tamp.pipeline.strategies.serialization.rehearsal import with_falls
+from tamp.pipeline.strategies.serialization.rehearsal import among_few, with_falls
 from tamp.pipeline.strategies.serialization.subproblem import Asker
-from tamp.task import Action, Attachment, Fall, Grip, Plan, Pose, Release, load_robot
+from tamp.task import Action, Attachment, Box, Fall, Grip, Object, Plan, Pose, Release, load_robot
 from tamp.task.files.load import load_task
+from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.robot.model import robot_model
+from tamp.world.world import World
 
 SCENARIOS = Path(__file__).parents[4] / "scenarios"
 
@@ -98,3 +101,30 @@ def test_a_rehearsal_is_of_whole_errands_those_with_falls_and_no_move_before_the
         first = plan.actions.index(part.actions[0])
         state = after(robot_model(load_robot("panda")), replace(plan, actions=plan.actions[:first]))
         assert part.actions[0].name == "pick" and begins_at(part, state)
+
+
+def test_what_is_far_from_all_that_moves_is_not_in_a_rehearsal_and_what_is_beside_it_is(fallen):
+    state, plan = fallen
+    piece, _ = state.finish(plan, 0, {})
+    (part,) = with_falls(state.setup.world.robot, piece)
+    moved = next(step.object for step in part.steps if isinstance(step, Fall))
+    end = after(state.setup.world.robot, part).start[moved]
+    table, box = state.setup.task.table, Box((0.05, 0.05, 0.05))
+    corners = [(table.center[0] + x * 0.35, table.center[1] + y * 0.5) for x in (-1, 1) for y in (-1, 1)]
+    far = max(corners, key=lambda at: min(math.dist(at, pose.xyz[:2]) for pose in (part.start[moved], end)))
+    extra = {"beside": Pose((end.xyz[0], end.xyz[1], 0.3)), "far": Pose((*far, 0.025)), "on far": Pose((*far, 0.075))}
+    setup = replace(
+        state.setup,
+        task=replace(
+            state.setup.task,
+            objects=(*state.setup.task.objects, *(Object(name, box, pose) for name, pose in extra.items())),
+        ),
+        world=World(
+            state.setup.world.robot,
+            {**state.setup.world.geometries, **{name: load_geometry(box) for name in extra}},
+            table,
+        ),
+    )
+    task, kept = among_few(setup, replace(part, start={**part.start, **extra}))
+    names = {item.name for item in task.objects}
+    assert names == {*kept.start} and {moved, "beside"} <= names and names.isdisjoint({"far", "on far"})
