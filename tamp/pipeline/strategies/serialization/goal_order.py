@@ -229,8 +229,8 @@ class Ordering:
         self._climb((*EFFORTS, *LAST))
         if self._left:
             self._asker.progress = replace(self.progress, now=begin, actions=[], before=[], pieces=[])
-            while not self._asker.late and self._together[-1].status not in ("infeasible", "failed"):
-                if self._all_together(UNLIMITED):
+            while not self._asker.late and self._together[-1].status != "infeasible":
+                if self._all_together(UNLIMITED) or self._together[-1].status == "failed":
                     break
 
     def _come_near(self) -> None:
