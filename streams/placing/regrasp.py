@@ -286,8 +286,7 @@ def _reached(context: Context, obj: str, places: list[Placement], grasp: Grasp, 
     away[:, :3, 3] -= back * found[:, :3, 2]
     able = arm_above_table(workspace, found) & arm_above_table(workspace, away)
     able[able] = approachable(workspace.world.robot, found[able], back)
-    reached: NDArray[np.bool_] = able.reshape(len(T), -1).any(axis=1)
-    return reached
+    return np.asarray(able.reshape(len(T), -1).any(axis=1))
 
 
 def _reached_amid(context: Context, obj: str, R: NDArray[np.float64], grasp: Grasp) -> bool:
