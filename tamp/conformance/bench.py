@@ -53,7 +53,7 @@ class Bench:
     def with_fresh_scene(self) -> Problem:
         """The same problem with nothing remembered from earlier calls."""
         scene: Workspace = self.problem.scene
-        fresh = replace(scene, cache=SampleCache())
+        fresh = replace(scene, world=scene.world.with_nothing_answered(), cache=SampleCache())
         problem = self.problem
         return Problem(problem.domain, problem.streams, problem.samplers, problem.init, problem.goal, fresh)
 

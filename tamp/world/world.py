@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Collection, Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -63,6 +64,12 @@ class World:
     def motions(self) -> MotionCache:
         """Motion queries already answered in this world."""
         return MotionCache(planner=self._motion_planner)
+
+    def with_nothing_answered(self) -> World:
+        """The same world, collision structures shared, where no motion query has been answered yet."""
+        other = copy.copy(self)
+        other.__dict__.pop("motions", None)
+        return other
 
     @cached_property
     def _hand(self) -> Actor:
