@@ -167,12 +167,28 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
         pushed = to_be_pushed(workspace, name, workspace.start[name])
         return pushed and _put_wherever(asker, name, kept, free, SLIDING)
     with asker.within(CAREFUL):
-        if turned_over(workspace, name) and _put_wherever(asker, name, kept, free, ITERATIONS, {name}):
+        if _turn_over(asker, name, kept, free):
             return True
         if _put_near(asker, name, grips, kept, free):
             return True
         cut_short = asker.late
     return cut_short and _put_on_table(asker, name, grips, kept, free)
+
+
+def _turn_over(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
+    """Put an object that has to be turned over to one of the nearest places, by two grasps; whether it was.
+
+    From where it lies that is tried once: which grasps follow each other depends on little else.
+    """
+    known = name, asker.workspace.start[name]
+    if known in asker.unturned or not turned_over(asker.workspace, name):
+        return False
+    before = len(asker.reports)
+    if _put_wherever(asker, name, kept, free, ITERATIONS, {name}):
+        return True
+    if any(report.status == "failed" for report in asker.reports[before:]):
+        asker.unturned.add(known)
+    return False
 
 
 def bring_to_rest(asker: Asker, name: str, kept: Collection[str], regrasped: Collection[str]) -> bool:

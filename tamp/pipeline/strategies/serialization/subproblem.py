@@ -14,6 +14,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import away
 from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.planning import GroundAction, Problem, Report, Solution, solve
 from tamp.planning.strategies.net_benefit import NetBenefit
+from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import At
 
@@ -35,6 +36,7 @@ class Asker:
         refusals: how many answers to questions about each object, or about all, were sent back; each lets the next
             question about it draw other samples.
         reports: the planner's on every question.
+        unturned: objects that two grasps did not turn over, with where they were, for any of the places tried.
     """
 
     progress: Progress
@@ -43,6 +45,7 @@ class Asker:
     algorithm: str
     refusals: Counter[str] = field(default_factory=Counter)
     reports: list[Report] = field(default_factory=list)
+    unturned: set[tuple[str, Placement]] = field(default_factory=set)
 
     @property
     def workspace(self) -> Workspace:
