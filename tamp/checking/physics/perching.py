@@ -177,7 +177,7 @@ def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
     flat = comes_down(scene, name, T, np.eye(3), pivot, others)
     if np.isinf(flat):
         return False
-    for axis in tilting_axes(scene, state, (name, *(other for other in others if other != TABLE))):
+    for axis in tilting_axes(scene, state, ()):
         rises = (comes_down(scene, name, T, rotation(axis, tilt), pivot, others) - flat for tilt in TILTS)
         if all((last := risen) < RISES / 2 for risen in rises) and last < -FALLS:
             return True
