@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-SAMPLES, BLOCK = 400_000, 20_000
+SAMPLES, BLOCK = 200_000, 20_000
 LOWEST, HIGHEST, STEP = -0.05, 0.55, 0.01  # of the heights that are told apart [m]
-FEW = 200  # configurations at a height that tell too little of it
+FEW = 100  # configurations at a height that tell too little of it
 SPARE = np.radians(3.0)  # that a sample may have missed [rad]
 
 
@@ -54,7 +54,7 @@ class TiltLimit:
 def tilt_limit(robot: RobotModel) -> TiltLimit:
     """The limit of a robot that stands where its data say; above all heights that are told apart there is none."""
     hulls = b"".join(body.hull.vertices.tobytes() + bytes([body.joint]) for body in robot.bodies)
-    key = content_key("tilt-limit-2", robot.spec.description.encode(), hulls, repr(robot.spec))
+    key = content_key("tilt-limit-3", robot.spec.description.encode(), hulls, repr(robot.spec))
     stored = cached("tilt-limit", key, lambda: _sampled(robot))
     return TiltLimit(np.asarray(stored["tilts"], np.float64), float(stored["behind"]))
 
