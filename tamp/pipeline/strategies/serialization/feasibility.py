@@ -19,7 +19,7 @@ from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 
-BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do, which are longer
+BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do and are longer
 
 
 @dataclass
@@ -58,15 +58,22 @@ class Prospects:
         if name in self.hopeless:
             return self.known_against(name)
         workspace = alone(self.asker.workspace, name)
-        iterations = self.asker.tuning.alone_iterations
-        if to_be_pushed(workspace, name, workspace.start[name]):
-            iterations *= BEGINNING_WITH_A_SLIDE
+        iterations = longer = self.asker.tuning.alone_iterations
+        pushed = to_be_pushed(workspace, name, workspace.start[name])
+        if pushed:
+            longer *= BEGINNING_WITH_A_SLIDE
         # What no single hand can turn over is asked about two of them first.
-        if self.turned(name) and self._regrasp_helps(workspace, name, iterations):
+        if self.turned(name) and self._regrasp_helps(workspace, name, longer):
             self._hopeful.add(name)
             return None
-        solution = self.asker.ask(workspace, iterations, {name, *supports_in_the_way(workspace, name)}, about=name)
-        if solution.plan is not None or (not self.turned(name) and self._regrasp_helps(workspace, name, iterations)):
+        movable = {name, *supports_in_the_way(workspace, name)}
+        solution = self.asker.ask(workspace, iterations, movable, about=name)
+        if solution.plan is None and not self.turned(name) and self._regrasp_helps(workspace, name, longer):
+            self._hopeful.add(name)
+            return None
+        if solution.plan is None and pushed:
+            solution = self.asker.ask(workspace, longer, movable, about=name)
+        if solution.plan is not None:
             self._hopeful.add(name)
             return None
         why = f"even alone: {reason(solution)}"

@@ -180,10 +180,11 @@ def _turn_over(asker: Asker, name: str, kept: Collection[str], free: Collection[
 
     From where it lies that is tried once: which grasps follow each other depends on little else.
     """
-    known = name, asker.workspace.start[name]
-    if known in asker.unturned or not turned_over(asker.workspace, name):
+    if not turned_over(asker.workspace, name):
         return False
-    before = len(asker.reports)
+    known, before = (name, asker.workspace.start[name]), len(asker.reports)
+    if known in asker.unturned:
+        return False
     if _put_wherever(asker, name, kept, free, ITERATIONS, {name}):
         return True
     if any(report.status == "failed" for report in asker.reports[before:]):
