@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.pddlstream_like import LINE
+from benchmarks.pddlstream_shelf import carrying
 from tamp.planning import Problem, solve
 from tests.planning.test_problems import ALGORITHMS, check
 
@@ -95,3 +97,12 @@ def test_no_other_state_is_concluded_from_one(on, bright, switches, algorithm):
         check(problem, solution)
     else:
         assert (solution.plan, solution.status) == (None, "infeasible")
+
+
+@pytest.mark.parametrize("algorithm", ["focused", "binding"])
+def test_what_a_test_told_of_real_values_is_searched_with_before_more_are_drawn(algorithm):
+    """Two tall things stand in the way: with ever more values each search finds yet another plan that fails."""
+    problem = carrying([-4.0, 0.0, 2.0], {"A": "goal"}, LINE)
+    solution = solve(problem, algorithm=algorithm, max_iterations=500, timeout=60.0)
+    assert solution.status == "solved"
+    check(problem, solution)

@@ -76,6 +76,7 @@ class Sobriety:
         self._budget = budget
         self._spent = 0
         self._learnt = True  # by plans under hopes
+        self._seen = False
         self._searched = 0
 
     @property
@@ -102,21 +103,27 @@ class Sobriety:
         session.grounder.be_shallow(sober=True)
         if not self._learnt and not self._draw(before):
             return False
-        refuted, searching = len(session.knowledge.refuted), session.searching
+        refuted, searching, version = len(session.knowledge.refuted), session.searching, session.knowledge.version
         result = session.search(sure=True)
         if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
             return False
-        self._learnt = result.plan is not None and len(session.knowledge.refuted) > refuted
-        if self._learnt:
+        self._seen = result.plan is not None
+        self._learnt = result.plan is not None and session.knowledge.version > version
+        if result.plan is not None and len(session.knowledge.refuted) > refuted:
             session.rounds.ask_alike(refuted, most=session.searching - searching)
         self._searched = session.searching - searching
         self._spent += session.work - before
         return True
 
     def _draw(self, before: int) -> bool:
-        """Draw from every stream, and again while that is less work than the last search was; whether any had more."""
+        """Draw from every stream, and again while that is less work than the last search was; whether any had more.
+
+        Where that search has seen a plan, there are values enough to try: once is enough.
+        """
         if not self._session.rounds.expand(tests=True):
             return False
+        if self._seen:
+            return True
         while self._session.work - before < self._searched and self._session.rounds.expand(tests=True):
             pass
         return True
