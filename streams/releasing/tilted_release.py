@@ -12,7 +12,7 @@ from tamp.streams.affordances.stable_poses import midtable
 from tamp.streams.affordances.stable_poses import moved as moved_to
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.context import Context
-from tamp.streams.hand.candidates import hangs_over
+from tamp.streams.hand.candidates import beyond_table, hangs_over
 from tamp.streams.hand.clearance import hand_hits, opening_for
 from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.inverse_kinematics import BESIDE, FALLING_PAST, handlings, reaches
@@ -85,10 +85,24 @@ def _falls(
     at = midtable(workspace, placement) if on_table else placement
     ways, reason = _roomy(workspace, obj, at, grasp, layable(workspace, obj, placement))
     found = None
+    beside = False
     for found in islice(_landings(context, obj, at, grasp, _spread(ways, most)), most):
-        yield moved_to(found, placement) if on_table else found
+        fall = moved_to(found, placement) if on_table else found
+        if placement.on == (TABLE,) and _beside_table(workspace, obj, fall[0]):
+            beside = True
+        else:
+            yield fall
+    if beside:
+        context.fail(f"{obj} would be set on an edge beside the table")
     if found is None:
         context.fail(f"{obj} would not fall there" if ways else reason)
+
+
+def _beside_table(workspace: Workspace, obj: str, let_go: Pose) -> bool:
+    """Whether an object's edge, on which it is let go, is beside the table, over whose edge it may reach as it lies."""
+    T = let_go.matrix
+    corners = workspace.world.geometries[obj].hull.vertices @ T[:3, :3].T + T[:3, 3]
+    return bool(beyond_table(workspace, corners[corners[:, 2] < corners[:, 2].min() + ON_EDGE]).all())
 
 
 def _landings(

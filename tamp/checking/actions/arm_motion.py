@@ -306,10 +306,9 @@ def _dragged_over(scene: Scene, state: State, move: Move, found: Looks, allow: T
 
 
 def _wedged(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[tuple[str, str]]:
-    """What is held, and objects that it leaves, or comes to, and does not slide out of, or into."""
+    """What is held, and objects that it does not slide out of, or into, whatever a plan says that it touches."""
     if state.held is not None:
-        near = sorted({other for pair in move.contacts for other in pair})
-        for name in wedged(scene, state, move.phase, found, near, allow):
+        for name in wedged(scene, state, move.phase, found, allow):
             yield state.held.object, name
 
 

@@ -15,7 +15,7 @@ from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.robot.sweep import Mover, passed, standing, touches
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
@@ -40,9 +40,7 @@ TURNS = (0.0, -0.01, 0.01, -0.02, 0.02)
 """And turned about the way that it goes [rad]."""
 
 
-def wedged(
-    scene: Scene, state: State, phase: str, found: Looks, contacts: Sequence[str], allow: Tolerances
-) -> Iterator[str]:
+def wedged(scene: Scene, state: State, phase: str, found: Looks, allow: Tolerances) -> Iterator[str]:
     """Objects that what is held, the last of the bodies of a motion, is wedged in where it has left its rest.
 
     Args:
@@ -50,7 +48,6 @@ def wedged(
         state: what is where.
         phase: of the motion: one that lowers ends where the object rests, others begin there.
         found: the motion.
-        contacts: names of the objects that it may touch.
         allow: tolerances.
     """
     taken = found.bodies[-1]
@@ -59,8 +56,7 @@ def wedged(
     if not away.any():
         return
     going = Mover(taken.solid, np.ascontiguousarray(taken.T[away]))
-    others = {name: state.poses[name] for name in contacts if name in state.poses and name != taken.solid.name}
-    for other in passed([going], standing(scene.solids, others)) if others else ():
+    for other in passed([going], standing(scene.solids, state.without(taken.solid.name).poses)):
         for touch in touches([(other, going, PRESSED)]):
             T = inverse(other.T[0]) @ going.T[touch.sample]
             way = other.T[0][:3, :3].T @ (going.T[touch.sample, :3, 3] - resting)
