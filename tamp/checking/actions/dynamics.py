@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 ACROSS = 41
 """Places across a pad that stand for all of it."""
-EASY = 0.03
-"""A moment that any fingers hold [N m]."""
+EASY = 0.1
+"""A moment that fingers hold wherever they are found to touch: that is known within millimetres [N m]."""
 PRIED = 1.1
 """So many times the fingers' force is more than they press with, for certain."""
 NEAR = 0.002

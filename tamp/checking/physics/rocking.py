@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 WIDE = 0.003
 """The facets of what is round are narrower than this [m]."""
+FACET = 0.1
+"""What comes to rest after it has tilted by no more has rocked, and not tipped [rad]."""
 CLOSE = 2e-4
 """What is no farther from a body than this certainly touches it [m]."""
 
@@ -62,7 +64,10 @@ def _carried(scene: Scene, state: State, name: str, under: str, allow: Tolerance
 
 
 def _rocks(scene: Scene, state: State, name: str, under: str, loads: list[str], allow: Tolerances) -> bool:
-    """Whether the common centre of mass of what a body carries, and of itself, comes lower as that tilts."""
+    """Whether the common centre of mass of what a body carries, and of itself, comes lower as that tilts, and farther on.
+
+    What only rocks to the facet beside it, as boxes with bulging sides do, comes to rest there.
+    """
     T, below = state.poses[name], {under: state.standing(scene)[under]}
     masses = np.array([scene.task.object(one).mass for one in loads])
     center = masses @ np.array([scene.center_of_mass(one, state.poses[one]) for one in loads]) / masses.sum()
@@ -77,12 +82,14 @@ def _rocks(scene: Scene, state: State, name: str, under: str, loads: list[str], 
     if np.isinf(flat):
         return False
     for axis in tilting_axes(scene, state, (name, *(other for other in below if other != TABLE))):
+        least = 0.0
         for tilt in TILTS:
             risen = comes_down(scene, name, T, rotation(axis, tilt), pivot, below, center) - flat
-            if risen < -RISES:
-                return True
-            if risen > RISES / 2:
+            if risen > least + RISES / 2:  # it comes to rest before
                 break
+            if risen < -RISES and tilt > FACET:
+                return True
+            least = min(least, risen)
     return False
 
 
