@@ -64,7 +64,7 @@ def _carried(scene: Scene, state: State, name: str, under: str, allow: Tolerance
 
 
 def _rocks(scene: Scene, state: State, name: str, under: str, loads: list[str], allow: Tolerances) -> bool:
-    """Whether the common centre of mass of what a body carries, and of itself, comes lower as that tilts, and farther on.
+    """Whether the common centre of mass of what a body carries, and of itself, comes lower and lower as that tilts.
 
     What only rocks to the facet beside it, as boxes with bulging sides do, comes to rest there.
     """
