@@ -35,7 +35,7 @@ FAR = 3 * NEAR  # what is farther than this from the box around a part is not ne
 EDGES = 8  # of a linearised cone, which lies inside the true one
 DIRECTIONS = 8  # in which the outermost contacts of one direction are kept: those between them change nothing
 ENOUGH = 64  # contacts that mostly hold what all of them hold
-FIRM = 0.65  # share of the friction of pads that a push may call on: with more, every third slips along them
+FIRM = 0.74  # share of the friction of pads that a push may call on
 LENGTH = 0.05  # by which moments are divided, so that they are of the order of the forces [m]
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 

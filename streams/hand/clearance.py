@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tamp.world.robot.hand import FreeHand
 
 
+FROM_BELOW = 0.2  # beside the table the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 PASSED = (0.015, 0.03, 0.06)  # depths below the hand at which an object that falls is looked at [m]
 
@@ -46,7 +47,8 @@ def reach_of_hand(workspace: Workspace) -> float:
 
 def above_table(workspace: Workspace, pinches: Pinches, place: Placement) -> NDArray[np.bool_]:
     """Whether the hand, and the arm that holds it, are above the table or beside it at a placement, shape (n,)."""
-    clear = arm_above_table(workspace, place.pose.matrix @ pinches.T_object_tool)
+    T = place.pose.matrix @ pinches.T_object_tool
+    clear = arm_above_table(workspace, T) & (T[:, 2, 2] < FROM_BELOW)
     able = np.flatnonzero(clear)
     openings, (low, high) = openings_of(workspace, pinches)[able], _table_ends(workspace)
     frames = place.pose.matrix, pinches.T_object_tool[able]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 WIDE = 0.003
 """The facets of what is round are narrower than this [m]."""
-FACET = 0.1
+FACET = 0.2
 """What comes to rest after it has tilted by no more has rocked, and not tipped [rad]."""
 CLOSE = 2e-4
 """What is no farther from a body than this certainly touches it [m]."""

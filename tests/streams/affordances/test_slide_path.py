@@ -101,7 +101,7 @@ def test_the_hand_pushes_from_behind_in_line_with_the_centre_of_mass(workspace, 
         assert abs(lever[0] * ahead[1] - lever[1] * ahead[0]) < 1e-9
 
 
-@pytest.mark.parametrize(("friction", "farthest"), [(0.8, 20.0), (0.5, 10.0), (0.3, 10.0), (0.15, 0.0)])
+@pytest.mark.parametrize(("friction", "farthest"), [(0.5, 20.0), (0.3, 10.0), (0.15, 0.0)])
 def test_what_is_slippery_is_pushed_no_farther_aslant_than_friction_holds(friction, farthest):
     workspace = workspace_of(replace(FLAT, friction=friction))
     found = directions(workspace, "flat", workspace.start["flat"])
