@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from tamp.checking.actions.carrying import Pick, Place, Transport
-from tamp.checking.actions.nudge import check_nudge
-from tamp.checking.actions.push import check_push
-from tamp.checking.actions.pushing import Push
+from tamp.checking.actions.pushes.nudge import check_nudge
+from tamp.checking.actions.pushes.push import check_push
+from tamp.checking.actions.pushes.pushing import Push
+from tamp.checking.actions.pushes.topple import check_topple
 from tamp.checking.actions.rule import ActionRule
-from tamp.checking.actions.topple import check_topple
 
 TABLETOP: Mapping[str, ActionRule] = MappingProxyType(
     {

@@ -17,7 +17,7 @@ from tamp.world.robot.model import robot_model
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import PUSHES, push_what_slips
 
-SCENARIO = Path(__file__).parents[3] / "scenarios" / "slide_box.yaml"
+SCENARIO = Path(__file__).parents[4] / "scenarios" / "slide_box.yaml"
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from tamp.checking import check
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Move, Object, Pose
 
-SCENARIO = Path(__file__).parents[3] / "scenarios" / "nudge_in_crate.yaml"
+SCENARIO = Path(__file__).parents[4] / "scenarios" / "nudge_in_crate.yaml"
 
 
 @pytest.fixture(scope="module")

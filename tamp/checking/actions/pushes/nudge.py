@@ -13,7 +13,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.left_standing import check_rest
-from tamp.checking.actions.push import (
+from tamp.checking.actions.pushes.push import (
     aslant,
     check_path,
     check_stopped,

@@ -13,7 +13,7 @@ from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS, TOPPLES
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
-SCENARIO = Path(__file__).parents[3] / "scenarios" / "topple_pail.yaml"
+SCENARIO = Path(__file__).parents[4] / "scenarios" / "topple_pail.yaml"
 CORRUPTIONS = {**TOPPLES, **FALLS}
 
 
