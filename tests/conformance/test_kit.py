@@ -244,8 +244,7 @@ def test_the_domains_own_sampler_is_as_fast_as_itself(one: Task) -> None:
 
 
 def test_motions_are_measured_as_they_are_planned_not_as_they_are_remembered(three: Task) -> None:
-    entry = load_domain("tabletop")
-    stream = entry.stream("plan-free-motion")
+    stream = (entry := load_domain("tabletop")).stream("plan-free-motion")
     bench = set_up(entry, stream, [three], 0, 1)
     for problem in (bench.problem, bench.with_fresh_scene(), bench.with_fresh_scene()):
         made = calls.call(problem, stream, bench.inputs[0], key="0", seed=0, outputs=1)

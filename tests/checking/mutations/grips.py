@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.checking.robot.kinematics import read_kinematics
-from tamp.task import At, Attachment, Box, Grip, Inertia, Move, Object, Plan, Pose, Release, Task, load_robot
+from tamp.task import At, Attachment, Box, Grip, Gripper, Inertia, Move, Object, Plan, Pose, Release, Task, load_robot
 from tamp.task.robot import PAD_FRICTION
 from tests.checking.mutations.editing import (
     Pair,
@@ -101,15 +101,11 @@ def swings_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None
     where = choose(steps_of(plan, Grip), rng)
     if where is None:
         return None
-    grip, gripper = step_at(plan, where), load_robot(task.robot).gripper
-    thing = task.object(grip.attachment.object)
-    holds = 2 * PAD_FRICTION * thing.friction * gripper.force
+    grip, gripper, holds = _held(task, plan, where)
     mass = rng.uniform(0.5, 0.9) * holds / 9.81
     beside = rng.uniform(1.5, 3.0) * np.hypot(*gripper.pad[1:]) / 2 * holds / (mass * 9.81)
     away = np.cross(gripper.axis, (0.0, 0.0, rng.choice([-1.0, 1.0]))) * beside
-    center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(away))
-    spread = Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3))
-    return changed(task, thing.name, mass=mass, inertia=spread), plan
+    return _with_center(task, grip, mass, away), plan
 
 
 def pries_open(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -117,14 +113,23 @@ def pries_open(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     where = choose(steps_of(plan, Grip), rng)
     if where is None:
         return None
-    grip, gripper = step_at(plan, where), load_robot(task.robot).gripper
-    thing = task.object(grip.attachment.object)
-    holds = 2 * PAD_FRICTION * thing.friction * gripper.force
+    grip, gripper, holds = _held(task, plan, where)
     mass = rng.uniform(0.4, 0.7) * holds / 9.81
     resists = gripper.force * 0.05 + holds / 2 * gripper.stroke
     away = np.array(gripper.axis) * rng.choice([-1.0, 1.0]) * rng.uniform(1.5, 2.5) * resists / (mass * 9.81)
+    return _with_center(task, grip, mass, away), plan
+
+
+def _held(task: Task, plan: Plan, where: tuple[int, int]) -> tuple[Grip, Gripper, float]:
+    """A grip, its gripper, and what friction holds in it at most [N]."""
+    grip, gripper = step_at(plan, where), load_robot(task.robot).gripper
+    return grip, gripper, 2 * PAD_FRICTION * task.object(grip.attachment.object).friction * gripper.force
+
+
+def _with_center(task: Task, grip: Grip, mass: float, away: np.ndarray) -> Task:
+    """The task whose gripped object is so heavy [kg], its centre of mass `away` in the tool frame, shape (3,) [m]."""
     center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(away))
-    return changed(task, thing.name, mass=mass, inertia=Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3))), plan
+    return changed(task, grip.attachment.object, mass=mass, inertia=Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3)))
 
 
 def swings_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
