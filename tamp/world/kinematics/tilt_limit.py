@@ -36,7 +36,7 @@ class TiltLimit:
     Attributes:
         tilts: largest angles between a tool's approach direction and straight down, one for each height from LOWEST on,
             STEP apart, shape (n,) [rad].
-        behind: how far the last but one of the arm's joints is from the tool, at most [m].
+        behind: how far the last but one of the arm's joints, or its only one, is from the tool, at most [m].
     """
 
     tilts: Array
@@ -67,7 +67,7 @@ def _sampled(robot: RobotModel) -> dict[str, Array]:
     for _ in range(SAMPLES // BLOCK):
         frames = chain(robot).frames(rng.uniform(*ends, (BLOCK, robot.dof)))
         tools = frames[-1] @ chain(robot).tool
-        behind = max(behind, float(np.linalg.norm(tools[:, :3, 3] - frames[-2, :, :3, 3], axis=1).max()))
+        behind = max(behind, float(np.linalg.norm(tools[:, :3, 3] - frames[-2:][0, :, :3, 3], axis=1).max()))
         low = np.flatnonzero((tools[:, 2, 3] > LOWEST) & (tools[:, 2, 3] < HIGHEST))
         above = low[_lowest(robot, frames[:, low]) > 0.0]
         index = ((tools[above, 2, 3] - LOWEST) / STEP).astype(np.int64)
