@@ -1,4 +1,4 @@
-"""One plan a task: the same seed gives the same plan_sha256, whatever the number of workers and the order of tasks.
+"""One plan a task: the same seed gives the same plan_sha256 with any workers, threads and order of tasks.
 
 Twenty tasks are planned three times each in every arrangement; `hashes` is the largest number of different plans that
 any task got, and must be 1.
@@ -19,7 +19,7 @@ from tamp.task import Task
 from tamp.task.files.load import load_task
 from tamp.task.files.save import save_task
 
-ARRANGEMENTS = (("in order", 1), ("in order", 2), ("shuffled", 1), ("shuffled", 2))
+ARRANGEMENTS = (("in order", 1, 1), ("in order", 2, 1), ("in order", 1, 2), ("shuffled", 1, 1), ("shuffled", 2, 1))
 
 
 def run(quick: bool) -> Sequence[Row]:
@@ -27,17 +27,18 @@ def run(quick: bool) -> Sequence[Row]:
     rows, every = [], defaultdict[str, set[str]](set)
     with tempfile.TemporaryDirectory() as folder:
         tasks = [_filed(task, Path(folder)) for task in small_tasks(count)]
-        for order, workers in ARRANGEMENTS:
+        for order, workers, threads in ARRANGEMENTS:
             found = defaultdict[str, set[str]](set)
             planned = 0
             for number in range(rounds):
                 arranged = Random(number).sample(tasks, len(tasks)) if order == "shuffled" else tasks
-                for result in Batch(arranged, options={"execute": False}, workers=workers).run():
+                options = {"execute": False, "threads": threads}
+                for result in Batch(arranged, options=options, workers=workers).run():
                     found[result.task].add(result.plan_sha256)
                     planned += result.status == "planned"
             for task, hashes in found.items():
                 every[task] |= hashes
-            rows.append(_row(f"{order}, workers: {workers}", rounds * count, planned, found))
+            rows.append(_row(f"{order}, workers: {workers}, threads: {threads}", rounds * count, planned, found))
     return [*rows, _row("all together", len(rows) * rounds * count, sum(row["planned"] for row in rows), every)]
 
 

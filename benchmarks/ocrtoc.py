@@ -158,6 +158,7 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--simulator", default=DEFAULT, metavar="NAME", help="in which plans are carried out")
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="tasks at the same time")
     parser.add_argument("--output", type=Path, metavar="DIR", help="keep results and runs there, and resume from them")
+    parser.add_argument("--threads", type=int, default=1, metavar="N", help="processor cores that planning one may use")
     parser.add_argument("--pictures", action="store_true", help="render start, goal and end of each run into DIR")
 
 

@@ -45,7 +45,7 @@ def run(task: Task, seed: int, timeout: float) -> PlanningRun:
         return PlanningRun(False, found - ready, ready - begin, 0, solution.status)
     moved = sum(action.name in ("pick", "unstack") for action in solution.plan)
     try:
-        _, verdict = attempt.finish(solution.plan, seed, {})
+        verdict = attempt.checked(attempt.timed(solution.plan, seed, {}))
     except NotFree as reason:
         return PlanningRun(False, found - ready, ready - begin, moved, str(reason))
     around = ready - begin + time.perf_counter() - found

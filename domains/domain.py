@@ -14,6 +14,7 @@ from typing import Any
 from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill
 from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
 from tamp.errors import DomainError, SamplerError, TampError, meant, told
+from tamp.frozen import FrozenDict
 from tamp.language import Domain as PDDLDomain
 from tamp.language import Stream, StreamFile, parse_domain, parse_streams
 from tamp.planning import GroundAction, Problem, StreamInfo
@@ -104,7 +105,7 @@ class Domain:
     @cached_property
     def words(self) -> Mapping[str, str]:
         """Name of a timed action -> what it does, in words."""
-        return MappingProxyType(dict(chain.from_iterable(skill.words.items() for skill in self.skills)))
+        return FrozenDict(chain.from_iterable(skill.words.items() for skill in self.skills))
 
     def stream(self, name: str) -> Stream:
         """The stream called `name`.

@@ -30,12 +30,22 @@ FOREVER_S = 1e6
 """A longer limit is none: nobody waits for its end, and timers count no further [s]."""
 
 _CLOCK: ContextVar[Clock] = ContextVar("tamp-clock", default="wall")
+_SHIFT: ContextVar[float] = ContextVar("tamp-shift", default=0.0)
 _WATCH: ContextVar[Callable[[float | None], None] | None] = ContextVar("tamp-watch", default=None)
 
 
 def now() -> float:
     """The time on the clock that limits are kept on [s]; only differences mean anything."""
-    return time.monotonic() if _CLOCK.get() == "wall" else sum(os.times()[:4])
+    return time.monotonic() if _CLOCK.get() == "wall" else sum(os.times()[:4]) + _SHIFT.get()
+
+
+def carry_on(at: float) -> None:
+    """Let the clock show `at` [s], as where another process comes in place of one, or has computed for it in vain.
+
+    What passes is the same for all processes: on wall time this does nothing.
+    """
+    if _CLOCK.get() == "processor":
+        _SHIFT.set(_SHIFT.get() + at - now())
 
 
 def in_use() -> Clock:
@@ -87,6 +97,28 @@ def watched(watch: Callable[[float | None], None]) -> Iterator[None]:
         yield
     finally:
         _WATCH.reset(token)
+
+
+def tell(until: float | None) -> None:
+    """Tell whoever watches a deadline as `ended_at` does, on behalf of another process."""
+    if (watch := _WATCH.get()) is not None:
+        watch(until)
+
+
+def rearm() -> None:
+    """Set the alarm of `ended_at` again in a forked process: alarms are not inherited."""
+    if _is_ours(signal.getsignal(signal.SIGALRM)):
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+
+
+def disarm() -> None:
+    """Have the alarm of `ended_at` never ring, in a process that only waits for another."""
+    if _is_ours(signal.getsignal(signal.SIGALRM)):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def _is_ours(handler: object) -> bool:
+    return getattr(handler, "__module__", None) == __name__
 
 
 @contextmanager

@@ -21,6 +21,7 @@ ALLOWED = {
     "clock": set(),
     "compiled": set(),
     "threads": set(),
+    "speculation": {"clock", "errors"},
     "versions": set(),
     "plugins": {"errors"},
     "results": {"errors", "frozen"},
@@ -44,7 +45,7 @@ ALLOWED = {
     "report": {"execution", "world", "scoring", "results", "versions", "task", "errors"},
     "pipeline": {
         "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "perception",
-        "scoring", "results", "threads", "versions", "plugins", "task", "errors", "frozen",
+        "scoring", "results", "speculation", "threads", "versions", "plugins", "task", "errors", "frozen",
     },
     "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
     "contest": {

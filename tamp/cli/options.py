@@ -45,11 +45,13 @@ def add_settings(parser: Parser) -> None:
     parser.add_argument("--timeout", type=seconds, metavar="SECONDS", help=limit)
     for field in fields(Settings):
         if "help" in field.metadata:
+            bare, counted = field.metadata["bare"], isinstance(field.default, int)
+            kind: dict[str, Any] = {"nargs": "?", "const": bare, "type": name} if bare else {}
             parser.add_argument(
                 f"--{field.name.replace('_', '-')}",
                 choices=field.metadata["choices"] or None,
-                metavar=None if field.metadata["choices"] else "NAME",
-                **({"nargs": "?", "const": field.metadata["bare"], "type": name} if field.metadata["bare"] else {}),
+                metavar=None if field.metadata["choices"] else "N" if counted else "NAME",
+                **({"type": positive_int} if counted else kind),
                 help=field.metadata["help"] + (f"; default {field.default}" if field.default else ""),
             )
     tuning = (

@@ -19,6 +19,7 @@ from tamp.pipeline.prepare import Setup, prepare
 from tamp.pipeline.strategies.named import STRATEGIES
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import Report
+from tamp.speculation import speculating
 from tamp.task import Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.threads import one_thread
 
@@ -49,18 +50,22 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
     load_samplers(task, settings)
     with limits_in(settings.clock), one_thread():
-        deadline, search = now() + timeout, None
-        try:
-            with ended_at(deadline):
-                setup = prepare(task, deadline, settings)
-                home = task_robot(task).home
-                search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, settings=settings)
-                found = search.run(persistent=True)
-        except TimeUp as late:
-            if search is None:
-                raise PlanningFailure("timeout", str(late)) from None
-            raise PlanningFailure("timeout", search.interrupted(late), search.left) from None
-        status = in_all(search.report.status, used_up=now() >= deadline - (1 - SEARCH_SHARE) * timeout)
+        return speculating(lambda: _planned(task, seed, timeout, settings), settings.threads)
+
+
+def _planned(task: Task, seed: int, timeout: float, settings: Settings) -> Plan:
+    deadline, search = now() + timeout, None
+    try:
+        with ended_at(deadline):
+            setup = prepare(task, deadline, settings)
+            home = task_robot(task).home
+            search = Planning(setup, setup.start, home, seed=seed, deadline=deadline, settings=settings)
+            found = search.run(persistent=True)
+    except TimeUp as late:
+        if search is None:
+            raise PlanningFailure("timeout", str(late)) from None
+        raise PlanningFailure("timeout", search.interrupted(late), search.left) from None
+    status = in_all(search.report.status, used_up=now() >= deadline - (1 - SEARCH_SHARE) * timeout)
     if found is None or found.report.get("left"):
         raise PlanningFailure(status, search.report, search.left)
     return found

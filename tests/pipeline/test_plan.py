@@ -52,6 +52,27 @@ def test_the_same_seed_gives_the_same_plan_whatever_was_planned_before_and_anoth
     assert plan_sha256(tamp.plan(task, seed=3)) == plan_sha256(plan)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="more threads need Linux")
+@pytest.mark.parametrize("clock", ["wall", "processor"])
+def test_more_threads_find_the_same_plan(clock):
+    task = tamp.load_task(SCENARIOS / "swap.yaml")
+    one, two = (tamp.plan(task, seed=1, threads=threads, clock=clock) for threads in (1, 2))
+    assert plan_sha256(one) == plan_sha256(two)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, "2"])
+def test_what_is_no_number_of_threads_is_refused(task, threads):
+    with pytest.raises(tamp.TampError, match=r"threads is .*valid are 1, 2, 3"):
+        tamp.plan(task, threads=threads)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="more threads need Linux")
+def test_more_threads_say_why_there_is_no_plan(task):
+    with pytest.raises(tamp.PlanningFailure, match="no plan") as caught:
+        tamp.plan(task, threads=2, timeout=0.05)
+    assert caught.value.status == "timeout"
+
+
 def test_another_process_finds_the_same_plan(plan):
     program = (
         "import sys, tamp\n"

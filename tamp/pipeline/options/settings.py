@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, get_args
 
 from typing_extensions import TypedDict
@@ -57,6 +58,7 @@ class Settings:
         trust_task_code: whether code that a task's file names is imported and run: its samplers, a domain from outside.
         tuning: numbers that a user may change: a `Tuning`, or a mapping of some of its fields.
         simulator: in which plans are carried out: its name, or "package.module:Class".
+        threads: how many processor cores a run may use at the same time: what it finds is the same, in less time.
         perceive: by which perceiver poses are estimated from cameras: its name, or "package.module:function"; None is
             being told them.
         cameras: the file of the cameras' set-up; None is OCRTOC's of 2021.
@@ -99,6 +101,10 @@ class Settings:
     cameras: str | None = field(
         default=None, metadata=option("file of the cameras that --perceive looks through; default OCRTOC 2021's")
     )
+    threads: int = field(
+        default=1,
+        metadata=option("processor cores that planning a task may use at the same time; it finds the same, sooner"),
+    )
     settling: str = field(default=DEFAULT, metadata=option("in which planning lets scenes come to rest, likewise"))
     tuning: Tuning = DEFAULT_TUNING
     trust_task_code: bool = False
@@ -111,6 +117,8 @@ class Settings:
             valid, value = f.metadata.get("choices", ()), getattr(self, f.name)
             if valid and value is not None and value not in valid:
                 raise TampError(f"unknown {f.name} {value!r}; {meant(value, valid)}valid are {', '.join(valid)}")
+        if not isinstance(self.threads, Integral) or self.threads < 1:
+            raise TampError(f"threads is {self.threads!r}; valid are 1, 2, 3, ...")
         require(self.simulator or DEFAULT)
         require(self.settling)
         if self.perceive is not None:
@@ -167,6 +175,7 @@ class Options(TypedDict, total=False):
     simulator: str | None
     perceive: str | None
     cameras: str | None
+    threads: int
     settling: str
     trust_task_code: bool
 

@@ -19,6 +19,7 @@ from tamp.pipeline.solving.job import Job
 from tamp.pipeline.solving.outcome import closed
 from tamp.pipeline.solving.run import Run
 from tamp.results import Result
+from tamp.speculation import speculating
 from tamp.task import Grip, Move, Plan, Task, task_robot
 from tamp.threads import one_thread
 
@@ -78,7 +79,7 @@ def carry_out(
     load_samplers(task, settings)
     job = Job(task, seed, limit, settings)
     with limits_in(settings.clock), one_thread():
-        return _carried_out(job, execute)
+        return speculating(lambda: _carried_out(job, execute), settings.threads)
 
 
 def _carried_out(job: Job, execute: bool) -> Run:

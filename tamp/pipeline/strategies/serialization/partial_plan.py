@@ -21,6 +21,7 @@ from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
 from tamp.pipeline.strategies.serialization.rehearsal import rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
+from tamp.speculation import presumed
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose
@@ -76,8 +77,8 @@ class Attempt:
         question = Question(self.configuration, None, movable, regrasped, self.facts, either)
         return self.setup.domain.problem(workspace, {**self.samplers, **samplers}, question)
 
-    def finish(self, actions: Sequence[GroundAction], seed: int, report: Mapping[str, Any]) -> tuple[Plan, Verdict]:
-        """Time a solution and have it checked.
+    def timed(self, actions: Sequence[GroundAction], seed: int, report: Mapping[str, Any]) -> Plan:
+        """The plan that carries a solution out from here.
 
         Args:
             actions: the planner's ground actions.
@@ -87,11 +88,18 @@ class Attempt:
         Raises:
             NotFree: where a timed motion cannot keep clear.
         """
-        task, start = self.setup.task, {name: place.pose for name, place in self.workspace.start.items()}
-        goals = {name: place.pose for name, place in self.workspace.goals.items()}
-        timed = self.setup.domain.timed(self.workspace, actions, self.setup.settings.tuning.speeds)
-        found = Plan(task.name, task.robot, seed, start, self.configuration.q, goals, timed, report)
-        return found, self.setup.check(found, start=start, goals=goals, facts=self.facts)
+        task, workspace, domain = self.setup.task, self.workspace, self.setup.domain
+        timed = domain.timed(workspace, actions, self.setup.settings.tuning.speeds)
+        start, goals = _poses(workspace.start), _poses(workspace.goals)
+        return Plan(task.name, task.robot, seed, start, self.configuration.q, goals, timed, report)
+
+    def checked(self, plan: Plan) -> Verdict:
+        """The checker's word on a plan that begins here."""
+        return self.setup.check(plan, start=plan.start, goals=_poses(self.workspace.goals), facts=self.facts)
+
+
+def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
+    return {name: place.pose for name, place in places.items()}
 
 
 WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
@@ -129,10 +137,29 @@ class Progress:
             DomainError: where a skill and its rule have different facts hold after it.
         """
         try:
-            piece, verdict = self.now.finish(solution, seed, {})
+            piece = self.now.timed(solution, seed, {})
         except NotFree as reason:
             self.blocked.append(str(reason))
             return str(reason)
+        if (refused := presumed(lambda: self._against(piece), None)) is not None:
+            return refused
+        domain = self.now.setup.domain
+        self.before.append((len(self.actions), self.now))
+        self.pieces.append(piece)
+        self.actions += piece.actions
+        facts = domain.facts_after(self.now.facts, piece.actions)
+        start, configuration = domain.after(self.start, self.now.configuration, solution)
+        workspace = replace(self.now.workspace, start=start)
+        self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
+        return None
+
+    def _against(self, piece: Plan) -> str | None:
+        """What is wrong with a further piece: the checker's verdict, or where it goes astray in a simulator.
+
+        Raises:
+            DomainError: where a skill and its rule have different facts hold after it.
+        """
+        verdict = self.now.checked(piece)
         if not verdict.executable:
             self.rejections.append(str(verdict))
             return str(verdict)
@@ -144,12 +171,6 @@ class Progress:
             sides = ("its rule", "its `facts`") if fact in verdict.facts else ("its `facts`", "its rule")
             told = f"({' '.join(fact)}) holds by {sides[0]} and not by {sides[1]}"
             raise DomainError(f"domain {domain.name}: after {piece.actions[-1]}, or an action before it, {told}")
-        self.before.append((len(self.actions), self.now))
-        self.pieces.append(piece)
-        self.actions += piece.actions
-        start, configuration = domain.after(self.start, self.now.configuration, solution)
-        workspace = replace(self.now.workspace, start=start)
-        self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
         return None
 
     def checked(self, plan: Plan) -> Verdict | None:
@@ -181,4 +202,4 @@ class Progress:
 
 
 def _shortfall(state: Attempt) -> float:
-    return shortfall(state.setup.task, {name: place.pose for name, place in state.workspace.start.items()})
+    return shortfall(state.setup.task, _poses(state.workspace.start))

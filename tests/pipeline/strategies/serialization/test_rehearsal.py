@@ -105,7 +105,7 @@ def test_a_rehearsal_is_of_whole_errands_those_with_falls_and_no_move_before_the
 
 def test_what_is_far_from_all_that_moves_is_not_in_a_rehearsal_and_what_is_beside_it_is(fallen):
     state, plan = fallen
-    piece, _ = state.finish(plan, 0, {})
+    piece = state.timed(plan, 0, {})
     (part,) = with_falls(state.setup.world.robot, piece)
     moved = next(step.object for step in part.steps if isinstance(step, Fall))
     end = after(state.setup.world.robot, part).start[moved]
