@@ -54,6 +54,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "line, 3 blocks, effects that wreck": lambda: continuous.line(3, continuous.wrecking_effects()),
     "line, 2 blocks, an optimizer": lambda: optimised([-4.0, 0.0], {"A": "goal", "B": "goal"}, LINE),
     "line, 1 block past a tall one": lambda: carrying([-4.0, 0.0], {"A": "goal"}, LINE),
+    "line, 1 block past 2 tall ones": lambda: carrying([-4.0, 0.0, 2.0], {"A": "goal"}, LINE),
     "counting to 10": lambda: counting(10),
     "counting to 5 and to -5": lambda: counting(5, both=True),
     "cutting a rope, 3 places": lambda: cutting(3),

@@ -95,7 +95,9 @@ CARRYING_STREAMS = f"""
 """
 
 
-def carrying(starts: list[float], goals: dict[str, str], regions: dict[str, tuple[float, float]]) -> Problem:
+def carrying(
+    starts: list[float], goals: dict[str, str], regions: dict[str, tuple[float, float]], seed: int = 0
+) -> Problem:
     """Blocks are carried at a height at which they hit tall ones, which stand at odd places: a test told the state."""
     home = np.array([-9.0, 6.0])
     init: list[Any] = [("Arm", 0), ("MayMove", 0), ("Conf", home), ("AtConf", 0, home), ("Empty", 0)]
@@ -104,7 +106,7 @@ def carrying(starts: list[float], goals: dict[str, str], regions: dict[str, tupl
         pose = np.array([start, 0.0])
         init += [("Block", name), ("Pose", name, pose), ("AtPose", name, pose), ("MayBe", name, "floor")]
         init += [("MayBe", name, goals[name])] if name in goals else []
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(seed)
 
     def sample_pose(block: str, region: str) -> Iterator[tuple[np.ndarray]]:
         low, high = regions[region]

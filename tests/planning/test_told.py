@@ -99,10 +99,11 @@ def test_no_other_state_is_concluded_from_one(on, bright, switches, algorithm):
         assert (solution.plan, solution.status) == (None, "infeasible")
 
 
-@pytest.mark.parametrize("algorithm", ["focused", "binding"])
-def test_what_a_test_told_of_real_values_is_searched_with_before_more_are_drawn(algorithm):
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "binding"])
+def test_what_a_test_told_of_real_values_is_searched_with_before_more_are_drawn(algorithm, seed):
     """Two tall things stand in the way: with ever more values each search finds yet another plan that fails."""
-    problem = carrying([-4.0, 0.0, 2.0], {"A": "goal"}, LINE)
+    problem = carrying([-4.0, 0.0, 2.0], {"A": "goal"}, LINE, seed)
     solution = solve(problem, algorithm=algorithm, max_iterations=500, timeout=60.0)
     assert solution.status == "solved"
     check(problem, solution)

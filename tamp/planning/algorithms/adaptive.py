@@ -7,6 +7,7 @@ from dataclasses import replace
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.skeleton import Skeleton
+from tamp.planning.grounding.task_builder import Scope
 from tamp.planning.options import Ended, Restart
 from tamp.planning.search.best_first import SearchResult
 
@@ -104,7 +105,7 @@ class Sobriety:
         if not self._learnt and not self._draw(before):
             return False
         refuted, searching, version = len(session.knowledge.refuted), session.searching, session.knowledge.version
-        result = session.search(sure=True)
+        result = _searched(session, sure=True)
         if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
             return False
         self._seen = result.plan is not None
@@ -221,13 +222,20 @@ def _next_skeleton(session: Session) -> Skeleton | None:
     return None
 
 
-def _searched(session: Session) -> SearchResult:
-    """A search without what was blamed for failures, and one with it where that finds nothing."""
-    if session.lessons.tried:
-        result = session.search(novel=True)
+def _searched(session: Session, sure: bool = False) -> SearchResult:
+    """A search without what was blamed for failures; less and less is left out where that finds nothing.
+
+    First come also streams that were blamed, past what is not in the way of moves; at last everything.
+    """
+    if session.lessons.tried and not sure:
+        result = session.search(Scope(novel=True))
         if result.plan is not None:
             return result
-    return session.search()
+    if session.lessons.blames:
+        result = session.search(Scope(unbarred=True, sure=sure))
+        if result.plan is not None:
+            return result
+    return session.search(Scope(sure=sure))
 
 
 def _deepen(session: Session) -> bool:

@@ -21,7 +21,7 @@ from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.moves import MovePrices
 from tamp.planning.grounding.operators import GroundOperator
-from tamp.planning.grounding.task_builder import TaskBuilder
+from tamp.planning.grounding.task_builder import EVERYTHING, Scope, TaskBuilder
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.invariants import find_invariants, groups
 from tamp.planning.model.normal_form import Condition
@@ -240,45 +240,42 @@ class Session:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
         return self.sampling.calls + len(self.knowledge.templates) + self.searching
 
-    def search(self, novel: bool = False, sure: bool = False) -> SearchResult:
+    def search(self, scope: Scope = EVERYTHING) -> SearchResult:
         """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
 
-        Where guesses bar every plan, there is a search without them.
-
-        Args:
-            novel: without what was blamed for a failure.
-            sure: without any hopes, among real values alone.
+        Where guesses bar every plan, there is a search without them, if nothing else that was learnt is left out.
 
         Raises:
             Ended: at a limit.
         """
-        result = self._searched_under(novel, sure, exact=False)
-        if result.plan is None and not result.timed_out and not novel and self.lessons.guessed:
-            return self._searched_under(novel, sure, exact=True)
+        result = self._searched_under(scope)
+        partial = scope.novel or scope.unbarred
+        if result.plan is None and not result.timed_out and not partial and self.lessons.guessed:
+            return self._searched_under(replace(scope, exact=True))
         return result
 
-    def _searched_under(self, novel: bool, sure: bool, exact: bool) -> SearchResult:
-        """One search, or two; `exact`: without guesses."""
-        if sure:  # moves lead anywhere, so that there is no plan with them where there is none without
-            result = self._searched(novel, sure, moves=False, exact=exact)
+    def _searched_under(self, scope: Scope) -> SearchResult:
+        """One search, or two where there are no hopes."""
+        if scope.sure:  # moves lead anywhere, so that there is no plan with them where there is none without
+            result = self._searched(replace(scope, moves=False))
             if result.plan is None:
                 return result
-        return self._searched(novel, sure, moves=True, exact=exact)
+        return self._searched(scope)
 
-    def _searched(self, novel: bool, sure: bool, moves: bool, exact: bool) -> SearchResult:
-        """One search; `moves`: with what the moves cost that are left out of it."""
+    def _searched(self, scope: Scope) -> SearchResult:
+        """One search."""
         self.limits.check()
         self.limits.iterations += 1
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
-            task = self.symbolic.task(self.lessons.blames, novel, sure, moves, exact)
+            task = self.symbolic.task(self.lessons.blames, scope)
         self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
             return SearchResult(None, proven=True)
         bound = self.found.bound()
         with self.stopwatch.timed("search"):
             left = min(self.limits.left, self.options.max_search_s)
-            result = self.symbolic.run(task, left, bound, novel or sure)
+            result = self.symbolic.run(task, left, bound, brief=scope.novel or scope.unbarred or scope.sure)
         self.searching += result.states * len(task.operators) // STATES_A_CALL
         self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from tamp.planning.model.external import External
 from tamp.planning.model.normal_form import ActionSchema
 from tamp.planning.model.objects import Fact
+from tamp.planning.model.state import State
 from tamp.planning.model.stream_instances import Instance
 
 
@@ -91,6 +92,7 @@ class Attempt:
         steps: the bound actions, connectors included; None where it failed.
         blamed: real instances whose values all led to conflicts.
         moves: moves between actions that failed.
+        moved: the values to which moves led, each with what held then.
         nogoods: streams that failed in a state.
         broke_at, reason: where it got furthest, and why not further.
         depth: the number of that item.
@@ -99,6 +101,7 @@ class Attempt:
     steps: tuple[BoundStep, ...] | None = None
     blamed: dict[Instance, None] = field(default_factory=dict)
     moves: list[FailedMove] = field(default_factory=list)
+    moved: list[tuple[int, State]] = field(default_factory=list)
     nogoods: list[Nogood] = field(default_factory=list)
     broke_at: str = ""
     reason: str = ""

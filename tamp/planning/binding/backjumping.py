@@ -170,6 +170,7 @@ class Binder:
         found = self._mover.move(target, state, walk.budget.patience)
         if isinstance(found, BoundStep):
             frame.moves = (found,)
+            walk.attempt.moved.append((self._mover.place(target), state))
             frame.conflict = walk.values.owners(found.binding.values())
             walk.states[position + 1] = progress(self._evaluator, found.schema, found.binding, state)
             return None

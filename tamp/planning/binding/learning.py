@@ -81,6 +81,10 @@ class Lessons:
                 blame = self.blames.setdefault(handle, Blame())
                 blame.facts.update(move.facts)
                 blame.failures += 1
+        for target, state in attempt.moved:
+            kind = self._knowledge.lineage(target)
+            if kind in self.blames:
+                self.blames[kind].harmless.update(state)
 
     @property
     def puzzling(self) -> bool:

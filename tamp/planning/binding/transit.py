@@ -78,6 +78,10 @@ class Mover:
                 stuck.facts.update(dict.fromkeys(support))
         return stuck
 
+    def place(self, target: Fact) -> int:
+        """The value of the connectors' fluent in a fact of it."""
+        return int(target[self._connectors.connectors[0].position])
+
     def _holds(self, connector: Connector, binding: dict[str, int], state: State, stuck: Stuck) -> bool:
         """Whether the rest of a connector's condition holds; what the state has to do with it where not."""
         for pattern in connector.static:

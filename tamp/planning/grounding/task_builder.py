@@ -88,10 +88,12 @@ class Blame:
     Attributes:
         facts: what was named or guessed to be in the way, each with how often.
         failures: how many moves to the value failed.
+        harmless: what held when a move to the value succeeded, each with how often.
     """
 
     facts: Counter[Fact] = field(default_factory=Counter)
     failures: int = 0
+    harmless: Counter[Fact] = field(default_factory=Counter)
 
     @property
     def weight(self) -> int:
@@ -99,19 +101,41 @@ class Blame:
         return 30 * self.failures
 
     def of_all(self) -> Blame | None:
-        """What bars most of some values, and so maybe others of their like; None where nothing does."""
-        common = Counter({fact: count for fact, count in self.facts.items() if 2 * count >= self.failures})
-        return Blame(common, self.failures) if common and self.failures >= LIKE else None
+        """What bars most moves to some values, and so maybe to others of their like; None where nothing does."""
+        common = Counter({f: n for f, n in self.facts.items() if n >= LIKE and n > self.harmless[f]})
+        return Blame(common, self.failures) if common else None
 
 
 LIKE = 4
-"""Failures after which what bars most of the values that came from the same streams is taken to bar the others."""
+"""How many moves to values that came from the same streams a fact bars before it is taken to bar the others."""
 
 HOPED = "@hoped"
 """Predicate of atoms that say that the price of hoping for a test was paid."""
 
 PLACE = "@place"
 """Predicate of atoms that say how much of a given skeleton is done."""
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What a search may look at; everything by default.
+
+    Attributes:
+        novel: without streams whose values all failed, and as `unbarred`.
+        unbarred: values to which moves failed only where what was in the way is gone.
+        sure: without any hopes, among real values alone.
+        moves: with what the moves cost that are left to binding.
+        exact: a stream with fluents that failed for no named reason is barred only where it is told the same.
+    """
+
+    novel: bool = False
+    unbarred: bool = False
+    sure: bool = False
+    moves: bool = True
+    exact: bool = False
+
+
+EVERYTHING = Scope()
 
 
 class TaskBuilder:
@@ -143,18 +167,10 @@ class TaskBuilder:
         axioms: Sequence[GroundAxiom],
         goal: tuple[tuple[Fact, ...], tuple[Fact, ...]],
         blames: dict[int, Blame],
-        novel: bool = False,
-        sure: bool = False,
-        moves: bool = True,
-        exact: bool = False,
+        scope: Scope = EVERYTHING,
     ) -> GroundTask:
-        """The task of this moment; unreachable operators are left out.
-
-        With `novel` those blamed for a failure are, too; with `sure` everything that hopes for anything; without
-        `moves` all that says what they cost which are left to binding. With `exact` a stream with fluents that failed
-        for no named reason is barred only where it is told the same.
-        """
-        knowledge = self._knowledge
+        """The task of this moment, as far as a search may look; unreachable operators are left out."""
+        knowledge, novel, sure = self._knowledge, scope.novel, scope.sure
         self._note_certain(operators, axioms)
         if sure:
             operators = [op for op in operators if op.certain or self._is_sure(op.static, op.binding.values())]
@@ -173,7 +189,7 @@ class TaskBuilder:
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
         valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
-        moving = self._moves.over(live, given, goal[0]) if moves else Moves()
+        moving = self._moves.over(live, given, goal[0]) if scope.moves else Moves()
         reached.update(fact for group in moving.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)
         ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moving.fluent)
@@ -186,7 +202,7 @@ class TaskBuilder:
         )
         if wanted is None or follows or not all(f in reached for f in ends if not number.true(f)):
             return GroundTask((), frozenset(), (), (), (), (), solvable=False)
-        made = [t for op in live for t in self._operators(op, number, blames, novel, moving, exact)]
+        made = [t for op in live for t in self._operators(op, number, blames, moving, scope)]
         made, wanted = self._on_course(made, wanted, number)
         made += moving.operators(number.of)
         made += [
@@ -303,9 +319,9 @@ class TaskBuilder:
         return all(origin is None or origin.alive for origin in origins)
 
     def _operators(
-        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], novel: bool, moves: Moves, exact: bool
+        self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], moves: Moves, scope: Scope
     ) -> Iterable[TaskOperator]:
-        barred = [head for instance in op.needs for head in _nogoods(instance, number, exact)]
+        barred = [head for instance in op.needs for head in _nogoods(instance, number, scope.exact)]
         positive = (*op.positive, *moves.wanted(op))
         literals = number.literals(positive, (*op.negative, *barred))
         if literals is None:
@@ -321,7 +337,7 @@ class TaskBuilder:
             clear = number.literals(positive, (*op.negative, *barred, *facts))
             if clear is not None:
                 yield TaskOperator(op, *clear, effects, cost)
-            if novel:
+            if scope.novel or scope.unbarred:
                 return
             cost += max(blame.weight for blame in against)
         yield TaskOperator(op, *literals, effects, cost)

@@ -8,7 +8,7 @@ from typing import Any
 from tamp.errors import TampError
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
-from tamp.planning.grounding.task_builder import Blame, TaskBuilder
+from tamp.planning.grounding.task_builder import Blame, Scope, TaskBuilder
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.stream_instances import ground
@@ -19,8 +19,8 @@ from tamp.planning.search.elimination import eliminate
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
 
-NOVEL_S = 1.0
-"""Processor time of a search that leaves out what was blamed for failures, before the full one has its turn [s]."""
+BRIEF_S = 1.0
+"""Processor time of a search that leaves something out, before the full one has its turn [s]."""
 
 
 class SymbolicSearch:
@@ -48,18 +48,8 @@ class SymbolicSearch:
         self._search = search
         self._timeouts = 0
 
-    def task(
-        self, blames: dict[int, Blame], novel: bool, sure: bool = False, moves: bool = True, exact: bool = False
-    ) -> GroundTask:
-        """The ground task of this moment.
-
-        Args:
-            blames: what is discouraged.
-            novel: without what was blamed for a failure.
-            sure: without hopes.
-            moves: with what the moves cost that are left out.
-            exact: without guesses at why streams with fluents failed.
-        """
+    def task(self, blames: dict[int, Blame], scope: Scope) -> GroundTask:
+        """The ground task of this moment; `blames`: what is discouraged."""
         goal = self._schema.goal
         changing = self._schema.fluents | self._schema.derived
         positive = [ground(p, {}) for p in goal.positive]
@@ -72,27 +62,25 @@ class SymbolicSearch:
             tuple(f for f in positive if f[0] in changing),
             tuple(f for f in negative if f[0] in changing),
         )
-        return self._builder.build(
-            self._grounder.operators, self._grounder.axioms, literals, blames, novel, sure, moves, exact
-        )
+        return self._builder.build(self._grounder.operators, self._grounder.axioms, literals, blames, scope)
 
-    def run(self, task: GroundTask, left: float, bound: int | None, novel: bool) -> SearchResult:
+    def run(self, task: GroundTask, left: float, bound: int | None, brief: bool) -> SearchResult:
         """Search a task.
 
         Args:
             task: what `task` gave.
             left: of the run's time [s].
             bound: the cost at which a plan is of no use any more.
-            novel: as for `task`.
+            brief: whether there is another search where this one takes long.
 
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
-        effort = NOVEL_S if novel else SEARCH_S * 2**self._timeouts
+        effort = BRIEF_S if brief else SEARCH_S * 2**self._timeouts
         result: Any = self._search(task, left, bound, effort)
         if not isinstance(result, SearchResult):
             name = getattr(self._search, "__qualname__", type(self._search).__name__)
             raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
-        self._timeouts += result.timed_out and not novel
+        self._timeouts += result.timed_out and not brief
         self.operators = len(task.operators)
         return result if result.plan is None else replace(result, plan=eliminate(task, result.plan))
