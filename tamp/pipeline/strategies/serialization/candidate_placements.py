@@ -17,6 +17,7 @@ from tamp.pipeline.situation import placements, raised
 from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
 from tamp.streams.affordances.stable_poses import stands, steady_faces
+from tamp.streams.collisions import overlap
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -155,7 +156,7 @@ def substitutes(
         name: an object whose goal, in the workspace's task, is a pose.
         worth: whether a place is worth a look in physics, where it is not plainly on the table.
         fits: whether a hand may put the object down as it is turned, shape (3, 3); otherwise only the nearest places
-            are looked at, and none where the goal has all that it rests on.
+            are looked at, and none where the goal has all that it rests on and nothing is in its place.
         deadline: when no more are looked at, on the clock of tamp.clock.now() [s].
         simulator: in which objects settle there.
     """
@@ -167,9 +168,8 @@ def substitutes(
         (start.bound, number, start) for number, start in enumerate(starts) if start.bound < enough
     ]
     heapq.heapify(waiting)
-    # Where all that the goal rests on is there, the goal itself was tried, and what it is near will fail alike.
-    tried = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
-    unfit, unseen = (0, 0) if tried else (UNFIT, UNSEEN)
+    # Where nothing keeps it from its goal, that itself was tried, and what it is near will fail alike.
+    unfit, unseen = (0, 0) if _open(workspace, name) else (UNFIT, UNSEEN)
     lowerings, looked = LOWERED, list[Pose]()
     while waiting and clock.now() < deadline:
         _, number, found = heapq.heappop(waiting)
@@ -191,6 +191,13 @@ def substitutes(
             step = settled(workspace, name, place, simulator)
         if step is not None and (error := _error(workspace, name, _pose(step))) < enough:
             heapq.heappush(waiting, (error, number, step))
+
+
+def _open(workspace: Workspace, name: str) -> bool:
+    """Whether all that an object's goal rests on is there, and nothing is in its place."""
+    goal, others = workspace.goals.get(name), [pair for pair in workspace.start.items() if pair[0] != name]
+    there = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    return there and not (goal and any(overlap(workspace, name, goal, *other) for other in others))
 
 
 def on_table(workspace: Workspace, name: str, fits: Callable[[Array], bool]) -> list[Placement]:
