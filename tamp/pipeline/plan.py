@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from numbers import Integral
 from types import MappingProxyType
@@ -106,6 +106,7 @@ class Planning:
         deadline: on the clock of tamp.clock.now() [s].
         settings: how it is planned.
         hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
+        unturned: objects that two grasps do not turn over from where they are, likewise.
         facts: symbolic facts that hold; None for those that the task starts with.
 
     Raises:
@@ -122,12 +123,13 @@ class Planning:
         deadline: float,
         settings: Settings,
         hopeless: Mapping[str, str] = MappingProxyType({}),
+        unturned: Collection[str] = (),
         facts: tuple[SymbolicFact, ...] | None = None,
     ) -> None:
         self._begin, self._seed = Attempt.of(setup, poses, q, settings.samplers, deadline, facts), seed
         end = now() + SEARCH_SHARE * (deadline - now())
         strategy = STRATEGIES[setup.settings.strategy or setup.domain.strategy]
-        self._search = strategy(self._begin, seed, end, settings.algorithm, hopeless)
+        self._search = strategy(self._begin, seed, end, settings.algorithm, hopeless, unturned)
 
     @property
     def report(self) -> Report:
@@ -152,6 +154,11 @@ class Planning:
     def hopeless(self) -> Mapping[str, tuple[Pose, str]]:
         """Objects that do not reach their goals even with all others out of the way -> from where, and why."""
         return {name: (place.pose, why) for name, (place, why) in self._search.hopeless.items()}
+
+    @property
+    def unturned(self) -> Mapping[str, Pose]:
+        """Objects that two grasps do not turn over -> from where."""
+        return {name: place.pose for name, place in self._search.unturned.items()}
 
     @property
     def rejections(self) -> tuple[str, ...]:

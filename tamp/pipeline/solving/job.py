@@ -51,6 +51,7 @@ class Job:
     obstacles: list[str] = field(default_factory=list)
     rejections: list[str] = field(default_factory=list)
     hopeless: dict[str, tuple[Pose, str]] = field(default_factory=dict)
+    unturned: dict[str, Pose] = field(default_factory=dict)
     amended: set[str] = field(default_factory=set)
     strategy: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
@@ -115,7 +116,7 @@ class Job:
             proven = self.failure is not None and self.failure.status == "infeasible"
             if proven or self.settings.tuning.punctual_share * self.limit - self.planning_s < BRIEF:
                 return False
-            self.hopeless.clear()
+            self.forget()
             before = len(self.plans)
             if self.plan(setup, poses, q):
                 if self.worthwhile(setup):
@@ -145,11 +146,18 @@ class Job:
                 settings=self.settings,
                 facts=self.facts,
                 hopeless={name: why for name, (pose, why) in self.hopeless.items() if self._is_at(name, pose, poses)},
+                unturned=[name for name, pose in self.unturned.items() if self._is_at(name, pose, poses)],
             )
             found = search.run()
             self.reports.append(search.report)
             self.hopeless |= search.hopeless
+            self.unturned |= search.unturned
             return search, found
+
+    def forget(self) -> None:
+        """Let the next search try again what single objects did not reach: other seeds draw other samples."""
+        self.hopeless.clear()
+        self.unturned.clear()
 
     def _is_at(self, name: str, pose: Pose, poses: Mapping[str, Pose]) -> bool:
         return ede(mean_edge(self.task.object(name).shape), pose, poses[name]) < SAME_PLACE

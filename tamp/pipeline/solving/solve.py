@@ -139,7 +139,7 @@ def _execute(job: Job, setup: Setup, executor: Executor) -> None:
             if not wanting and (not astray or corrections == job.settings.tuning.max_corrections):
                 return
             corrections += 1
-            job.hopeless.clear()
+            job.forget()
         scene = (setup, job.final_poses, execution.configuration)
         if not job.plan(*scene) and not (wanting and job.insist(*scene)):
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import MappingProxyType
 
 from tamp.pipeline.strategies.serialization.goal_graph import all_goals
@@ -24,7 +24,7 @@ class AllAtOnce:
         seed: decides every random choice.
         deadline: on the clock of tamp.clock.now() [s].
         algorithm: of the stream planner.
-        hopeless: by earlier searches; it does not look at single objects.
+        hopeless, unturned: by earlier searches; it does not look at single objects.
     """
 
     strategy = "all-at-once"
@@ -38,10 +38,12 @@ class AllAtOnce:
         deadline: float,
         algorithm: str,
         hopeless: Mapping[str, str] = MappingProxyType({}),
+        unturned: Collection[str] = (),
     ) -> None:
         self._asker = Asker(Progress(attempt), seed, deadline, algorithm)
         self.left = dict.fromkeys(all_goals(attempt.workspace), "no time was left to plan for it")
         self.hopeless: Mapping[str, tuple[Placement, str]] = {}
+        self.unturned: Mapping[str, Placement] = {}
 
     @property
     def progress(self) -> Progress:

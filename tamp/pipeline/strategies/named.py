@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import Protocol
 
@@ -36,6 +36,10 @@ class Search(Protocol):
     def hopeless(self) -> Mapping[str, tuple[Placement, str]]:
         """Objects that do not reach their goals even with all others out of the way -> from where, and why."""
 
+    @property
+    def unturned(self) -> Mapping[str, Placement]:
+        """Objects that two grasps do not turn over -> from where."""
+
     def run(self, *, persistent: bool = False) -> None:
         """Reach as many goals as the time allows; `persistent` seeks a plan for all of them until time is up."""
 
@@ -50,6 +54,7 @@ class Strategy(Protocol):
         deadline: float,
         algorithm: str,
         hopeless: Mapping[str, str] = MappingProxyType({}),
+        unturned: Collection[str] = (),
     ) -> Search:
         """A search from an attempt's state, until a deadline on the clock of tamp.clock.now() [s]."""
 

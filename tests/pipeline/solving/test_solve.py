@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -77,7 +78,7 @@ def test_a_search_that_time_cut_short_is_followed_by_another_with_all_that_is_le
     begun = []
 
     class InVain:
-        cut_short, rejections, left, hopeless = True, (), {"red": "no time was left"}, {}
+        cut_short, rejections, left, hopeless, unturned = True, (), {"red": "no time was left"}, {}, {}
         report = SimpleNamespace(status="timeout")
 
         def __init__(self, *_, seed, deadline, **__):
@@ -119,9 +120,10 @@ def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monk
     class InVain:
         cut_short, rejections, left = False, (), {"red": "no grasp"}
         report, hopeless = SimpleNamespace(status="failed"), {"red": (RED.pose, "no grasp")}
+        unturned: ClassVar = {"red": RED.pose}
 
-        def __init__(self, *_, hopeless, **__):
-            known.append(dict(hopeless))
+        def __init__(self, *_, hopeless, unturned, **__):
+            known.append((dict(hopeless), list(unturned)))
 
         def run(self):
             return None
@@ -130,7 +132,7 @@ def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monk
     job = Job(Task("vain", (RED,)), 0, 100.0, Settings())
     for off in (0.0, 0.001, 0.05):
         assert not job.plan(None, {"red": shifted(RED.pose, off)}, ())
-    assert known == [{}, {"red": "no grasp"}, {}]
+    assert known == [({}, []), ({"red": "no grasp"}, ["red"]), ({}, [])]
 
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"

@@ -89,12 +89,18 @@ class Prospects:
 
     def _regrasp_helps(self, workspace: Workspace, name: str, iterations: int) -> bool:
         """Whether an object reaches its goal alone by way of another grasp; remembered, for all further tries."""
+        if name in self.regrasped:
+            return True
         # Wherever what lies flat is put down in between, no hand takes it up again.
-        if name in workspace.goals and not lies_flat(workspace, name):
-            movable = {name, *supports_in_the_way(workspace, name)}
-            if self.asker.ask(workspace, iterations, movable, regrasped={name}, about=name).plan is not None:
-                self.regrasped.add(name)
-        return name in self.regrasped
+        if name not in workspace.goals or lies_flat(workspace, name) or self.asker.stays_unturned(name):
+            return False
+        movable = {name, *supports_in_the_way(workspace, name)}
+        solution = self.asker.ask(workspace, iterations, movable, regrasped={name}, about=name)
+        if solution.plan is not None:
+            self.regrasped.add(name)
+        elif solution.status == "failed" and self.turned(name):
+            self.asker.unturned[name] = self.asker.workspace.start[name]
+        return solution.plan is not None
 
 
 def turned_over(workspace: Workspace, name: str) -> bool:

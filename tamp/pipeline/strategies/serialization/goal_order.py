@@ -137,6 +137,7 @@ class Ordering:
         deadline: on the clock of tamp.clock.now() [s].
         algorithm: of the stream planner.
         hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
+        unturned: objects that two grasps do not turn over from there, likewise.
     """
 
     def __init__(
@@ -146,9 +147,12 @@ class Ordering:
         deadline: float,
         algorithm: str,
         hopeless: Mapping[str, str] = MappingProxyType({}),
+        unturned: Collection[str] = (),
     ) -> None:
         self._midst = (clock.now() + deadline) / 2
-        self._asker, start = Asker(Progress(attempt), seed, deadline, algorithm), attempt.workspace.start
+        start = attempt.workspace.start
+        known = {name: start[name] for name in unturned}
+        self._asker = Asker(Progress(attempt), seed, deadline, algorithm, unturned=known)
         self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
         self._ledger = Ledger(self._asker)
         self._early = Early(self._prospects)
@@ -182,6 +186,11 @@ class Ordering:
     def hopeless(self) -> Mapping[str, tuple[Placement, str]]:
         """Objects known not to reach their goals even alone -> from where, and why."""
         return self._prospects.hopeless
+
+    @property
+    def unturned(self) -> Mapping[str, Placement]:
+        """Objects that two grasps do not turn over -> from where."""
+        return self._asker.unturned
 
     @property
     def progress(self) -> Progress:
@@ -322,7 +331,7 @@ class Ordering:
                 brought = effort.others_move and self._early.bring(name, self._left, self._ledger.reached)
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
-        turned = {name} if self._prospects.turned(name) else set[str]()
+        turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name)
         return self._take(name, effort, solution, turned)

@@ -178,17 +178,15 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
 def _turn_over(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
     """Put an object that has to be turned over to one of the nearest places, by two grasps; whether it was.
 
-    From where it lies that is tried once: which grasps follow each other depends on little else.
+    From about where it lies that is tried once: which grasps follow each other depends on little else.
     """
-    if not turned_over(asker.workspace, name):
+    if not turned_over(asker.workspace, name) or asker.stays_unturned(name):
         return False
-    known, before = (name, asker.workspace.start[name]), len(asker.reports)
-    if known in asker.unturned:
-        return False
+    before = len(asker.reports)
     if _put_wherever(asker, name, kept, free, ITERATIONS, {name}):
         return True
     if any(report.status == "failed" for report in asker.reports[before:]):
-        asker.unturned.add(known)
+        asker.unturned[name] = asker.workspace.start[name]
     return False
 
 

@@ -10,10 +10,12 @@ from typing import Any
 
 from tamp import clock
 from tamp.pipeline.options.tuning import Tuning
+from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.strategies.serialization.goal_graph import away
 from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.planning import GroundAction, Problem, Report, Solution, solve
 from tamp.planning.strategies.net_benefit import NetBenefit
+from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import At
@@ -36,7 +38,7 @@ class Asker:
         refusals: how many answers to questions about each object, or about all, were sent back; each lets the next
             question about it draw other samples.
         reports: the planner's on every question.
-        unturned: objects that two grasps did not turn over, with where they were, for any of the places tried.
+        unturned: objects that two grasps do not turn over, neither for their goals nor for what is near -> from where.
     """
 
     progress: Progress
@@ -45,7 +47,7 @@ class Asker:
     algorithm: str
     refusals: Counter[str] = field(default_factory=Counter)
     reports: list[Report] = field(default_factory=list)
-    unturned: set[tuple[str, Placement]] = field(default_factory=set)
+    unturned: dict[str, Placement] = field(default_factory=dict)
 
     @property
     def workspace(self) -> Workspace:
@@ -71,6 +73,13 @@ class Asker:
             yield
         finally:
             self.deadline = final
+
+    def stays_unturned(self, name: str) -> bool:
+        """Whether it is known that two grasps do not turn an object over from about where it is."""
+        if name not in self.unturned:
+            return False
+        edge = mean_edge(self.workspace.task.object(name).shape)
+        return ede(edge, self.unturned[name].pose, self.workspace.start[name].pose) < SAME_PLACE
 
     def drawn_seed(self, about: str = ALL) -> int:
         """The seed of the next question about an object, or about all: that draws anew whatever was sent back."""

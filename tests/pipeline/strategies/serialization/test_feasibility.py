@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -126,6 +128,45 @@ def test_what_is_known_to_be_hopeless_is_not_tried_before_all_else(attempt, monk
     with pytest.raises(AskedError) as asked:
         ordering.run()
     assert asked.value.args == (first,)
+
+
+UPSIDE_DOWN = At(Pose((0.1, -0.2, 0.04), (1.0, 0.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize(("unturned", "regrasped"), [((), {"red"}), (("red",), set())])
+def test_what_two_grasps_do_not_turn_over_is_not_asked_to_be(monkeypatch, unturned, regrasped):
+    asked = []
+
+    def ask(self, *_, regrasped=(), **__):
+        asked.append({*regrasped})
+        raise KeyboardInterrupt
+
+    setup = prepare(Task("over", (replace(PROSPECTS_RED, goal=UPSIDE_DOWN),)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    monkeypatch.setattr(Asker, "ask", ask)
+    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", unturned=unturned)
+    with pytest.raises(KeyboardInterrupt):
+        ordering.run()
+    assert asked == [regrasped]
+    assert ordering.unturned.keys() == {*unturned}
+
+
+@pytest.mark.parametrize(("status", "times"), [("failed", 1), ("timeout", 2)])
+def test_that_two_grasps_do_not_turn_something_over_is_asked_once(monkeypatch, status, times):
+    setup = prepare(Task("over", (replace(PROSPECTS_RED, goal=UPSIDE_DOWN),)))
+    found = prospects(Attempt.of(setup, setup.start, load_robot("panda").home, None))
+    asked = []
+
+    def ask(self, *_, regrasped=(), **__):
+        asked.append({*regrasped})
+        return SimpleNamespace(plan=None, status=status, report=SimpleNamespace(skeletons=(), streams=()))
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    for _ in range(2):
+        assert found.against("red") is not None
+        found.hopeless.clear()
+    assert asked.count({"red"}) == times
+    assert found.asker.stays_unturned("red") == (status == "failed")
 
 
 def test_beyond_hope_is_also_what_shall_rest_on_what_is_hopeless():
