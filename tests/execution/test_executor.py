@@ -105,13 +105,14 @@ def test_a_cup_is_carried_by_its_rim(simulator):
     task = Task("cup", (Object("cup", cup, Pose((0.1, 0.2, -float(lower[2])))),))
     goal = Pose((0.1, -0.2, -float(lower[2])))
     grasp = Pose((0.0, radius, float(upper[2]) - 0.008)) @ DOWN
-    # In SAPIEN the opening finger pushes the cup, which hangs askew from its rim: where to depends on the machine.
-    pushed = simulator == "sapien"
+    # In SAPIEN the cup hangs more askew from its rim when it is let go, and leans on the finger that opens.
+    leans = simulator == "sapien"
     plan = move_one(task, "cup", grasp, 0.005, goal, opening=0.04)
-    run = execute(task, plan, simulator=simulator, monitor=None if pushed else WATCHFUL)
+    run = execute(task, plan, simulator=simulator, monitor=None if leans else WATCHFUL)
     assert run.status == "done"
-    assert math.dist(run.final_poses["cup"].xyz, goal.xyz) < (0.015 if pushed else 0.006)
+    assert math.dist(run.final_poses["cup"].xyz, goal.xyz) < (0.01 if leans else 0.006)
     assert run.final_poses["cup"].matrix[2, 2] > math.cos(0.02)
+    assert abs(run.final_poses["cup"].matrix[1, 0]) < 0.05  # nothing kicks it as the fingers part
 
 
 def test_a_tower_is_built(simulator):

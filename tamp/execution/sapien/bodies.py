@@ -19,6 +19,13 @@ FIXED_FRICTION = 0.5
 CONTACT_OFFSET = 0.002
 """How near bodies come before a contact is prepared [m]."""
 
+REST_OFFSET = 0.00005
+"""Half of the distance at which bodies rest [m].
+
+PhysX measures how far bodies are apart well, and how deep they are in each other badly: of a finger that just touched a
+thin wall it found 15 mm along the wall once, and kicked the cup away.
+"""
+
 PATCH = 0.01
 """Radius of the patch that resists turning about a contact's normal [m]."""
 
@@ -70,7 +77,7 @@ def add_hull(body: Any, part: Part, surface: Any, group: int = 0) -> None:
 
 
 def _attach(body: Any, shape: Any) -> None:
-    shape.contact_offset, shape.rest_offset = CONTACT_OFFSET, 0.0
+    shape.contact_offset, shape.rest_offset = CONTACT_OFFSET, REST_OFFSET
     shape.patch_radius = shape.min_patch_radius = PATCH
     body.attach(shape)
 
