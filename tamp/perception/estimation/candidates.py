@@ -94,19 +94,22 @@ def fitted(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
     poses = poses[order]
     poses = poses[_different(poses, model, 0.006, 0.12, KEPT + 8)]
     poses = refine(volume, model, poses, rounds=8)
-    found = agreement(volume, model, poses)
-    order = np.argsort(-found.score, kind="stable")
+    order = np.argsort(-agreement(volume, model, poses).score, kind="stable")
     order = order[_different(poses[order], model, 0.005, 0.10, KEPT)]
+    return judged(volume, model, poses[order])
+
+
+def judged(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:
+    """Poses, shape (n, 4, 4), with what they explain and violate, in order."""
+    if not len(poses):
+        return []
+    found = agreement(volume, model, poses)
     cells = model.area / VOXEL**2
     return [
         Candidate(
-            poses[i],
-            *explained(volume.cloud, model, poses[i]),
-            float(found.hits[i]),
-            float(found.violations[i]),
-            float(found.violations[i] * cells),
+            pose, *explained(volume.cloud, model, pose), float(hits), float(violations), float(violations * cells)
         )
-        for i in order
+        for pose, hits, violations in zip(poses, found.hits, found.violations, strict=True)
     ]
 
 

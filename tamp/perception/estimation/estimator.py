@@ -11,12 +11,12 @@ from scipy.spatial import cKDTree
 
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.candidates import Candidate, candidates, fitted
+from tamp.perception.estimation.candidates import Candidate, candidates, fitted, judged
 from tamp.perception.estimation.fusion import fuse, level
 from tamp.perception.estimation.likeness import likeliest_turn
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
-from tamp.perception.estimation.selection import Selection
+from tamp.perception.estimation.selection import OVERLAP, Selection
 from tamp.perception.estimation.verification import APART, Verified, verify
 from tamp.perception.estimation.volume import Volume, survey
 from tamp.perception.rendering.surface import Surface
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 ROUNDS = 2
 """Times that objects are sought anew among points that nothing explains."""
+
+LEFT = 0.3
+"""A point that is explained less well than this is left."""
 
 AHEAD = 0.06
 """An estimate that explains so much more than the next, as a share, is trusted by two thirds."""
@@ -140,35 +143,37 @@ def _masked(scene: Volume, model: ObjectModel, own: NDArray[np.int64], rng: np.r
     """Candidates from an object's own points alone; what it may explain of others' points does not count."""
     if len(own) < 5:
         return []
-    cloud = scene.cloud.at(own)
-    volume = Volume(cloud, scene.origin, _renumbered(scene, own), scene.free)
-    found = candidates(volume, model, cKDTree(cloud.points), rng)
+    volume = _of_points(scene, own)
+    found = candidates(volume, model, cKDTree(volume.cloud.points), rng)
     return [Candidate(c.pose, own[c.points], c.weights, c.hits, c.violations, c.free_area) for c in found]
 
 
-def _renumbered(scene: Volume, own: NDArray[np.int64]) -> NDArray[np.int32]:
+def _of_points(scene: Volume, some: NDArray[np.int64]) -> Volume:
+    """The same space with some of the measured points alone, by their indices; what was seen through stays so."""
     number = np.full(len(scene.cloud.points) + 1, -1, dtype=np.int32)
-    number[own] = np.arange(len(own), dtype=np.int32)
-    return np.asarray(number[scene.nearest])
+    number[some] = np.arange(len(some), dtype=np.int32)
+    return Volume(scene.cloud.at(some), scene.origin, np.asarray(number[scene.nearest]), scene.free)
 
 
 def _seek_again(
     scene: Volume, models: Sequence[ObjectModel], found: list[list[Candidate]], selection: Selection, seed: int
 ) -> bool:
-    """Add candidates through points that nothing explains, for objects that are explained badly; whether any came."""
-    if scene.cloud.instances is not None:
+    """Add candidates for objects that are explained badly, among the points that no other explains; whether any came.
+
+    Those points alone are fitted to: what shows little would always lose against what lies along others' surfaces.
+    """
+    if scene.cloud.instances is not None or (selection.covered() < LEFT).sum() < FEWEST:
         return False
-    left = np.flatnonzero(selection.covered() < 0.3)
-    if len(left) < FEWEST:
-        return False
-    tree = cKDTree(scene.cloud.points)
     came = False
     for i, model in enumerate(models):
         k = selection.chosen[i]
         gain = selection.gains(i)[k] if k >= 0 else 0.0
         if k >= 0 and gain > 0.75 * len(found[i][k].points) and found[i][k].violations < 0.05:
             continue
-        more = candidates(scene, model, tree, np.random.default_rng([seed, i]), left)
+        left = np.flatnonzero(selection.covered(without=i) < LEFT)
+        volume = _of_points(scene, left)
+        rest = candidates(volume, model, cKDTree(volume.cloud.points), np.random.default_rng([seed, i]))
+        more = judged(scene, model, np.array([candidate.pose for candidate in rest]))
         came = came or bool(more)
         found[i].extend(more)
     return came
@@ -192,7 +197,8 @@ def _estimate(
     others = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
     ]
-    confidence = _confidence(best, float(gains[k]), _ahead(selection, i, gains, others, verified))
+    ahead = _ahead(selection, i, gains, others, verified)
+    confidence = _confidence(best, float(gains[k]), OVERLAP * selection.clash(i, k), ahead)
     return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
 
 
@@ -200,20 +206,22 @@ def _ahead(selection: Selection, i: int, gains: Array, others: Sequence[int], ve
     """How far the next best is behind, in scales at which two thirds are trusted.
 
     Elsewhere, it is what the chosen pose explains more. In the same place, turned round or with another object in
-    exchange, residuals decide where that does not.
+    exchange, it is how much better residuals are; what is explained decides only where nothing was fitted beside.
     """
     k = verified.candidate
     gain = max(1.0, float(gains[k]))
     here = set(selection.at(i, selection.center(i, k)))
-    away = gain - max((float(gains[o]) for o in others if o not in here), default=0.0)
+    away = (gain - max((float(gains[o]) for o in others if o not in here), default=0.0)) / gain / AHEAD
+    if np.isfinite(verified.lead):
+        return max(0.0, min(away, verified.lead / CLOSER))
     turned = gain - max((float(gains[o]) for o in others if o in here), default=0.0)
     in_place = min(turned, selection.lead_over_exchange(i)) / gain / AHEAD
-    return max(0.0, min(away / gain / AHEAD, max(in_place, verified.lead / CLOSER)))
+    return max(0.0, min(away, in_place))
 
 
-def _confidence(best: Candidate, gain: float, ahead: float) -> float:
+def _confidence(best: Candidate, gain: float, clash: float, ahead: float) -> float:
     """How much to trust an estimate, 0..1: how much was seen, how little contradicts it, how far the next is behind."""
     seen = 1 - np.exp(-gain / 60)
-    clean = np.exp(-8 * best.violations)
+    clean = np.exp(-8 * best.violations - clash / max(1.0, gain))
     own = max(0.0, gain) / max(1.0, float(best.weights.sum()))
     return float(np.clip(seen * clean * np.sqrt(own) * (1 - np.exp(-ahead)), 0.0, 1.0))

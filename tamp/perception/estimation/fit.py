@@ -156,3 +156,16 @@ def explained(cloud: Cloud, model: ObjectModel, pose: Array) -> tuple[NDArray[np
     close, gap, index = close[kept], gap[kept], index[kept]
     weight = alike(model.colors[index], cloud.colors[close]) * np.where(gap < 0.004, 1.0, 1 - (gap - 0.004) / 0.003)
     return close, weight
+
+
+def gaps(cloud: Cloud, model: ObjectModel, pose: Array) -> Array:
+    """How far each measured point is from the surface of a pose of the model, infinite where not near it, (n,) [m]."""
+    found: Array = np.full(len(cloud.points), np.inf)
+    close = np.flatnonzero(
+        ((cloud.points - pose[:3, :3] @ model.center - pose[:3, 3]) ** 2).sum(axis=1) < (model.diameter / 2 + 0.01) ** 2
+    )
+    local = (cloud.points[close] - pose[:3, 3]) @ pose[:3, :3]
+    index, near = model.nearest(local, cloud.normals[close] @ pose[:3, :3], 0.010 + 1.2 * model.spacing)
+    gap = np.abs(np.einsum("ij,ij->i", local - model.points[index], model.normals[index]))
+    found[close[near]] = gap[near]
+    return found

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.perception.estimation.candidates import Candidate
-from tamp.perception.estimation.fusion import Cloud
+from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel
 
 if TYPE_CHECKING:
@@ -28,6 +28,12 @@ OVERLAP = 1.0
 
 INSIDE = 0.004
 """Less deep is touching [m]."""
+
+AROUND = 8
+"""Points of a surface that must agree that a place is inside it: of a thin wall the other side may be the nearest."""
+
+SAME = 0.004
+"""Two of a mesh whose poses differ by less than this, over its symmetries, are in one place [m]."""
 
 SWEEPS = 12
 
@@ -74,7 +80,7 @@ class Selection:
     def gains(self, i: int) -> Array:
         """What each candidate of an object would add to the others' choice, in points, shape (n,)."""
         more = self._explained[i].beyond(self.covered(without=i))
-        clash = np.array([self._clash(i, k) for k in range(len(self._candidates[i]))])
+        clash = np.array([self.clash(i, k) for k in range(len(self._candidates[i]))])
         gain: Array = more - self._costs[i] - OVERLAP * clash
         return gain
 
@@ -83,7 +89,7 @@ class Selection:
         worth = float(self.covered().sum())
         for i, k in enumerate(self.chosen):
             if k >= 0:
-                worth -= float(self._costs[i][k]) + OVERLAP * self._clash(i, k) / 2
+                worth -= float(self._costs[i][k]) + OVERLAP * self.clash(i, k) / 2
         return worth
 
     def lead_over_exchange(self, i: int) -> float:
@@ -147,7 +153,7 @@ class Selection:
         worth: Array = self._explained[i].beyond(np.zeros(self._count)) - self._costs[i]
         return worth
 
-    def _clash(self, i: int, k: int) -> float:
+    def clash(self, i: int, k: int) -> float:
         """Cells of surface that a candidate shares with what is chosen for the others."""
         return sum(self._overlap(i, k, j, m) for j, m in enumerate(self.chosen) if j != i and m >= 0)
 
@@ -155,9 +161,14 @@ class Selection:
         key = (i, k, j, m) if i < j else (j, m, i, k)
         if key not in self._overlaps:
             a, b = self._candidates[i][k], self._candidates[j][m]
-            self._overlaps[key] = _shared(self._models[i], a.pose, self._models[j], b.pose) + _shared(
-                self._models[j], b.pose, self._models[i], a.pose
-            )
+            near = np.linalg.norm(self.center(i, k) - self.center(j, m)) < SAME
+            if self._models[i] is self._models[j] and near and self._models[i].apart(a.pose, b.pose) < SAME:
+                # Neither is inside the other; two of a kind in one place are one.
+                self._overlaps[key] = self._models[i].area / VOXEL**2
+            else:
+                self._overlaps[key] = _shared(self._models[i], a.pose, self._models[j], b.pose) + _shared(
+                    self._models[j], b.pose, self._models[i], a.pose
+                )
         return self._overlaps[key]
 
 
@@ -193,14 +204,16 @@ def _most(found: Sequence[Candidate], count: int) -> Array:
 
 
 def _shared(a: ObjectModel, T_a: Array, b: ObjectModel, T_b: Array) -> float:
-    """Cells of a's surface that are inside b, told by the nearest point of b's surface and its normal."""
+    """Cells of a's surface that are inside b: behind all of the points of b's surface that are nearest to them."""
     T = np.linalg.inv(T_b) @ T_a
     if np.linalg.norm(T[:3, :3] @ a.center + T[:3, 3] - b.center) > (a.diameter + b.diameter) / 2:
         return 0.0
     points = a.points[:400] @ T[:3, :3].T + T[:3, 3]
-    distance, index = b.tree.query(points, distance_upper_bound=0.03)
-    near = np.isfinite(distance)
-    index = index[near]
-    depth = np.einsum("ij,ij->i", b.points[index] - points[near], b.normals[index])
-    inside = (depth > INSIDE) & (depth > 0.7 * distance[near]) & b.solid[index]
-    return float(inside.sum()) / 400 * a.area / 0.004**2
+    distance, index = b.tree.query(points, k=AROUND, distance_upper_bound=0.03)
+    near = np.isfinite(distance[:, 0])
+    distance, index, points = distance[near], index[near], points[near]
+    index = np.where(np.isfinite(distance), index, index[:, :1])
+    depth = np.einsum("nkj,nkj->nk", b.points[index] - points[:, None], b.normals[index])
+    inside = (depth[:, 0] > INSIDE) & (depth[:, 0] > 0.7 * distance[:, 0]) & b.solid[index[:, 0]]
+    inside &= (depth > 0).all(axis=1)
+    return float(inside.sum()) / 400 * a.area / VOXEL**2

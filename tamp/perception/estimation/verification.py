@@ -15,7 +15,7 @@ import numpy as np
 
 from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.candidates import Candidate
-from tamp.perception.estimation.fit import agreement, polished
+from tamp.perception.estimation.fit import agreement, gaps, polished
 from tamp.perception.estimation.fusion import VOXEL
 from tamp.perception.estimation.likeness import misfit
 from tamp.perception.estimation.models.object_model import ObjectModel
@@ -35,6 +35,9 @@ POINTS = 2500
 
 APART = 0.02
 """Poses of an object that differ by less than this, over its symmetries, are the same [m]."""
+
+CLAIMED = 0.5
+"""A point that is explained better than this elsewhere may be another object's."""
 
 NEVER = 1e9
 """The cost of an object in a place where it has no candidate."""
@@ -74,7 +77,11 @@ def verify(
     """Object -> what is made of it, for all that the selection has chosen a candidate for."""
     seen = [i for i, k in enumerate(selection.chosen) if k >= 0]
     rivals = [_rivals(models, selection, seen, place) for place in seen]
-    owns = [_own(found, selection, place, some) for place, some in zip(seen, rivals, strict=True)]
+    off = np.array([gaps(scene.cloud, models[i], found[i][selection.chosen[i]].pose) for i in seen])
+    owns = [
+        _own(found, selection, place, some, off[column] > np.delete(off, column, axis=0).min(axis=0, initial=np.inf))
+        for column, (place, some) in enumerate(zip(seen, rivals, strict=True))
+    ]
     fits = {
         (row, column): _fitted(scene, models[i], [(k, found[i][k].pose) for k in some[i]], owns[column])
         for column, some in enumerate(rivals)
@@ -106,15 +113,22 @@ def _rivals(
 
 
 def _own(
-    found: Sequence[Sequence[Candidate]], selection: Selection, place: int, rivals: dict[int, list[int]]
+    found: Sequence[Sequence[Candidate]],
+    selection: Selection,
+    place: int,
+    rivals: dict[int, list[int]],
+    nearer: NDArray[np.bool_],
 ) -> NDArray[np.int64]:
-    """The points of a place: those that any candidate there explains better than what is chosen elsewhere does."""
+    """The points of a place: those that any candidate there explains better than what is chosen elsewhere does.
+
+    Of two surfaces that touch both explain the points: those that are `nearer` to what is chosen elsewhere are its own.
+    """
     covered = selection.covered(without=place)
     best = np.zeros(len(covered))
     for i, some in rivals.items():
         for k in some:
             best[found[i][k].points] = np.maximum(best[found[i][k].points], found[i][k].weights)
-    return np.flatnonzero((best > 0) & (best >= covered))
+    return np.flatnonzero((best > 0) & (best >= covered) & ~(nearer & (covered > CLAIMED)))
 
 
 def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, Array]], own: NDArray[np.int64]) -> _Fit:

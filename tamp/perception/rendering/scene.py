@@ -37,11 +37,17 @@ class Body:
 
 
 def surfaces(task: Task, visuals: Path | None = None) -> dict[str, Surface]:
-    """Object -> what it looks like, see `surface_of`; objects of one shape have one surface."""
+    """Object -> what it looks like, see `surface_of`.
+
+    Objects that look the same have one surface, also where their meshes are files of different names.
+    """
     known: dict[Shape, Surface] = {}
+    same: dict[tuple[bytes, ...], Surface] = {}
     for obj in task.objects:
         if obj.shape not in known:
-            known[obj.shape] = surface_of(obj, visuals)
+            surface = surface_of(obj, visuals)
+            content = tuple(array.tobytes() for array in (surface.vertices, surface.faces, surface.colors))
+            known[obj.shape] = same.setdefault(content, surface)
     return {obj.name: known[obj.shape] for obj in task.objects}
 
 

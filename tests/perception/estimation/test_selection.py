@@ -9,7 +9,7 @@ from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.estimation.selection import Selection
-from tamp.perception.rendering.surface import plain
+from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
@@ -58,6 +58,11 @@ def test_a_better_exchange_is_found() -> None:
     assert _chosen(first, second, models=twins).chosen == [1, 0]
 
 
+def test_two_of_a_kind_are_not_in_one_place() -> None:
+    chosen = _chosen([_candidate(0.0, 0, 100)], [_candidate(0.001, 0, 103)], models=(SMALL, SMALL)).chosen
+    assert sorted(chosen) == [-1, 0]
+
+
 def test_twins_of_other_meshes_are_uncertain_and_different_things_are_not() -> None:
     other = object_model(plain(Box((0.061, 0.06, 0.06))))
     alike = _chosen(
@@ -69,3 +74,26 @@ def test_twins_of_other_meshes_are_uncertain_and_different_things_are_not() -> N
     assert alike.lead_over_exchange(0) == pytest.approx(3.0)
     apart = _chosen([_candidate(0.0, 0, 100)], [_candidate(0.5, 100, 200)], models=(SMALL, other))
     assert apart.lead_over_exchange(0) == float("inf")
+
+
+def _holder() -> Surface:
+    """An open box of walls that are 3 mm thick, 0.3 m long: its points lie farther apart than that."""
+    walls = [((0.3, 0.003, 0.2), (0.0, y, 0.1)) for y in (-0.03, 0.03)]
+    walls += [((0.003, 0.06, 0.2), (x, 0.0, 0.1)) for x in (-0.15, 0.15)] + [((0.3, 0.06, 0.003), (0.0, 0.0, 0.0015))]
+    pieces = [(plain(Box(size)), shift) for size, shift in walls]
+    first = np.cumsum([0, *(len(piece.vertices) for piece, _ in pieces)])
+    return Surface(
+        np.concatenate([piece.vertices + shift for piece, shift in pieces]),
+        np.concatenate([piece.faces + start for (piece, _), start in zip(pieces, first, strict=False)]),
+        np.concatenate([piece.colors for piece, _ in pieces]),
+    )
+
+
+@pytest.mark.parametrize(("y", "kept"), [(0.0, True), (0.0255, True), (0.05, False)])
+def test_what_stands_between_thin_walls_shares_no_space_with_them(y: float, kept: bool) -> None:
+    holder, book = object_model(_holder()), object_model(plain(Box((0.26, 0.004, 0.16))))
+    thick = object_model(plain(Box((0.26, 0.05, 0.16))))
+    model = book if kept else thick
+    standing = _candidate(0.0, 200, 260)
+    standing.pose[1:3, 3] = y, 0.1
+    assert _chosen([_candidate(0.0, 0, 200)], [standing], models=(holder, model)).chosen == [0, 0 if kept else -1]

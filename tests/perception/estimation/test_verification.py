@@ -100,3 +100,15 @@ def test_what_was_fitted_to_all_of_its_points_is_not_fitted_again() -> None:
     scene = _seen((marker, lying))
     found = _verified(scene, [marker], [[lying]], [0])[0]
     assert (found.pose == polished(scene.cloud, marker, lying, found.own)).all()
+
+
+def test_points_that_touch_another_object_are_the_nearers() -> None:
+    slab = object_model(plain(Box((0.1, 0.06, 0.012))))
+    side, on = Pose((0.0, 0.0, 0.03)).matrix, Pose((0.0, 0.0, 0.066)).matrix
+    scene = _seen((LOW, side), (slab, on))
+    # A guess that puts the slab into the top of what it lies on claims that one's points too.
+    sunk = Pose((0.0, 0.0, 0.057)).matrix
+    found = _verified(scene, [LOW, slab], [[side], [on, sunk]], [0, 0])
+    x, y, z = scene.cloud.points[found[1].own].T
+    assert not ((z < 0.062) & (np.abs(x) < 0.045) & (np.abs(y) < 0.025)).any()
+    assert np.abs(found[1].pose[:3, 3] - on[:3, 3]).max() < 0.002

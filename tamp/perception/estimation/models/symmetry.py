@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 ALIKE_MEAN, ALIKE_WORST = 0.0025, 0.006
 """A turn maps a shape onto itself if points come this near to the shape on average, and 95 % of them that near [m]."""
 
+DENSE = 0.005
+"""What a large shape's points lie farther apart than this along its surface is no difference between shapes [m]."""
+
 FOLDS = (2, 3, 4, 5, 6, 8)
 ANY = 36
 """Turns that stand for a body of revolution."""
@@ -35,14 +38,22 @@ def symmetries(points: Array, normals: Array, center: Array) -> Array:
     tree = cKDTree(np.column_stack([points, 0.004 * normals]))
     probe = slice(0, 300)
     local, facing = points[probe] - center, 0.004 * normals[probe]
-
-    def holds(R: Array) -> bool:
-        distance = tree.query(np.column_stack([local @ R.T + center, facing @ R.T]))[0]
-        return bool(distance.mean() < base[0] + ALIKE_MEAN and np.percentile(distance, 95) < base[1] + ALIKE_WORST)
-
     # Points never fall on points: what an identity would measure is the distance between neighbours.
     neighbours = tree.query(np.column_stack([points[probe], facing]), k=2)[0][:, 1]
-    base = float(neighbours.mean()) / 2, 0.0
+    spacing = 2 * float(neighbours.mean())
+    least = min(spacing, DENSE) / 4
+
+    def holds(R: Array) -> bool:
+        turned = local @ R.T + center
+        distance, index = tree.query(np.column_stack([turned, facing @ R.T]))
+        if spacing > DENSE:
+            away = points[index] - turned
+            gap = np.einsum("ij,ij->i", away, normals[index])
+            along = np.linalg.norm(away - gap[:, None] * normals[index], axis=1)
+            turn = np.linalg.norm(facing @ R.T - 0.004 * normals[index], axis=1)
+            distance = np.sqrt(gap**2 + turn**2 + np.maximum(0.0, along - (spacing - DENSE)) ** 2)
+        return bool(distance.mean() < least + ALIKE_MEAN and np.percentile(distance, 95) < ALIKE_WORST)
+
     found = [np.eye(3)]
     main, others = _axes(points - center)
     around = _turns_about(main, holds)

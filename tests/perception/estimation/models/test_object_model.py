@@ -32,6 +32,9 @@ def _moved(surface: Surface, shift: tuple[float, float, float]) -> Surface:
         (Box((0.1, 0.1, 0.04)), 8, 8),
         (Cylinder(0.03, 0.12), 72, 72),
         (Sphere(0.04), 500, 5000),
+        # Large ones, whose points lie farther apart.
+        (Box((0.3, 0.2, 0.05)), 4, 4),
+        (Cylinder(0.15, 0.02), 72, 72),
     ],
 )
 def test_a_shapes_own_turns(shape: Box | Cylinder | Sphere, least: int, most: int) -> None:
@@ -45,6 +48,11 @@ def test_a_shapes_own_turns(shape: Box | Cylinder | Sphere, least: int, most: in
 def test_a_lopsided_shape_has_none() -> None:
     hook = _joined(plain(Box((0.12, 0.03, 0.03))), _moved(plain(Box((0.03, 0.08, 0.02))), (0.05, 0.05, 0.01)))
     assert len(object_model(hook).symmetries) == 1
+
+
+def test_a_large_lopsided_shape_has_none() -> None:
+    step = _joined(plain(Box((0.3, 0.2, 0.04))), _moved(plain(Box((0.1, 0.2, 0.02))), (0.1, 0.0, 0.03)))
+    assert len(object_model(step).symmetries) == 1
 
 
 def test_walls_inside_are_left_out_and_faces_turned_over_are_turned_back() -> None:
