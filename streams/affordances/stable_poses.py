@@ -10,6 +10,7 @@ from tamp.compiled import compiled
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
+from tamp.world.transforms import rotation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -91,6 +92,63 @@ def stays(geometry: Geometry, R: Array) -> bool:
     return bool(ridges.min() > (1.0 + UPHILL) * height)
 
 
+LEVEL = 1e-4  # vertices of a base that are no farther apart in height are in one plane [m]
+FORWARD = 1e-5  # what a body tips over lies at least so far ahead of where it turns [m]
+FACETS = 60  # that it tips over at most
+SUNK = 0.02  # how far what rests in a simulator is turned from that [rad]
+
+
+def righted(geometry: Geometry, R: Array) -> Array:
+    """The orientation (3, 3) in which a body comes to rest on a plane that is put down on it turned by R, (3, 3).
+
+    As long as its centre of mass is not over what touches the plane it tips over the nearest edge of that. Where it
+    does not turn by more than a simulator lets things sink in, that is R itself.
+    """
+    found = R
+    for _ in range(FACETS):
+        points = (geometry.hull.vertices - geometry.center_of_mass) @ found.T
+        points[:, 2] -= points[:, 2].min()
+        touching = points[points[:, 2] < LEVEL, :2]
+        edge = _nearest_to_origin(outline(touching) if len(touching) > 1 else touching)
+        distance = float(np.linalg.norm(edge))
+        if distance < LEVEL:
+            break
+        ahead = -edge / distance  # from the edge to below the centre of mass
+        forward = (points[:, :2] - edge) @ ahead
+        beyond = (forward > FORWARD) & (points[:, 2] > LEVEL)
+        angle = np.arctan2(points[beyond, 2], forward[beyond]).min(initial=np.pi)
+        found = rotation(np.array([-ahead[1], ahead[0], 0.0]), float(angle)) @ found
+    return found if found[2] @ R[2] < np.cos(SUNK) else R
+
+
+def _nearest_to_origin(corners: Array) -> Array:
+    """The point, (2,), of a convex polygon, corners (n, 2) counter-clockwise, or of a line, nearest to the origin."""
+    if len(corners) > 2 and inside_by(corners, np.zeros(2)) >= 0.0:
+        return np.zeros(2)
+    ways = np.roll(corners, -1, axis=0) - corners
+    lengths = np.maximum((ways * ways).sum(axis=1), 1e-18)
+    shares = np.clip(-(corners * ways).sum(axis=1) / lengths, 0.0, 1.0)
+    points = corners + shares[:, None] * ways
+    nearest: Array = points[np.linalg.norm(points, axis=1).argmin()]
+    return nearest
+
+
+TIPPED = (0.05, 0.15, 0.35)  # by which a body is tipped to see whether it rolls on [rad]
+RIDGE = 1e-4  # what its centre of mass must rise by on the way to stay [m]
+LOWER = 3e-4  # what it is lower by in the end where it does not [m]
+
+
+def rolls_down(geometry: Geometry, R: Array) -> bool:
+    """Whether a body on a plane, turned by R, (3, 3), rolls on over ridges that are next to nothing, and comes down."""
+    from_center = (geometry.hull.vertices - geometry.center_of_mass) @ R.T
+    headings = np.linspace(0.0, 2 * np.pi, HEADINGS, endpoint=False)
+    level = np.stack([np.cos(headings), np.sin(headings), np.zeros(HEADINGS)])
+    tipped = np.array(TIPPED)[:, None, None]
+    down = np.sin(tipped) * level - np.cos(tipped) * np.array([[0.0], [0.0], [1.0]])
+    risen = np.max(from_center @ down, axis=1) + from_center[:, 2].min()
+    return bool(((risen < RIDGE).all(axis=0) & (risen[-1] < -LOWER)).any())
+
+
 def resting(workspace: Workspace, obj: str) -> list[Array]:
     """The orientations (3, 3) in which an object stands steadily on a plane, one for each of its faces."""
     from tamp.world.geometry.object_geometry import stable_poses
@@ -107,7 +165,8 @@ def steady_faces(geometry: Geometry) -> list[Array]:
     from tamp.world.geometry.object_geometry import stable_poses
 
     poses = [pose for pose in stable_poses(geometry) if pose.probability > LIKELY]
-    return [pose.R for pose in poses if pose.probability > SURE or stands(geometry, pose.R)]
+    steady = [pose.R for pose in poses if pose.probability > SURE or stands(geometry, pose.R)]
+    return [R for R in steady if not rolls_down(geometry, R)] or steady
 
 
 def amid(workspace: Workspace, obj: str, R: Array) -> Placement:

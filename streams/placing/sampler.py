@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.stable_poses import amid, resting, stands, turned
+from tamp.streams.affordances.stable_poses import amid, resting, righted, stands, turned
 from tamp.streams.affordances.support import carried_by
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.context import Context
@@ -40,8 +40,9 @@ def facing(
         draw: how many came before.
         able: which of them will do, if any does; all where it is None.
     """
+    geometry = workspace.world.geometries[obj]
     standing = [place.pose.matrix[:3, :3] for place in workspace.placements_of(obj)]
-    known = [R for R in standing if stands(workspace.world.geometries[obj], R)]
+    known = [righted(geometry, R) for R in standing if stands(geometry, R)]
     faces = resting(workspace, obj)
     if able is not None and any(map(able, [*known, *faces])):
         known, faces = list(filter(able, known)), list(filter(able, faces))

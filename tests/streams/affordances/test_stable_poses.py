@@ -6,7 +6,19 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tamp.streams.affordances.stable_poses import BALANCE, STEADY, midtable, moved, outline, stands, stays, steady_faces
+from tamp.streams.affordances.stable_poses import (
+    BALANCE,
+    STEADY,
+    inside_by,
+    midtable,
+    moved,
+    outline,
+    righted,
+    rolls_down,
+    stands,
+    stays,
+    steady_faces,
+)
 from tamp.streams.affordances.tilts import tilts
 from tamp.streams.values import Placement
 from tamp.task import Box, Cylinder, Object, Pose
@@ -120,3 +132,57 @@ def test_a_fall_is_moved_as_a_whole_and_ends_at_the_placement(workspace):
     for pose, before in zip(found, fall, strict=True):
         step, meant = found[-1].inverse() @ pose, fall[-1].inverse() @ before
         np.testing.assert_allclose(step.matrix, meant.matrix, atol=1e-8)
+
+
+def _rotations():
+    return arrays(np.float64, 4, elements=st.floats(-1.0, 1.0)).filter(lambda q: np.linalg.norm(q) > 0.1)
+
+
+def _turn(quaternion):
+    return Pose((0.0, 0.0, 0.0), tuple(quaternion / np.linalg.norm(quaternion))).matrix[:3, :3]
+
+
+@given(points=arrays(np.float64, (12, 3), elements=st.floats(-0.1, 0.1)), quaternion=_rotations())
+def test_what_rights_itself_comes_down_to_where_its_centre_of_mass_is_over_what_touches(points, quaternion):
+    assume(np.linalg.svd(points - points.mean(axis=0))[1].min() > 0.05)
+    geometry, R = geometry_of((convex_hull(points),)), _turn(quaternion)
+    found = righted(geometry, R)
+    height = [-((geometry.hull.vertices - geometry.center_of_mass) @ at[2]).min() for at in (R, found)]
+    assert height[1] <= height[0] + 1e-4
+    assert righted(geometry, found)[2] @ found[2] > np.cos(0.03)
+    if found is not R:
+        around = (geometry.hull.vertices - geometry.center_of_mass) @ found.T
+        low = outline(around[around[:, 2] < around[:, 2].min() + 2e-4, :2])
+        assert len(low) > 2
+        assert inside_by(low, np.zeros(2)) > -1e-3
+
+
+@given(size=st.tuples(*[st.floats(0.05, 0.2)] * 3), angle=st.floats(0.05, 0.6))
+def test_a_box_that_is_put_down_on_an_edge_falls_to_the_face_that_its_middle_is_over(size, angle):
+    _, depth, height = size
+    falls_on = np.arctan2(depth, height)  # from there on the other face is below
+    assume(abs(angle - falls_on) > 0.05)
+    c, s = np.cos(angle), np.sin(angle)
+    up = righted(load_geometry(Box(size)), np.array([[1, 0, 0], [0, c, -s], [0, s, c]]))[2]
+    assert abs(up[2 if angle < falls_on else 1]) > 0.999
+
+
+def test_what_rests_in_a_simulator_is_taken_for_upright():
+    c, s = np.cos(0.01), np.sin(0.01)
+    R = np.array([[1.0, 0, 0], [0, c, -s], [0, s, c]])
+    assert righted(load_geometry(Box((0.1, 0.1, 0.05))), R) is R
+
+
+def test_what_is_round_rolls_until_its_heavy_side_is_below():
+    angles = np.linspace(0.0, 2 * np.pi, 72, endpoint=False)
+    rim = np.stack([0.05 * np.cos(angles), 0.05 * np.sin(angles)], axis=1)
+    ends = np.concatenate([np.column_stack([np.full(72, x), rim]) for x in (-0.05, 0.05)])
+    round_one = convex_hull(ends)
+    weight = convex_hull(np.array([[x, y, z] for x in (-0.04, 0.04) for y in (-0.02, 0.02) for z in (-0.04, -0.02)]))
+    roller = geometry_of((round_one, weight))
+    assert roller.center_of_mass[2] < -0.002
+    assert not rolls_down(roller, np.eye(3))
+    aside = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    assert rolls_down(roller, aside)
+    assert not rolls_down(geometry_of((round_one,)), aside)  # it rolls, but not down
+    assert not rolls_down(load_geometry(Box((0.1, 0.1, 0.1))), np.eye(3))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from itertools import islice
 
 import numpy as np
@@ -33,6 +34,13 @@ def workspace():
 def test_it_stays_turned_as_it_stands_first(workspace):
     R = facing(workspace, "book", np.random.default_rng(0), 0)
     assert np.allclose(R, np.eye(3))
+
+
+def test_what_stands_a_little_tilted_now_is_put_down_upright():
+    lean = 0.03
+    tilted = Pose((0.2, 0.0, 0.052), (math.sin(lean / 2), 0.0, 0.0, math.cos(lean / 2)))
+    leaning = workspace_of(Object("box", Box((0.05, 0.05, 0.1)), tilted))
+    assert facing(leaning, "box", np.random.default_rng(0), 0)[2, 2] > 1.0 - 1e-9
 
 
 def test_of_what_will_do_some_is_drawn_and_of_all_where_nothing_does(workspace):

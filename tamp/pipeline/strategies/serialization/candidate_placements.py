@@ -16,7 +16,7 @@ from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.situation import placements, raised
 from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
-from tamp.streams.affordances.stable_poses import stands, steady_faces
+from tamp.streams.affordances.stable_poses import righted, stands, steady_faces
 from tamp.streams.collisions import overlap
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Placement
@@ -257,7 +257,7 @@ def _turns(workspace: Workspace, name: str) -> Iterator[tuple[Array, bool]]:
     geometry = workspace.world.geometries[name]
     wanted, here = _goal(workspace, name).matrix[:3, :3], workspace.start[name].pose.matrix[:3, :3]
     # A ball has many faces, none of them likely, but it rests as it lies now.
-    known = [here] if workspace.start[name].on == (TABLE,) else []
+    known = [righted(geometry, here)] if workspace.start[name].on == (TABLE,) else []
     faces = steady_faces(geometry)
     yield wanted, stands(geometry, wanted)
     yield from ((R, True) for R in known)
