@@ -77,6 +77,9 @@ MOVES_IN_SEARCH = 4000
 """How many moves between values the search may see where leaving them out has failed."""
 
 
+ALIKE = 4
+"""How many attempts at skeletons with values for the same choices, maybe in another order, count as one at each."""
+
 SEARCH_CALLS, OPERATORS_A_CALL, STATES_A_CALL = 20, 5, 24_000
 """How many calls of streams a search counts for at least, where work is compared; how many operators count for one, and
 how many states times operators."""
@@ -311,8 +314,10 @@ class Session:
         """
         trial = self.lessons.trial(skeleton)
         with self.stopwatch.timed("binding"):
-            attempt = self.binder.bind(skeleton, budget.grown(trial.attempts))
-        trial.attempts += 1
+            alike = self.lessons.alike(skeleton)
+            grown = budget.grown(max(trial.attempts, alike // ALIKE))
+            attempt = self.binder.bind(skeleton, grown, turn=alike)
+        self.lessons.count(skeleton)
         trial.last = attempt
         self.found.take(attempt)
         self.grounder.be_shallow()

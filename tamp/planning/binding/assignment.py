@@ -59,12 +59,19 @@ class Walk:
         states: item -> what holds when it is reached.
         attempt: what will be told of it.
         jumps: failed checks so far.
+        turn: how many attempts at the same choices there were before.
         following: choice -> what an optimizer has found for it together with an earlier choice.
         surveying: whether it has failed, and the rest is looked at for further conflicts only.
     """
 
     def __init__(
-        self, skeleton: Skeleton, budget: Budget, knowledge: Knowledge, sampling: Sampling, deadline: float
+        self,
+        skeleton: Skeleton,
+        budget: Budget,
+        knowledge: Knowledge,
+        sampling: Sampling,
+        deadline: float,
+        turn: int = 0,
     ) -> None:
         self.skeleton = skeleton
         self.budget = budget
@@ -75,6 +82,7 @@ class Walk:
         self.attempt = Attempt()
         self.following: dict[int, tuple[int, ...]] = {}
         self.jumps = 0
+        self.turn = turn
         self.surveying = False
         self._knowledge = knowledge
         self._sampling = sampling

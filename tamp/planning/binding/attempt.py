@@ -114,6 +114,7 @@ class Frame:
 
     Attributes:
         visits: how often it was begun anew, with other choices before it.
+        known: how many results its instance had then.
         barren: how many of the values tried were such that a stream which goes on from them had nothing to give.
     """
 
@@ -121,6 +122,7 @@ class Frame:
     cursor: int = 0
     tried: int = 0
     visits: int = 0
+    known: int = 0
     barren: int = 0
     conflict: set[int] = field(default_factory=set)
     outputs: tuple[int, ...] = ()

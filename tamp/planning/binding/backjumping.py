@@ -62,9 +62,9 @@ class Binder:
         self._course = course
         self._deadline = deadline
 
-    def bind(self, skeleton: Skeleton, budget: Budget) -> Attempt:
-        """Try to find values for everything that a skeleton leaves open."""
-        walk = Walk(skeleton, budget, self._knowledge, self._sampling, self._deadline)
+    def bind(self, skeleton: Skeleton, budget: Budget, turn: int = 0) -> Attempt:
+        """Try to find values for all that a skeleton leaves open; `turn`: how often it, or its like, was tried."""
+        walk = Walk(skeleton, budget, self._knowledge, self._sampling, self._deadline, turn)
         position, fresh = 0, True
         while position < len(walk.items):
             if walk.spent():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
@@ -50,12 +51,26 @@ class Lessons:
         self.failed_moves = 0
         self.unexplained = 0
         self.supposed = 0
+        self._alike: Counter[tuple[tuple[str | int, ...], ...]] = Counter()
         self._knowledge = knowledge
         self._clears = clears
 
     def trial(self, skeleton: Skeleton) -> Trial:
         """The one record of a skeleton."""
         return self.tried.setdefault(skeleton, Trial())
+
+    def alike(self, skeleton: Skeleton) -> int:
+        """How many attempts there were at skeletons of the same actions, but for their order and sampled values."""
+        return self._alike[self._kind(skeleton)]
+
+    def count(self, skeleton: Skeleton) -> None:
+        """Count an attempt at a skeleton."""
+        self.trial(skeleton).attempts += 1
+        self._alike[self._kind(skeleton)] += 1
+
+    def _kind(self, skeleton: Skeleton) -> tuple[tuple[str | int, ...], ...]:
+        lineage = self._knowledge.lineage
+        return tuple(sorted((step.schema.name, *map(lineage, step.args)) for step in skeleton.steps))
 
     def learn(self, attempt: Attempt) -> None:
         """Tell the search what a failed attempt has taught."""

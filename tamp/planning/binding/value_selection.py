@@ -15,6 +15,17 @@ from tamp.planning.model.stream_instances import Instance
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling
 
+STEP = 6
+"""By how many values later each further attempt begins among those that are known."""
+
+
+def turned(number: int, known: int, turn: int) -> int:
+    """Which value comes as the given one in an attempt: the `known` ones from elsewhere in each `turn`, then new ones.
+
+    Attempts that began at the same values would stay among the same few combinations of them.
+    """
+    return (number + turn * STEP) % known if number < known else number
+
 
 class Chooser:
     """Makes the choices of a walk."""
@@ -38,6 +49,7 @@ class Chooser:
             frame.instance, frame.cursor, frame.tried, frame.barren, frame.conflict = instance, 0, 0, 0, parents
             frame.culprits = {}
             frame.visits += 1
+            frame.known = len(instance.results)
         for fact in instance.domain:
             if not self._evaluator.given(fact):
                 walk.note(position, item.step, f"{self._knowledge.objects.text(fact)} does not hold")
@@ -90,7 +102,7 @@ class Chooser:
             misses += not self._sampling.draw(instance, bound)
         frame.tried += 1
         frame.cursor += 1
-        return instance.results[frame.cursor - 1]
+        return instance.results[turned(frame.cursor - 1, frame.known, walk.turn)]
 
     def _around(self, walk: Walk, step: int, state: State) -> Iterator[Fact]:
         """Settled facts for a sampler to respect: what later steps will make true, then what is true now."""

@@ -1,0 +1,28 @@
+"""In which order values are tried."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.pddlstream_problems import packing
+from tamp.planning import solve
+from tamp.planning.binding.value_selection import turned
+
+
+@given(known=st.integers(0, 30), new=st.integers(0, 10), turn=st.integers(0, 200))
+def test_every_value_has_its_turn(known, new, turn):
+    order = [turned(number, known, turn) for number in range(known + new)]
+    assert sorted(order[:known]) == list(range(known))
+    assert order[known:] == list(range(known, known + new))
+
+
+@given(known=st.integers(0, 30))
+def test_the_first_attempt_takes_values_as_they_come(known):
+    assert [turned(number, known, 0) for number in range(known)] == list(range(known))
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_tight_shelves_are_filled(seed):
+    """Every attempt began at the same values, and each order of the blocks with a small budget again."""
+    solution = solve(packing(5, (5.6, 1.0)), algorithm="binding", seed=seed, max_iterations=150, timeout=60.0)
+    assert solution.status == "solved"
