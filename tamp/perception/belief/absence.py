@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.perception.cameras.camera import Frame
+from tamp.perception.estimation.fusion import level
 from tamp.perception.rendering.backends import open_renderer
 from tamp.perception.rendering.scene import objects_at, table_body
 from tamp.perception.rendering.surface import Surface
@@ -22,6 +23,9 @@ STEP = 2
 
 BEHIND = 0.012
 """A pixel sees through an object where it measures so much more than the distance to it [m]."""
+
+NEARER = 0.004
+"""Or, of what is flat, where it measures so much and is nearer to the table behind it than to the object [m]."""
 
 FEWEST = 60
 """Fewer pixels say nothing."""
@@ -46,16 +50,21 @@ def absent(
         table: the table top.
         renderer: "raycast" or "software".
     """
-    bodies = objects_at(looks, poses)
+    bodies, top = objects_at(looks, poses), table_body(table)
     through, seen = np.zeros(len(bodies), dtype=np.int64), np.zeros(len(bodies), dtype=np.int64)
-    with open_renderer(renderer)([*bodies, table_body(table)]) as scene:
+    opened = open_renderer(renderer)
+    with opened([*bodies, top]) as scene, opened([top]) as bare:
         for frame in frames:
-            picture = scene.picture(frame.intrinsics.scaled(1 / STEP), frame.T_world_camera)
+            view = frame.intrinsics.scaled(1 / STEP), level(frame, table).T_world_camera
+            picture, empty = scene.picture(*view), bare.picture(*view)
             measured = frame.depth[::STEP, ::STEP]
             judged = _inner(picture.bodies) & (measured > 0) & ~frame.robot[::STEP, ::STEP]
             judged &= (picture.bodies >= 0) & (picture.bodies < len(bodies))
+            # Where no table is behind, half of the way to it is no limit.
+            halfway = np.where(empty.depth > 0, (empty.depth - picture.depth) / 2, BEHIND)
+            judged &= halfway >= NEARER
             shown = picture.bodies[judged]
-            behind = (measured - picture.depth)[judged] > BEHIND
+            behind = (measured - picture.depth > np.minimum(BEHIND, halfway))[judged]
             seen += np.bincount(shown, minlength=len(bodies))
             through += np.bincount(shown[behind], minlength=len(bodies))
     return {

@@ -37,6 +37,9 @@ Fingers feel what they miss and what they lose: of 372 that were let go of on OC
 known poses, 347 came to rest within a centimetre of where they should.
 """
 
+LOST = 0.2
+"""How sure it is that an object that the fingers have missed or lost is where it was, as a share of that before."""
+
 APART = 10.0
 """What stands for the distance between an object and no estimate [m]."""
 
@@ -65,9 +68,16 @@ class Belief:
         """The poses of a confidence of at least so much."""
         return {name: pose for name, pose in self.poses.items() if self.estimates[name].confidence >= least}
 
-    def expecting(self, poses: Mapping[str, Pose]) -> Belief:
-        """The same with known objects where a plan should have brought them, which is less sure than having seen it."""
-        return Belief({name: _brought(e, poses.get(name)) for name, e in self.estimates.items()})
+    def expecting(self, poses: Mapping[str, Pose], lost: Collection[str] = ()) -> Belief:
+        """The same with known objects where a plan should have brought them, which is less sure than having seen it.
+
+        Args:
+            poses: object -> where it should be by now.
+            lost: objects that the fingers have closed beside, or that have left them on the way.
+        """
+        brought = {name: _brought(e, poses.get(name)) for name, e in self.estimates.items()}
+        doubted = {name: replace(brought[name], confidence=LOST * brought[name].confidence) for name in lost}
+        return Belief({**brought, **doubted})
 
 
 def _brought(estimate: Estimate, pose: Pose | None) -> Estimate:

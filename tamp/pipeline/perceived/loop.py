@@ -6,7 +6,7 @@ simulated cell, a contest's, and a real one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Protocol
@@ -83,7 +83,7 @@ class Loop:
         while True:
             before, known = self.planner.plans[-1], set(setup.start)
             execution = self._carried_out(before)
-            seen = self._look(execution.final_poses)
+            seen = self._look(execution.final_poses, _lost(execution))
             if seen is None:
                 self.planner.executions.append(execution)
                 return
@@ -103,14 +103,15 @@ class Loop:
             if not self._planned(setup):
                 return
 
-    def _look(self, moved: Mapping[str, Pose] = MappingProxyType({})) -> Setup | None:
+    def _look(self, moved: Mapping[str, Pose] = MappingProxyType({}), lost: Collection[str] = ()) -> Setup | None:
         """Look, and make what is known ready to be planned; None where nothing is known.
 
         Args:
             moved: object -> where a plan should have brought it.
+            lost: objects that the fingers have missed or lost.
         """
         wanted = {obj.name for obj in self.knowledge.task.objects if obj.goal is not None}
-        expected = None if self._belief is None else self._belief.expecting(moved)
+        expected = None if self._belief is None else self._belief.expecting(moved, lost)
         belief = self.observer.look(expected, wanted)
         if self.on_look is not None:
             self.on_look(belief)
@@ -155,3 +156,9 @@ class Loop:
             if name not in self.planner.left
             and ede(mean_edge(seen.task.object(name).shape), seen.start[name], place.pose) > ASTRAY
         ]
+
+
+def _lost(execution: Execution) -> tuple[str, ...]:
+    """What the fingers felt to be elsewhere than it was thought to be."""
+    stop = execution.deviation
+    return (stop.object,) if stop is not None and stop.kind in ("missed", "dropped") else ()

@@ -69,6 +69,14 @@ def test_where_a_plan_has_brought_an_object_it_is_rather_than_where_others_are_m
     assert _after(brought, Estimate(HERE, 0.85), absent=True).pose == HERE
 
 
+def test_what_fingers_have_lost_is_where_it_is_found_and_not_where_it_was() -> None:
+    there = Estimate(_moved(0.2), 0.8)
+    belief = Belief({"a": Estimate(HERE, 1.0), "b": Estimate(HERE, 1.0)}).expecting({"a": HERE, "b": HERE}, ["a"])
+    assert _after(belief.estimates["a"], there).pose == there.pose
+    assert _after(belief.estimates["b"], there).pose == HERE
+    assert belief.trusted().keys() == {"b"}
+
+
 @given(st.floats(-0.004, 0.004), st.floats(-0.004, 0.004), st.sampled_from((0.0, math.pi)))
 def test_a_turn_that_the_shape_cannot_show_is_undone(x: float, y: float, turn: float) -> None:
     seen = Pose((x, y, 0.0)) @ HERE @ Pose.from_rpy((0, 0, 0), (0.0, 0.0, turn))

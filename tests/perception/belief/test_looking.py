@@ -11,6 +11,8 @@ from tamp.perception.belief.absence import absent
 from tamp.perception.belief.next_view import Unseen, next_views, unseen
 from tamp.perception.belief.rest import at_rest, lifted_apart
 from tamp.perception.cameras.camera import Camera, Frame, Intrinsics, looking_at
+from tamp.perception.cameras.capture import shoot, views
+from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.backends import open_renderer
 from tamp.perception.rendering.robot import camera_pose
@@ -49,6 +51,19 @@ def test_what_is_gone_is_absent_and_what_cannot_be_seen_is_not() -> None:
     assert absent([frame], LOOKS, POSES, Table()) == {"brick"}
     hidden = {**POSES, "brick": Pose((-0.15, 0.0, 0.03))}
     assert absent([_frame((0.9, 0.0, 0.1), {"wall": POSES["wall"]})], LOOKS, hidden, Table()) == set()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_flat_is_absent_where_the_table_shows_and_not_where_sensors_err(seed: int) -> None:
+    """Through the contest's cameras, with all of their noise."""
+    robot = load_robot("panda")
+    looks = {name: plain(Box((0.18, 0.18, 0.01))) for name in ("near", "far")}
+    poses = {"near": Pose((-0.05, 0.15, 0.005)), "far": Pose((0.1, -0.2, 0.005))}
+    for there in (poses, {"near": poses["near"]}):
+        shots = shoot(looks, there, views(load_setup(), robot), robot, table=Table(), seed=seed)
+        assert absent([shot.frame for shot in shots], looks, poses, Table()) == poses.keys() - there.keys()
+        standing = [shot.frame for shot in shots if shot.frame.camera == "kinect"]
+        assert absent(standing, looks, there, Table()) == set()
 
 
 def test_a_floating_estimate_comes_to_rest() -> None:
