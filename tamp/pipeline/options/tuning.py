@@ -40,9 +40,9 @@ class Tuning:
     next_plan_share: float = _share(0.5, "of the time that is left goes to each further plan")
     last_plan_share: float = _share(0.75, "of it goes to a plan for what another has left for want of time")
     punctual_share: float = _share(0.95, "of the limit is given out: whoever is busy looks at the clock late")
-    max_replans: int = _count(8, "plans after the first, where reality deviates")
+    max_replans: int = _count(16, "plans after the first, where reality deviates")
     max_corrections: int = _count(2, "of those, to correct what stands a little off its goal")
-    max_vain_plans: int = _count(3, "searches with other seeds after one that brings nothing, while time is left")
+    max_vain_plans: int = _count(12, "searches with other seeds after one that brings nothing, while time is left")
     astray_m: float = _number(
         0.01, 0.0, 1.0, "an object that ends farther from its settled goal (EDE) is corrected [m]"
     )
