@@ -156,10 +156,12 @@ def focused(session: Session) -> None:
 def incremental(session: Session) -> None:
     """Draw from every stream in turn and search among real values only, after each round.
 
+    After a dear search in vain there are as many rounds as are as much work, but at most as many as before.
     Only motions that depend on the state are left to the end, as in the other algorithms.
     """
     budget = Budget()
     while True:
+        before = session.looking
         result = _searched(session)
         if result.plan is not None:
             version, cost = session.knowledge.version, session.found.cost
@@ -170,7 +172,7 @@ def incremental(session: Session) -> None:
         elif result.timed_out:
             _replace_hopes(session)
         else:
-            _expand(session)
+            _expand(session, worth=session.looking - before)
 
 
 def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
@@ -255,14 +257,18 @@ def _replace_hopes(session: Session) -> None:
             return
 
 
-def _expand(session: Session) -> None:
-    """Draw from every stream once more, after a search has found no plan.
+def _expand(session: Session, worth: int = 0) -> None:
+    """Draw from every stream after a search has found no plan, and again while that is less work than `worth`.
 
     Raises:
         Ended: where there is nothing to draw any more.
     """
+    before, rounds = session.work, session.rounds.count
     if not _sample(session):
         _conclude(session, proven=session.lessons.proofs and not session.schema.undecided)
+    for _ in range(rounds):
+        if session.work - before >= worth or not session.rounds.expand():
+            return
 
 
 def _sample(session: Session, seen: bool = False) -> bool:

@@ -90,6 +90,7 @@ class Session:
 
     Attributes:
         searching: the part of `work` that searches were.
+        looking: the part of that which is due to the states that they looked at.
     """
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
@@ -130,7 +131,7 @@ class Session:
         self.found = Found(options, self.costs, self.knowledge)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
-        self.searching = 0
+        self.searching = self.looking = 0
         self._skeletons: dict[tuple[tuple[int, ...], ...], Skeleton] = {}
         self._builder = TaskBuilder(
             self.knowledge,
@@ -279,7 +280,9 @@ class Session:
         with self.stopwatch.timed("search"):
             left = min(self.limits.left, self.options.max_search_s)
             result = self.symbolic.run(task, left, bound, brief=scope.novel or scope.unbarred or scope.sure)
-        self.searching += result.states * len(task.operators) // STATES_A_CALL
+        looked = result.states * len(task.operators) // STATES_A_CALL
+        self.searching += looked
+        self.looking += looked
         self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()
         return result

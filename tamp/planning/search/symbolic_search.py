@@ -47,6 +47,7 @@ class SymbolicSearch:
         self._builder = builder
         self._search = search
         self._timeouts = 0
+        self._barren: tuple[GroundTask, int | None] | None = None  # what was last searched to its end in vain
 
     def task(self, blames: dict[int, Blame], scope: Scope) -> GroundTask:
         """The ground task of this moment; `blames`: what is discouraged."""
@@ -76,6 +77,8 @@ class SymbolicSearch:
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
+        if self._barren == (task, bound):
+            return SearchResult(None, proven=True)
         effort = BRIEF_S if brief else SEARCH_S * 2**self._timeouts
         result: Any = self._search(task, left, bound, effort)
         if not isinstance(result, SearchResult):
@@ -83,4 +86,6 @@ class SymbolicSearch:
             raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
         self._timeouts += result.timed_out and not brief
         self.operators = len(task.operators)
+        if result.plan is None and result.proven:
+            self._barren = (task, bound)
         return result if result.plan is None else replace(result, plan=eliminate(task, result.plan))

@@ -1,0 +1,59 @@
+"""How drawing and searching share the work in the algorithm "incremental", and what is not searched twice."""
+
+from dataclasses import replace
+from itertools import count, pairwise
+
+import pytest
+
+from benchmarks.pddlstream_problems import packing
+from tamp.planning import Problem, solve
+from tamp.planning.search.best_first import BuiltinSearch
+
+HAND = """
+(define (domain hand)
+  (:predicates (Place ?p) (Good ?p) (Took) (Empty))
+  (:action take :parameters () :precondition (Empty) :effect (and (Took) (not (Empty))))
+  (:action put :parameters (?p) :precondition (and (Took) (Good ?p)) :effect (Empty)))
+"""
+
+HAND_STREAMS = """
+(define (stream hand)
+  (:stream sample-place :outputs (?p) :certified (Place ?p))
+  (:stream test-good :inputs (?p) :domain (Place ?p) :certified (Good ?p)))
+"""
+
+
+def searches(states):
+    """How many searches it takes until the thirtieth place is drawn, where each looks at so many states in vain."""
+    found = []
+
+    def search(task, timeout, bound=None, effort=float("inf")):
+        result = BuiltinSearch()(task, timeout, bound, effort)
+        found.append(result)
+        return replace(result, states=states, proven=False) if result.plan is None else result
+
+    samplers = {"sample-place": lambda context: count(), "test-good": lambda context, place: place >= 30}
+    problem = Problem(HAND, HAND_STREAMS, samplers, [("Empty",)], ("and", ("Took",), ("Empty",)))
+    solution = solve(problem, algorithm="incremental", search=search, timeout=20.0)
+    assert solution.status == "solved"
+    return len(found)
+
+
+def test_more_is_drawn_the_dearer_a_search_in_vain_was():
+    """Proving over and over again that few values do not suffice took all the time: five packed blocks timed out."""
+    assert searches(states=10**9) <= 10 < 30 <= searches(states=0)
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "incremental"])
+def test_what_was_just_searched_to_its_end_in_vain_is_not_searched_again(algorithm):
+    seen = []
+
+    def search(task, timeout, bound=None, effort=float("inf")):
+        result = BuiltinSearch()(task, timeout, bound, effort)
+        seen.append((task, bound, result.plan is None and result.proven))
+        return result
+
+    solution = solve(packing(2, (2.6, 1.0)), algorithm=algorithm, search=search, timeout=20.0)
+    assert solution.status == "solved"
+    for (task, bound, barren), (following, its_bound, _) in pairwise(seen):
+        assert not barren or (task, bound) != (following, its_bound)
