@@ -70,6 +70,17 @@ def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[
     yield from _aside(context, obj, start, _laid)
 
 
+def sample_exposed_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
+    """Yield (grasp that takes an object up, place over the table's edge where it lays it down flat).
+
+    There a hand can take up again what lies flat on every face; nothing for what does not.
+    """
+    if not lies_flat(context.scene, obj):
+        context.fail(f"{obj} need not hang over the table's edge to be taken up again")
+        return
+    yield from _aside(context, obj, start, _exposed)
+
+
 def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[tuple[Grasp, Placement]]:
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     free, blocked = list[Grasp](), list[Grasp]()
@@ -147,6 +158,18 @@ def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
     if second_best is None:
         context.fail(f"no place was found where the arm can lay {obj} down")
     return second_best
+
+
+def _exposed(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+    """A place over the table's edge where the arm can lay an object down by a grasp, and take it up by another one."""
+    for place in _over_edges(context, obj):
+        if clock.now() > context.deadline:
+            return None
+        detached = Detached.of(context, context.deadline)
+        if lays(detached, obj, place, grasp) and can_grip(detached, obj, place):
+            return place
+    context.fail(f"no place over an edge was found where the arm can lay {obj} down and take it up again")
+    return None
 
 
 def _taken_up_again(context: Context, obj: str, place: Placement) -> bool:

@@ -64,6 +64,7 @@ SCENARIOS_OF = {
     "plan-laying": "lay_book",
     "sample-put-aside": "lay_book",
     "sample-laid-aside": "lay_aside",
+    "sample-exposed-aside": "lay_aside",
     "sample-regrasp": "regrasp_into_box",
     "regrasp-kinematics": "regrasp_into_box",
     "plan-sliding": "slide_box",

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import tamp
+from tamp.task import Grip
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -26,6 +27,17 @@ def test_a_block_for_the_corner_of_a_deep_box_is_dropped_into_it(seed):
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "lay-on"]
     run = tamp.execute(task, plan, monitor=None)
     assert tamp.score(task, run.final_poses).ede_m < 0.03
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_disc_that_hangs_over_the_edge_meanwhile_trades_places_with_what_it_lies_on(seed):
+    task = tamp.load_task(SCENARIOS / "lay_over_edge.yaml")
+    plan = tamp.plan(task, seed=seed, timeout=100.0)
+    grips = [step.attachment.object for step in plan.steps if isinstance(step, Grip)]
+    assert grips == ["disc", "block", "disc", "block"]
+    run = tamp.execute(task, plan)
+    assert run.status == "done"
+    assert tamp.score(task, run.final_poses).ede_m < 0.01
 
 
 def test_a_disc_that_no_hand_can_put_down_flat_is_laid_aside():

@@ -27,6 +27,7 @@ USED = {
     "plan-laying": "lay_book",
     "sample-put-aside": "lay_aside",
     "sample-laid-aside": "lay_aside",
+    "sample-exposed-aside": "lay_over_edge",
     "plan-sliding": "slide_box",
     "plan-detour": "slide_twice",
     "plan-toppling": "topple_pail",

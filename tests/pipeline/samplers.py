@@ -28,7 +28,10 @@ def no_grasp(context, obj):
 
 NO_HANDS = {
     "sample-grasp": no_grasp,
-    **dict.fromkeys(("sample-regrasp", "sample-put-aside", "sample-laid-aside", "sample-exposed-grasp"), nothing),
+    **dict.fromkeys(
+        ("sample-regrasp", "sample-put-aside", "sample-laid-aside", "sample-exposed-aside", "sample-exposed-grasp"),
+        nothing,
+    ),
 }
 """Of every stream that draws grasps."""
 

@@ -15,7 +15,7 @@ from tamp.streams.collisions import handling_hits
 from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.placing import put_aside as laid_aside
-from tamp.streams.placing.put_aside import FUTILE, sample_laid_aside, sample_put_aside
+from tamp.streams.placing.put_aside import FUTILE, sample_exposed_aside, sample_laid_aside, sample_put_aside
 from tamp.streams.pushing.grasp_after_push import can_grip
 from tamp.streams.releasing.tilted_release import plan_laying
 from tamp.streams.values import Placement
@@ -122,3 +122,17 @@ def test_what_lies_flat_on_every_face_is_laid_where_a_hand_can_take_it_up_again(
     assert all(hangs_over(workspace, "disc", place) for place in places)
     assert all(can_grip(context, "disc", place) for place in places)
     assert all(graspable(workspace, "disc", place) for place in places)
+
+
+def test_what_lies_flat_on_every_face_hangs_over_an_edge_where_the_same_plan_takes_it_up_again(workspace):
+    context = ToldContext(workspace, bound=tuple(at(*item) for item in workspace.start.items()))
+    for grasp, place in islice(sample_exposed_aside(context, "disc", workspace.start["disc"]), 3):
+        assert hangs_over(workspace, "disc", place)
+        assert can_grip(ToldContext(workspace), "disc", place)
+        assert next(plan_laying(ToldContext(workspace), "disc", place, grasp), None) is not None
+
+
+def test_what_can_be_taken_up_from_the_table_need_not_hang_over_its_edge(workspace):
+    context = ToldContext(workspace)
+    assert list(sample_exposed_aside(context, "block", workspace.start["block"])) == []
+    assert "need not hang over" in context.reasons[0]

@@ -34,7 +34,12 @@ PUT_ASIDE = Skill(
     samplers={
         "sample-put-aside": "tamp.streams.placing.put_aside:sample_put_aside",
         "sample-laid-aside": "tamp.streams.placing.put_aside:sample_laid_aside",
+        "sample-exposed-aside": "tamp.streams.placing.put_aside:sample_exposed_aside",
     },
-    info={"sample-put-aside": FRESH, "sample-laid-aside": replace(FRESH, cost=EFFORT)},
+    info={
+        "sample-put-aside": FRESH,
+        "sample-laid-aside": replace(FRESH, cost=EFFORT),
+        "sample-exposed-aside": replace(FRESH, cost=EFFORT),
+    },
     affordances=affordances,
 )
