@@ -157,6 +157,17 @@ def test_where_no_hand_has_room_only_the_nearest_are_looked_at(crowded):
     assert 0 < len(list(substitutes(crowded, "high", anywhere, lambda R: False))) <= UNFIT
 
 
+@pytest.mark.parametrize("occupied", [False, True])
+def test_where_no_hand_has_room_the_neighbours_of_a_goal_are_looked_at_if_something_else_is_there(occupied):
+    goal = Pose((0.1, -0.1, 0.03))
+    thing = Object("thing", Box((0.06, 0.06, 0.06)), Pose((0.0, 0.2, 0.03)), At(goal))
+    other = Object("other", Box((0.06, 0.06, 0.06)), Pose((0.1, -0.1 if occupied else 0.3, 0.03)))
+    workspace = workspace_of(thing, other)
+    workspace = replace(workspace, goals={"thing": Placement(goal, ("table",))})
+    found = next(substitutes(workspace, "thing", anywhere, lambda R: False), None)
+    assert (found is not None) == occupied
+
+
 def test_places_as_a_hand_can_turn_the_object_are_looked_at_further_away(crowded):
     upright = HIGH.goal.pose.matrix[:3, :3]
     places = substitutes(crowded, "high", anywhere, lambda R: abs(R[2] @ upright[2]) < 0.5)
