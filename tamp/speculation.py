@@ -132,8 +132,7 @@ def _fork(link: _Link) -> tuple[int, Connection]:
     at, parent = clock.now(), os.getpid()
     ahead = replace(link, outlet=outlet, place=link.place + 1)
     ahead.working[ahead.place] = 1
-    for stream in (sys.stdout, sys.stderr):  # what waits there would be written twice
-        stream.flush()
+    _flush()  # what waits there would be written twice
     child = os.fork()
     if child != 0:
         outlet.close()
@@ -150,6 +149,11 @@ def _fork(link: _Link) -> tuple[int, Connection]:
     return child, inlet
 
 
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+
+
 def _end(work: Callable[[], Any]) -> NoReturn:
     """Do the work, send what comes of it, and end: by then this may be another process than began it."""
 
@@ -164,13 +168,12 @@ def _end(work: Callable[[], Any]) -> NoReturn:
                 outcome = ("returned", work())
         except BaseException as error:
             outcome = ("raised", (error, traceback.format_exc()))
+        _flush()  # whoever reads the outcome ends this process
         try:
             send(*outcome, clock.now())
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             refusal = TampError(f"with more threads than one, outcomes are pickled: {error}")
             send("raised", (refusal, traceback.format_exc()), clock.now())
-        for stream in (sys.stdout, sys.stderr):
-            stream.flush()
     finally:
         os._exit(0)
 

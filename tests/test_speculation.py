@@ -163,6 +163,23 @@ def test_processor_time_counts_what_leads_to_the_outcome() -> None:
     assert inside <= outside + 0.02 <= inside + 0.3
 
 
+def test_what_is_printed_is_printed_once(tmp_path: Path) -> None:
+    script = tmp_path / "prints.py"
+    script.write_text(
+        "from tamp.speculation import presumed, speculating\n"
+        "print('before')\n"
+        "def work():\n"
+        "    print('first')\n"
+        "    presumed(lambda: None, None)\n"
+        "    print('second')\n"
+        "speculating(work, 2)\n"
+        "print('after')\n",
+        encoding="utf-8",
+    )
+    said = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True).stdout
+    assert said.split() == ["before", "first", "second", "after"]
+
+
 def test_all_end_with_who_asked(tmp_path: Path) -> None:
     script = tmp_path / "asks.py"
     script.write_text(
