@@ -8,7 +8,6 @@ Speculative computation, parallelism, and functional programming.)
 
 from __future__ import annotations
 
-import ctypes
 import mmap
 import os
 import pickle
@@ -25,10 +24,10 @@ from typing import Any, NoReturn, TypeVar
 
 from tamp import clock
 from tamp.errors import TampError
+from tamp.parent import end_with_parent
 
 T = TypeVar("T")
 
-PR_SET_PDEATHSIG = 1  # from linux/prctl.h
 LONGEST = 1024  # processes one after the other, of which all but the last few only wait
 
 
@@ -137,7 +136,7 @@ def _fork(link: _Link) -> tuple[int, Connection]:
     if child != 0:
         outlet.close()
         return child, inlet
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    end_with_parent()
     if os.getppid() != parent:  # it ended before that
         os._exit(1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # who asked is interrupted, and ends all

@@ -21,7 +21,8 @@ ALLOWED = {
     "clock": set(),
     "compiled": set(),
     "threads": set(),
-    "speculation": {"clock", "errors"},
+    "parent": set(),
+    "speculation": {"clock", "parent", "errors"},
     "versions": set(),
     "plugins": {"errors"},
     "results": {"errors", "frozen"},
@@ -47,7 +48,7 @@ ALLOWED = {
         "clock", "domains", "streams", "planning", "language", "world", "checking", "execution", "perception",
         "scoring", "results", "speculation", "threads", "versions", "plugins", "task", "errors", "frozen",
     },
-    "batch": {"clock", "pipeline", "results", "versions", "task", "errors"},
+    "batch": {"clock", "parent", "pipeline", "results", "versions", "task", "errors"},
     "contest": {
         "clock", "perception", "execution", "scoring", "formats", "report", "pipeline", "results", "versions", "world",
         "task", "errors",

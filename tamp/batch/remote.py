@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tamp.batch.pool import Job, Outcome, run_jobs
-from tamp.batch.worker import end_with_parent
+from tamp.parent import end_with_parent
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import importlib
 import json
@@ -17,8 +16,8 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from tamp.clock import watched
+from tamp.parent import end_with_parent
 
-PR_SET_PDEATHSIG = 1  # from linux/prctl.h
 FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -69,9 +68,3 @@ def _detach() -> None:
     os.dup2(2, 1)  # it belongs to whoever asked for results; samplers and native libraries print where they like
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
-
-
-def end_with_parent() -> None:
-    """Be killed when the parent ends, however it does; on Linux only."""
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

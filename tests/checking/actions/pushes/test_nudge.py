@@ -3,24 +3,11 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-import tamp
 from tamp.checking import check
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Move, Object, Pose
 
 SCENARIO = Path(__file__).parents[4] / "scenarios" / "nudge_in_crate.yaml"
-
-
-@pytest.fixture(scope="module")
-def task():
-    return tamp.load_task(SCENARIO)
-
-
-@pytest.fixture(scope="module")
-def plan(task):
-    return tamp.plan(task, seed=0, timeout=100.0)
 
 
 def edited(plan, edit):

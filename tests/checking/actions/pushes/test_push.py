@@ -20,16 +20,6 @@ from tests.checking.mutations import PUSHES, push_what_slips
 SCENARIO = Path(__file__).parents[4] / "scenarios" / "slide_box.yaml"
 
 
-@pytest.fixture(scope="module")
-def task():
-    return tamp.load_task(SCENARIO)
-
-
-@pytest.fixture(scope="module")
-def plan(task):
-    return tamp.plan(task, seed=0, timeout=100.0)
-
-
 def pushing(plan):
     return next(s for a in plan.actions for s in a.steps if isinstance(s, Move) and s.pushed)
 

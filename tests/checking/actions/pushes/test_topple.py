@@ -17,16 +17,6 @@ SCENARIO = Path(__file__).parents[4] / "scenarios" / "topple_pail.yaml"
 CORRUPTIONS = {**TOPPLES, **FALLS}
 
 
-@pytest.fixture(scope="module")
-def task():
-    return tamp.load_task(SCENARIO)
-
-
-@pytest.fixture(scope="module")
-def plan(task):
-    return tamp.plan(task, seed=0, timeout=100.0)
-
-
 def edited(plan, edit, kind=Move):
     """The plan with the push of its topple changed, or its fall."""
     actions = list(plan.actions)
