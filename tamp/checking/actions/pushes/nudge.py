@@ -21,10 +21,10 @@ from tamp.checking.actions.pushes.push import (
     founded,
     tipping,
     touched_behind,
+    unfollowed,
     watch,
 )
 from tamp.checking.physics.support import balanced, carriers
-from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import TABLE, Scene, State
 
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     """Judge a motion that nudges an object; afterwards the object rests where the hand has left it."""
     name, under = pushed.object, carriers(scene, state, pushed.object, allow).bodies
     move = founded(move, name, under)
-    if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
-        check_move(scene, state, move, allow, report)
+    if unfollowed(scene, state, move, allow, report):
         return
     seen = watch(scene, move, pushed, allow, report)
     if seen is None:

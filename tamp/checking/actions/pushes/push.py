@@ -49,8 +49,7 @@ What is high may slip sooner: of 15 slides 20 degrees aslant, where friction hol
 def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
     """Judge a motion that pushes an object; afterwards the object stands where the hand has left it."""
     name, move = pushed.object, founded(move, pushed.object, (TABLE,))
-    if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
-        check_move(scene, state, move, allow, report)
+    if unfollowed(scene, state, move, allow, report):
         return
     seen = watch(scene, move, pushed, allow, report)
     if seen is None:
@@ -76,6 +75,14 @@ def check_stopped(scene: Scene, state: State, name: str, ahead: Array, allow: To
 def founded(move: Move, name: str, under: Iterable[str]) -> Move:
     """The motion with a word on contacts only that makes sense: what is pushed may touch what carries it, no others."""
     return replace(move, contacts=frozenset(pair for pair in move.contacts if {*pair} in ({name, on} for on in under)))
+
+
+def unfollowed(scene: Scene, state: State, move: Move, allow: Tolerances, report: Report) -> bool:
+    """Judge a motion as any other where no empty hand pushes, or its trajectory is malformed; whether that is so."""
+    found = state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None
+    if found:
+        check_move(scene, state, move, allow, report)
+    return found
 
 
 def watch(scene: Scene, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> Looks | None:

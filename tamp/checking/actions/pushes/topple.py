@@ -14,10 +14,9 @@ import numpy as np
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.grip_and_release import check_attachment, check_strayed
 from tamp.checking.actions.left_standing import check_uncovered
-from tamp.checking.actions.pushes.push import aslant, check_force, founded, touched_behind, watch
+from tamp.checking.actions.pushes.push import aslant, check_force, founded, touched_behind, unfollowed, watch
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
-from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
 if TYPE_CHECKING:
@@ -37,8 +36,7 @@ LEAST = 0.02  # a smaller turn is none [rad]
 def check_topple(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
     """Judge a motion that pushes an object over; afterwards it stands on the edge where the hand has left it."""
     name, move = pushed.object, founded(move, pushed.object, (TABLE,))
-    if state.held is not None or malformed(move.trajectory, scene.links.tree.spec) is not None:
-        check_move(scene, state, move, allow, report)
+    if unfollowed(scene, state, move, allow, report):
         return
     under = carriers(scene, state, name, allow).bodies
     if under != (TABLE,):
