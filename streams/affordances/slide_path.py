@@ -37,7 +37,7 @@ OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over th
 LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
 LONGEST = 0.7  # way that is worth trying [m]
 STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
-SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m]
+ROUND = 0.3  # a side may be curved: its normals differ from the one in its middle by less than this [rad]
 DIGITS = 6  # of slants in radians: what differs by less is the same
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
@@ -159,11 +159,14 @@ def _directions(workspace: Workspace, obj: str, placement: Placement) -> Iterato
 
 
 def _steepness(workspace: Workspace, obj: str, placement: Placement, behind: Array) -> float:
-    """How far the side of an object that is outermost in a direction, (2,), leans there, in the middle [rad]."""
+    """How far the side of an object that is outermost in a direction, (2,), leans back there, in the middle [rad].
+
+    Upright fingers press on one that overhangs with their flat, at its upper edge, and so level.
+    """
     T, surface = placement.pose.matrix[:3, :3], felt_surface(workspace, obj)
     normals, along = surface.normals @ T.T, surface.points @ T[:2].T @ behind
     flank = (normals[:, :2] @ behind > FACING) & (along > along.max() - FLANK)
-    return float(np.median(np.abs(np.arcsin(np.clip(normals[flank, 2], -1.0, 1.0))))) if flank.any() else 0.0
+    return float(np.median(np.arcsin(np.clip(normals[flank, 2], 0.0, 1.0)))) if flank.any() else 0.0
 
 
 def edges(workspace: Workspace, obj: str, placement: Placement) -> list[Edge]:
@@ -213,9 +216,13 @@ def _outline_points(workspace: Workspace, obj: str, placement: Placement) -> Arr
 
 
 def _sides(points: Array) -> Iterator[tuple[Array, Array]]:
-    """Flat sides of an object seen from above, the widest first: outward normal (2,) and the points (n, 2) on it."""
+    """Sides of an object seen from above, the widest first: outward normal (2,) and the corners (n, 2) between.
+
+    A side is flat, or hardly curved, as part of a plate's rim is.
+    """
     corners = outline(points)
-    edges = np.roll(corners, -1, axis=0) - corners
+    ends = np.roll(corners, -1, axis=0)
+    edges = ends - corners
     lengths = np.linalg.norm(edges, axis=1)
     normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.maximum(lengths, 1e-12)[:, None]
     kept: list[Array] = []
@@ -223,7 +230,8 @@ def _sides(points: Array) -> Iterator[tuple[Array, Array]]:
         normal = normals[index]
         if lengths[index] > 0.0 and all(normal @ other < np.cos(APART) for other in kept):
             kept.append(normal)
-            yield normal, points[points @ normal > (points @ normal).max() - SIDE]
+            side = normals @ normal > np.cos(ROUND)
+            yield normal, np.concatenate([corners[side], ends[side]])
 
 
 def _turned(vector: Array, angle: float) -> Array:

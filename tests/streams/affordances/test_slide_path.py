@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tamp.streams.affordances.slide_path import FIRM, STEADY, directions, slidable, ways
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
-from tamp.task import Box, Mesh, Object, Pose
+from tamp.task import Box, Cylinder, Mesh, Object, Pose
 from tamp.task.mesh.parts import convex_hull
 from tests.streams.tables import corners, workspace_of
 from tests.task.meshes import parts_obj
@@ -117,19 +117,38 @@ def test_less_slanted_ways_are_tried_before_others_that_hang_over_as_far(workspa
     assert len({round(way.slant, 5) for way in found}) > 1
 
 
-def test_a_side_that_leans_is_pushed_less_aslant(tmp_path):
-    """The fingers press on it in space; that and the slant together stay within what the checker grants."""
+def frustum(folder, name, step):
+    """A flat thing whose sides step inwards [m] from its foot to its top; outwards where that is negative."""
     x, y, z = (np.array(corner) for corner in zip(*np.ndindex(2, 2, 2), strict=True))
-    leaning = np.stack([0.17 * x - 0.016 * z * (2 * x - 1), 0.13 * y - 0.016 * z * (2 * y - 1), 0.045 * z], axis=1)
-    hull = convex_hull(leaning)
-    trimesh.Trimesh(hull.vertices, hull.faces, process=False).export(tmp_path / "leaning.obj")
-    thing = Object("leaning", Mesh(tmp_path / "leaning.obj"), Pose((0.0, 0.0, 0.0)), friction=1.0)
+    corners = np.stack([0.17 * x - step * z * (2 * x - 1), 0.13 * y - step * z * (2 * y - 1), 0.045 * z], axis=1)
+    hull = convex_hull(corners)
+    trimesh.Trimesh(hull.vertices, hull.faces, process=False).export(folder / f"{name}.obj")
+    return Object(name, Mesh(folder / f"{name}.obj"), Pose((0.0, 0.0, 0.0)), friction=1.0)
+
+
+def slants(thing):
+    scene = workspace_of(thing)
+    found = directions(scene, thing.name, scene.start[thing.name])
+    return {round(float(np.degrees(np.arccos(-way.ahead @ way.behind)))) for way in found}
+
+
+def test_a_side_that_leans_back_is_pushed_less_aslant(tmp_path):
+    """The fingers press on it in space; that and the slant together stay within what the checker grants."""
     straight = Object("straight", Box((0.17, 0.13, 0.045)), Pose((0.0, -0.3, 0.0225)), friction=1.0)
-    scene = workspace_of(thing, straight)
+    assert slants(straight) == {0, 10, 20}
+    assert slants(frustum(tmp_path, "leaning", 0.016)) == {0}
+    assert slants(frustum(tmp_path, "steep", 0.03)) == set()
 
-    def slants(name):
-        found = directions(scene, name, scene.start[name])
-        return {round(float(np.degrees(np.arccos(-way.ahead @ way.behind)))) for way in found}
 
-    assert slants("straight") == {0, 10, 20}
-    assert slants("leaning") == {0}
+def test_a_rim_that_overhangs_is_pushed_level_at_its_edge(tmp_path):
+    """As steeply as a plate's it may: upright fingers touch its upper edge with their flat."""
+    assert slants(frustum(tmp_path, "plate", -0.03)) == {0, 10, 20}
+
+
+def test_what_is_round_is_pushed_from_all_around():
+    """Its rim is wide enough between two places where it is turned a little to either side."""
+    scene = workspace_of(Object("disc", Cylinder(0.08, 0.02), Pose((0.05, 0.1, 0.01)), friction=0.5))
+    behind = {tuple(np.round(way.behind, 6)) for way in directions(scene, "disc", scene.start["disc"])}
+    angles = np.sort([np.degrees(np.arctan2(y, x)) for x, y in behind])
+    assert np.diff([*angles, angles[0] + 360.0]).max() < 45.0
+    assert ways(scene, "disc", scene.start["disc"])
