@@ -26,6 +26,7 @@ from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.perching import rolls_away
 from tamp.checking.physics.support import carriers
+from tamp.checking.physics.tumbling import sliding
 from tamp.checking.robot.sweep import Mover, touches, travelled
 
 if TYPE_CHECKING:
@@ -147,6 +148,7 @@ def _not_turning(
         yield f"{name} cannot fall flat by a turn of {np.degrees(angle):.0f} degrees"
         return
     points = carriers(scene, state, name, allow).points
+    friction = {other: scene.friction(name) * scene.friction(other) for other in points}
     if not points:
         yield f"{name} is let go in the air: no edge of it stands on anything"
         return
@@ -164,11 +166,14 @@ def _not_turning(
         yield f"{name} may not fall to that side: its centre of mass is hardly beyond the edge it stands on, or is not"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)
-    slid = [_slid(on, after @ inverse(before), center) for on in points.values()]
+    lean = float(np.arctan2(torque, high))
+    slid = [_slid(on, after @ inverse(before), center, sliding(friction[other], lean)) for other, on in points.items()]
     corners = scene.solids[name].hull.part.vertices @ before[:3, :3].T + before[:3, 3]
     if edge[:, 2].min() < corners[:, 2].min() + allow.standing:
         said = (scene.center_of_mass(name, after) - center)[:2]
-        slid.append(float(_between(-said, _rolled(corners - center, axis, angle))))
+        most = sliding(min(friction.values()), lean)
+        rolled = _rolled(corners - center, axis, angle)
+        slid.append(float(_between(said - rolled, rolled, most)))
     if min(slid) > allow.skid + min(beside, allow.corner):
         yield f"{name} is said to slide {1000 * min(slid):.0f} mm farther than it can while it falls"
 
@@ -188,20 +193,20 @@ def _rolled(arms: Array, axis: Array, angle: float) -> Array:
     return np.asarray(-np.cross(axis, lowest).mean(axis=0)[:2] * angle)
 
 
-def _slid(points: Array, T: Array, center: Array) -> float:
+def _slid(points: Array, T: Array, center: Array, most: float) -> float:
     """How much farther aside the fastest point of an edge, shape (n, 3), goes where T takes a body than it may [m].
 
     Where friction holds it, it stays, and the turn takes the centre of mass (3,) aside. On ice that falls straight
-    down, and the edge slides as far to the other side. All else is between.
+    down, and the edge slides as far to the other side. All else is between, by a share of that, at `most`.
     """
     edge, middle = ((each @ T[:3, :3].T + T[:3, 3] - each)[..., :2] for each in (points, center))
-    return float(_between(edge, middle - edge).max())
+    return float(_between(edge, middle - edge, most).max())
 
 
-def _between(edge: Array, turned: Array) -> Array:
-    """How far shifts of an edge, shape (..., 2), are from those between none and all of what the turn undoes [m]."""
+def _between(edge: Array, turned: Array, most: float) -> Array:
+    """How far shifts of an edge, shape (..., 2), are from those between 0 and a share of what the turn undoes [m]."""
     share = -(edge * turned).sum(axis=-1) / np.maximum((turned**2).sum(axis=-1), 1e-12)
-    return np.asarray(np.linalg.norm(edge + np.clip(share, 0.0, 1.0)[..., None] * turned, axis=-1))
+    return np.asarray(np.linalg.norm(edge + np.clip(share, 0.0, most)[..., None] * turned, axis=-1))
 
 
 def _turn(before: Array, after: Array) -> tuple[Array, float]:

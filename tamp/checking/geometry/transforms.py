@@ -28,3 +28,24 @@ def inverse(T: Array) -> Array:
     out[..., :3, 3] = -(R @ T[..., :3, 3:])[..., 0]
     out[..., 3, 3] = 1.0
     return out
+
+
+def turned(T: Array, pivot: Array, axis: Array, angle: float) -> Array:
+    """A pose turned about a unit axis through a point, each of shape (3,), by an angle [rad]."""
+    R = rotation(axis, angle)
+    found = T.copy()
+    found[:3, :3] = R @ T[:3, :3]
+    found[:3, 3] = R @ (T[:3, 3] - pivot) + pivot
+    return found
+
+
+def tilt(before: Array, after: Array) -> float:
+    """How far a body tips or rolls between two poses [rad]: to turn about the vertical takes it nowhere."""
+    return float(np.arccos(np.clip(before[2, :3] @ after[2, :3], -1.0, 1.0)))
+
+
+def veer(before: Array, after: Array) -> float:
+    """How far a body turns about the vertical between two poses, whatever it tips besides [rad]."""
+    R = after[:3, :3] @ before[:3, :3].T
+    along, none = 1 + R[2, 2] - R[0, 0] - R[1, 1], 1 + np.trace(R)  # squares of the quaternion's z and w, times four
+    return float(2 * np.arctan2(np.sqrt(max(along, 0.0)), np.sqrt(max(none, 0.0))))

@@ -6,11 +6,13 @@ touches, and so on.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.geometry.transforms import rotation
+from tamp.checking.geometry.transforms import turned
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
 
@@ -35,36 +37,58 @@ FAN = np.stack([np.cos(angles := np.linspace(0.0, 2 * np.pi, 72, endpoint=False)
 UP = (0.0, 0.0, 1.0)
 
 
+@dataclass(frozen=True, eq=False)
+class Tip:
+    """One turn of a body over what it stands on.
+
+    Attributes:
+        ahead: the level unit vector to the side that it tips to, shape (3,).
+        beyond: how far its centre of mass is beyond all that touches, that way [m].
+        angle: by which it turns [rad].
+        pivot: about which it does, shape (3,).
+        pose: where it is then, T_world_object, shape (4, 4).
+    """
+
+    ahead: Array
+    beyond: float
+    angle: float
+    pivot: Array
+    pose: Array
+
+
+def tips(scene: Scene, name: str, T: Array) -> Iterator[Tip]:
+    """How an object at T turns over on a level plane below it, slowly, until it lies flat."""
+    for _ in range(TURNS):
+        corners = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
+        touching = corners[corners[:, 2] < corners[:, 2].min() + TOUCHING]
+        reach = ((touching - scene.center_of_mass(name, T))[:, :2] @ FAN).max(axis=0)
+        worst = int(reach.argmin())
+        if reach[worst] > -TOUCHING:
+            return
+        ahead = np.append(FAN[:, worst], 0.0)  # that way the centre of mass is beyond all that touches
+        pivot = touching[(touching @ ahead).argmax()]
+        forward, high = (corners - pivot) @ ahead, corners[:, 2] - pivot[2]
+        in_front = forward > TOUCHING
+        angle = float(np.arctan2(high[in_front], forward[in_front]).min(initial=np.pi))
+        T = turned(T, pivot, np.cross(UP, ahead), angle)
+        yield Tip(ahead, -float(reach[worst]), angle, pivot, T)
+
+
 def righted(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
     """How far an object that stands on one level face moves until it lies flat on it, as the score measures it [m].
 
     0 where it stands on anything else, and where it only rolls over facets, which stand for something round.
     """
-    T = state.poses[name].copy()
-    if not _on_level_face(scene, state, name, allow):
+    T = state.poses[name]
+    if not on_level_face(scene, state, name, allow):
         return 0.0
-    for _ in range(TURNS):
-        corners = scene.solids[name].hull.part.vertices @ T[:3, :3].T + T[:3, 3]
-        touching = corners[corners[:, 2] < corners[:, 2].min() + TOUCHING]
-        reach = (touching - scene.center_of_mass(name, T))[:, :2] @ FAN
-        worst = int(reach.max(axis=0).argmin())
-        if reach[:, worst].max() > -TOUCHING:
-            break
-        ahead = np.append(FAN[:, worst], 0.0)  # that way the centre of mass is beyond all that touches
-        pivot = touching[(touching @ ahead).argmax()]
-        forward, high = (corners - pivot) @ ahead, corners[:, 2] - pivot[2]
-        beyond = forward > TOUCHING
-        turn = np.eye(4)
-        turn[:3, :3] = rotation(
-            np.cross(UP, ahead), float(np.arctan2(high[beyond], forward[beyond]).min(initial=np.pi))
-        )
-        turn[:3, 3] = pivot - turn[:3, :3] @ pivot
-        T = turn @ T
+    for tip in tips(scene, name, T):
+        T = tip.pose
     fallen = scene.center_of_mass(name, state.poses[name])[2] - scene.center_of_mass(name, T)[2]
     return scene.displacement(name, state.poses[name], T) if fallen > FALLS else 0.0
 
 
-def _on_level_face(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+def on_level_face(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     """Whether all that an object touches is one convex body, whose level face is under all of it that is near."""
     under = carriers(scene, state, name, allow)
     if len(under.patches) != 1 or not under.bodies:

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.geometry.solids import clearance
-from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.geometry.transforms import inverse, rotation, tilt, veer
 from tamp.checking.physics.perching import perched
 from tamp.checking.physics.support import balanced, carriers, height_above, stays_after
+from tamp.checking.physics.tumbling import tumbled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,7 +46,7 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
         allow: tolerances.
     """
     said, began = state.poses[name], written[name]
-    far, veered = scene.displacement(name, began, said), _veer(began, said)
+    far, veered = scene.displacement(name, began, said), veer(began, said)
     if far <= allow.placed and veered <= allow.veered:
         return 0.0
     inside, fallen = _falls(scene, state, name, began, allow)
@@ -56,6 +57,10 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
         return 0.0
     steady = any(stays(scene, state, name, fallen, drop, inside, allow) for stays in (_steady, _firm))
     jostled = _jostled(scene, state, name, written, allow)
+    if not (steady or jostled or inside > LANDED):
+        tipped = tumbled(scene, state, name, fallen, drop, allow)
+        if tipped is not None:
+            return tipped
     if left <= (allow.settling + pushed if jostled or not steady else 0.0):
         return 0.0
     if left <= allow.jostling and any(_moves(scene, state, other, written, allow) for other in jostled):
@@ -63,7 +68,7 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     if steady:
         return max(left, scene.solids[name].radius * veered)
     way = scene.center_of_mass(name, said) - scene.center_of_mass(name, fallen)
-    rolled = scene.solids[name].radius * _tilt(fallen, said)
+    rolled = scene.solids[name].radius * tilt(fallen, said)
     aside = float(np.hypot(way[0], way[1])) - allow.settling - drop - rolled
     risen = max(float(way[2]), _righted(scene, name, fallen, said)) - allow.settling - pushed
     beyond = max(aside, far - allow.falling, risen)
@@ -82,18 +87,6 @@ def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
     halfway = np.eye(4)
     halfway[:3, :3] = rotation(axis, angle / 2) @ before[:3, :3]
     return height_above(scene, name, after) - height_above(scene, name, halfway)
-
-
-def _tilt(before: Array, after: Array) -> float:
-    """How far a body tips or rolls between two poses [rad]: to turn about the vertical takes it nowhere."""
-    return float(np.arccos(np.clip(before[2, :3] @ after[2, :3], -1.0, 1.0)))
-
-
-def _veer(before: Array, after: Array) -> float:
-    """How far a body turns about the vertical between two poses, whatever it tips besides [rad]."""
-    R = after[:3, :3] @ before[:3, :3].T
-    along, none = 1 + R[2, 2] - R[0, 0] - R[1, 1], 1 + np.trace(R)  # squares of the quaternion's z and w, times four
-    return float(2 * np.arctan2(np.sqrt(max(along, 0.0)), np.sqrt(max(none, 0.0))))
 
 
 def _falls(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> tuple[float, Array]:

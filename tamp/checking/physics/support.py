@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.geometry.solids import clearance
-from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.contacts import Contacts, Patch, contacts
 from tamp.checking.scene import TABLE, Given, State
 
@@ -210,7 +210,7 @@ def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerance
     pivot, axis = found
     angle = STEP / scene.solids[name].radius
     for k in range(1, int(np.pi / angle)):
-        tilted = _turned(T, pivot, axis, k * angle)
+        tilted = turned(T, pivot, axis, k * angle)
         if scene.displacement(name, T, tilted) > allow.slump:
             return None
         without.poses[name] = tilted
@@ -246,12 +246,3 @@ def _tipping(carried: Contacts, center: Array) -> tuple[Array, Array] | None:
     if reach[worst] >= 0.0:
         return None
     return points[(points @ ways[worst]).argmax()], np.cross((0.0, 0.0, 1.0), ways[worst])
-
-
-def _turned(T: Array, pivot: Array, axis: Array, angle: float) -> Array:
-    """A pose turned about an axis through a point."""
-    R = rotation(axis, angle)
-    turned = T.copy()
-    turned[:3, :3] = R @ T[:3, :3]
-    turned[:3, 3] = R @ (T[:3, 3] - pivot) + pivot
-    return turned

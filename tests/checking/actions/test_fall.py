@@ -81,13 +81,19 @@ def test_a_fall_does_not_carry_an_object_elsewhere(task, plan):
     assert "is said to slide" in said(task, with_fall(plan, replace(fall, pose=beside)))
 
 
-@pytest.mark.parametrize("slid, possible", [(0.0, True), (0.015, True), (0.029, True), (0.05, False), (-0.02, False)])
-def test_an_edge_slides_from_the_side_that_is_up_and_no_farther_than_on_ice(slid, possible):
+@pytest.mark.parametrize(
+    ("slid", "friction", "possible"),
+    [
+        *((0.0, 0.01, True), (0.015, 0.01, True), (0.029, 0.01, True), (0.05, 0.01, False), (-0.02, 0.01, False)),
+        *((0.0, 0.5, True), (0.01, 0.5, True), (0.028, 0.5, False), (0.015, 1.0, False)),
+    ],
+)
+def test_an_edge_slides_from_the_side_that_is_up_and_as_far_as_friction_lets_it(slid, friction, possible):
     length, height, tilt = 0.09, 0.06, np.radians(40.0)
     pivot, flat = Pose((0.1, 0.2, 0.0)), Pose((length / 2, 0.0, height / 2))
     tilted = pivot @ Pose.from_rpy((0, 0, 0), (0, -tilt, 0)) @ flat
     assert pivot.xyz[0] + length / 2 - tilted.xyz[0] == pytest.approx(0.03, abs=1e-3)  # as far it slides on ice
-    brick = Object("brick", Box((length, 0.12, height)), tilted)
+    brick = Object("brick", Box((length, 0.12, height)), tilted, friction=friction)
     state = State({"brick": tilted.matrix}, np.array(load_robot("panda").home))
     found = []
     fall = Fall("brick", Pose((-slid, 0.0, 0.0)) @ pivot @ flat)

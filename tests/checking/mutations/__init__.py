@@ -102,7 +102,14 @@ from tests.checking.mutations.pushes import (
     push_what_sticks,
 )
 from tests.checking.mutations.solids import rocking_load, wedged_in
-from tests.checking.mutations.stacks import heavy_load, light_counterweight, stands_tilted, sunk_tower
+from tests.checking.mutations.stacks import (
+    falls_the_other_way,
+    falls_though_in_balance,
+    heavy_load,
+    light_counterweight,
+    stands_tilted,
+    sunk_tower,
+)
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
 
 __all__ = ["FALLS", "MUTATIONS", "PUSHES", "STACKS", "TOPPLES", "Mutation"]
@@ -162,6 +169,8 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     misnamed_phase: ("continuity",),
     sunk_tower: ("start",),
     stands_tilted: ("start",),
+    falls_the_other_way: ("start",),
+    falls_though_in_balance: ("start",),
     start_in_the_robot: ("start",),
     rocking_load: ("start",),
     wedged_in: ("collision",),

@@ -1,4 +1,4 @@
-"""Corruptions of stacks: masses with which they tip, bodies that are in each other, or stand tilted."""
+"""Corruptions of stacks: masses with which they tip, bodies that are in each other, stand tilted, or tip over."""
 
 from __future__ import annotations
 
@@ -45,3 +45,24 @@ def stands_tilted(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | No
     pose = Pose.from_rpy((*CORNER, up), (0.0, tilt, yaw))
     box = Object("tilted", Box((wide, 0.05, high)), pose)
     return replace(task, objects=(*task.objects, box)), replace(plan, start={**plan.start, box.name: pose})
+
+
+def falls_the_other_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A stick out of the way leans beyond its balance, and is said to lie on the other side of its edge."""
+    return _lies(task, plan, rng, rng.uniform(0.3, 0.9), -1)
+
+
+def falls_though_in_balance(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A stick out of the way leans a little, would stand up, and is said to lie."""
+    return _lies(task, plan, rng, rng.uniform(0.02, 0.06), int(rng.choice([-1, 1])))
+
+
+def _lies(task: Task, plan: Plan, rng: np.random.Generator, lean: float, side: int) -> Pair:
+    """A stick that leans to the right on its edge, and is said to lie on one side of that."""
+    wide, high = rng.uniform(0.03, 0.035), rng.uniform(0.16, 0.2)
+    edge = Pose.from_rpy((*CORNER, 0.0), (0.0, 0.0, rng.uniform(-np.pi, np.pi)))
+    leans = edge @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, lean, 0.0)) @ Pose((-wide / 2, 0.0, high / 2))
+    lies = edge @ Pose.from_rpy((side * high / 2, 0.0, wide / 2), (0.0, side * np.pi / 2, 0.0))
+    stick = Object("stick", Box((wide, 0.05, high)), leans)
+    task = replace(task, objects=(*task.objects, stick))
+    return task, replace(plan, start={**plan.start, stick.name: lies})

@@ -17,6 +17,7 @@ from tests.checking.oracle.bodies import body_of, tool_at
 from tests.checking.oracle.bookkeeping import bookkeeping
 from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
+from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.tilting import tipping
@@ -56,6 +57,7 @@ class Oracle:
         return (
             bookkeeping(plan)
             or start(quick)
+            or leaning(quick)
             or tipping(quick)
             or self._replay(quick, plan, sweep=False)
             or goals(quick, plan)
