@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,19 +11,21 @@ import numpy as np
 
 from tamp import clock
 from tamp.execution.log import Deviation
+from tamp.execution.recovery import can_carry
 from tamp.execution.simulators import DEFAULT
 from tamp.perception.belief.absence import absent
-from tamp.perception.belief.belief import UNCERTAIN, Belief, updated
+from tamp.perception.belief.belief import UNCERTAIN, Belief, nearest_turn, updated
 from tamp.perception.belief.next_view import next_views, unseen
 from tamp.perception.belief.rest import at_rest
 from tamp.perception.cameras.camera import Camera, Frame
 from tamp.perception.estimate import Estimate
+from tamp.perception.estimation.in_hand import estimate_held
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.perceiver import Perceiver, ask
 from tamp.perception.rendering.surface import Surface
 from tamp.perception.workcell.moving import go_to
 from tamp.perception.workcell.workcell import Workcell
-from tamp.task import Pose, Task
+from tamp.task import Attachment, Pose, Step, Task
 from tamp.world.world import World
 
 if TYPE_CHECKING:
@@ -93,6 +95,25 @@ class Observer:
         frames = [self.cell.frame(camera.name) for camera in self.cell.cameras if not camera.viewpoints]
         gone = absent(frames, self.looks, expected, self.task.table)
         return Deviation(min(gone), "disturbed", math.nan, math.nan) if gone else None
+
+    def in_hand(self, held: Attachment, expected: Mapping[str, Pose]) -> Pose | None:
+        """Where a held object lies in the tool frame, by what all cameras see from where they are; None: not told."""
+        robot = self.world.robot
+        tool = Pose.from_matrix(robot.forward(np.array(self.cell.configuration())))
+        poses = {**expected, held.object: tool @ held.T_tool_object}
+        frames = [self.cell.frame(camera.name) for camera in self.cell.cameras]
+        began = clock.now()
+        axis = robot.spec.gripper.axis
+        found = estimate_held(frames, self._models, poses, held.object, tool, axis, self.task.table)
+        self.spent_s += clock.now() - began
+        if found.pose is None or found.confidence < SURE:
+            return None
+        turned = nearest_turn(self._models[held.object], found.pose, poses[held.object])
+        return tool.inverse() @ turned
+
+    def can_carry(self, held: Attachment, expected: Mapping[str, Pose], steps: Sequence[Step]) -> bool:
+        """Whether a held object, as it lies in the hand, meets nothing that is known until it is let go."""
+        return can_carry(self.world, expected, held, steps)
 
     def _frames(self, poses: Mapping[str, Pose]) -> Iterator[Frame]:
         """What every camera sees from its viewpoints; those that stand look with the arm at home, out of their way."""

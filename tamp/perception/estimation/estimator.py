@@ -143,16 +143,9 @@ def _masked(scene: Volume, model: ObjectModel, own: NDArray[np.int64], rng: np.r
     """Candidates from an object's own points alone; what it may explain of others' points does not count."""
     if len(own) < 5:
         return []
-    volume = _of_points(scene, own)
+    volume = scene.of_points(own)
     found = candidates(volume, model, cKDTree(volume.cloud.points), rng)
     return [Candidate(c.pose, own[c.points], c.weights, c.hits, c.violations, c.free_area) for c in found]
-
-
-def _of_points(scene: Volume, some: NDArray[np.int64]) -> Volume:
-    """The same space with some of the measured points alone, by their indices; what was seen through stays so."""
-    number = np.full(len(scene.cloud.points) + 1, -1, dtype=np.int32)
-    number[some] = np.arange(len(some), dtype=np.int32)
-    return Volume(scene.cloud.at(some), scene.origin, np.asarray(number[scene.nearest]), scene.free)
 
 
 def _seek_again(
@@ -171,7 +164,7 @@ def _seek_again(
         if k >= 0 and gain > 0.75 * len(found[i][k].points) and found[i][k].violations < 0.05:
             continue
         left = np.flatnonzero(selection.covered(without=i) < LEFT)
-        volume = _of_points(scene, left)
+        volume = scene.of_points(left)
         rest = candidates(volume, model, cKDTree(volume.cloud.points), np.random.default_rng([seed, i]))
         more = judged(scene, model, np.array([candidate.pose for candidate in rest]))
         came = came or bool(more)

@@ -49,16 +49,28 @@ class Volume:
         """
         return look_up_all(points, *self.cells)
 
+    def of_points(self, some: NDArray[np.int64]) -> Volume:
+        """The same space with some of the measured points alone, by their indices; what was seen through stays so."""
+        number = np.full(len(self.cloud.points) + 1, -1, dtype=np.int32)
+        number[some] = np.arange(len(some), dtype=np.int32)
+        return Volume(self.cloud.at(some), self.origin, np.asarray(number[self.nearest]), self.free)
+
     @property
     def cells(self) -> tuple[Array, float, NDArray[np.int32], NDArray[np.bool_]]:
         """What `matching` is told of the volume: origin, edge of a cell [m], `nearest` and `free`."""
         return self.origin, VOXEL, self.nearest, self.free
 
 
-def survey(frames: Sequence[LevelFrame], cloud: Cloud) -> Volume:
-    """The volume around a cloud, as the frames saw it."""
-    lower = np.append(cloud.points[:, :2].min(axis=0) - MARGIN, 0.0)
-    upper = cloud.points.max(axis=0) + MARGIN
+def survey(frames: Sequence[LevelFrame], cloud: Cloud, within: tuple[Array, Array] | None = None) -> Volume:
+    """The volume around a cloud, as the frames saw it.
+
+    Args:
+        frames: what was seen.
+        cloud: the points.
+        within: least and greatest corner of what may be occupied, shape (3,) each; None is a little around the cloud.
+    """
+    lower, upper = (cloud.points.min(axis=0) - MARGIN, cloud.points.max(axis=0) + MARGIN) if within is None else within
+    lower = np.append(lower[:2], 0.0)
     shape = np.ceil((upper - lower) / VOXEL).astype(int)
     free = np.zeros(tuple(shape), dtype=bool)
     for frame in frames:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
+from tamp.execution.action_execution import DRAWING_BACK, PUT_BACK
 from tamp.execution.log import ActionLog, Deviation, Execution, Kind, Status
+from tamp.execution.monitor import Monitor
+from tamp.execution.recovery import undone
 from tamp.execution.simulator import GRAVITY
 from tamp.perception.workcell.workcell import Workcell
-from tamp.task import Action, Fall, Grip, Move, Object, Plan, Pose, Release, Step
+from tamp.task import Action, Attachment, Fall, Grip, Move, Object, Plan, Pose, Release, Step
 from tamp.world.robot.model import robot_model
 
 EMPTY = 0.4
@@ -24,11 +29,18 @@ FALL_S = 2.0
 REST_S = 0.15
 """A moment for an object that was let go [s]."""
 
-DRAWING_BACK = ("lift", "retreat")
-"""What is still done of an action whose object is lost."""
 
-Watch = Callable[[Mapping[str, Pose]], Deviation | None]
-"""Told where everything should be while the hand is empty; answers with what clearly is not there."""
+class Onlooker(Protocol):
+    """Looks on while a plan is carried out; everywhere `expected` is object -> where it should be (world frame)."""
+
+    def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
+        """Something that clearly is not where it should be, the hand being empty."""
+
+    def in_hand(self, held: Attachment, expected: Mapping[str, Pose]) -> Pose | None:
+        """Where a held object lies in the tool frame, by what is seen of it; None where that tells nothing."""
+
+    def can_carry(self, held: Attachment, expected: Mapping[str, Pose], steps: Sequence[Step]) -> bool:
+        """Whether an object, as it lies in the hand, meets no other while the steps are done."""
 
 
 @dataclass
@@ -46,6 +58,7 @@ class _Tally:
     attempted: int = 0
     succeeded: int = 0
     lost: Deviation | None = None
+    slipped: tuple[Deviation, ...] = ()
 
 
 @dataclass
@@ -56,17 +69,23 @@ class Operation:
         cell: where.
         objects: by name; their masses and friction decide how firmly they are held.
         limit_s: nothing is begun after this time in the cell [s].
-        watch: asked after each time that the hand has let go of something; None looks at nothing.
+        onlooker: asked after each lift how the object lies in the hand, and after each time that the hand has let go of
+            something or pushed it; None looks at nothing.
+        monitor: how far an object may move in the hand.
     """
 
     cell: Workcell
     objects: Mapping[str, Object]
     limit_s: float
-    watch: Watch | None = None
+    onlooker: Onlooker | None = None
+    monitor: Monitor = field(default_factory=Monitor)
     _hand: _Hand = field(default_factory=_Hand)
+    _put_back: Counter[str] = field(default_factory=Counter)
 
     def carry_out(self, plan: Plan) -> Execution:
-        """Run a plan to its end, or until fingers close on nothing, lose what they hold, or the watch objects.
+        """Run a plan to its end, or until fingers close on nothing, lose what they hold, or the onlooker objects.
+
+        What is seen to have turned in the hand so that it would meet others on its way is put back where it was.
 
         Returns:
             The execution, with poses as the plan has them as far as it was carried out: look before you trust them.
@@ -75,8 +94,9 @@ class Operation:
         log: list[ActionLog] = []
         stop: Deviation | None = None
         status: Status = "done"
-        for action in plan.actions:
-            entry, lost = self._perform(action, expected)
+        for index, action in enumerate(plan.actions):
+            after = [step for later in plan.actions[index + 1 :] for step in later.steps]
+            entry, lost = self._perform(action, expected, after)
             log.append(entry)
             stop = lost or self._seen(action, expected)
             if stop is not None:
@@ -91,17 +111,54 @@ class Operation:
 
     def _seen(self, action: Action, expected: Mapping[str, Pose]) -> Deviation | None:
         moved = any(isinstance(s, Release | Fall) or (isinstance(s, Move) and s.pushed) for s in action.steps)
-        return None if self.watch is None or self._hand.grip is not None or not moved else self.watch(expected)
+        if self.onlooker is None or self._hand.grip is not None or not moved:
+            return None
+        return self.onlooker.watch(expected)
 
-    def _perform(self, action: Action, expected: dict[str, Pose]) -> tuple[ActionLog, Deviation | None]:
-        began, tally = self.cell.time, _Tally()
-        for step in action.steps:
-            if tally.lost is None or (isinstance(step, Move) and step.phase in DRAWING_BACK):
-                self._step(step, expected, tally)
-        deviations = () if tally.lost is None else (tally.lost,)
+    def _perform(
+        self, action: Action, expected: dict[str, Pose], after: Sequence[Step]
+    ) -> tuple[ActionLog, Deviation | None]:
+        began, tally, start = self.cell.time, _Tally(), dict(expected)
+        for index, step in enumerate(action.steps):
+            if tally.lost is not None and not (isinstance(step, Move) and step.phase in DRAWING_BACK):
+                continue
+            proven = tally.succeeded > 0
+            self._step(step, expected, tally)
+            if tally.succeeded and not proven:
+                ahead = (*action.steps[index + 1 :], *after)
+                if self._is_put_back(action.steps[: index + 1], ahead, start, expected, tally):
+                    break
+        deviations = (*tally.slipped, *(() if tally.lost is None else (tally.lost,)))
         elapsed = self.cell.time - began
         entry = ActionLog(str(action), elapsed, tally.attempted, tally.succeeded, expected, deviations, 0.0)
         return entry, tally.lost
+
+    def _is_put_back(
+        self,
+        steps: Sequence[Step],
+        ahead: Sequence[Step],
+        start: Mapping[str, Pose],
+        expected: dict[str, Pose],
+        tally: _Tally,
+    ) -> bool:
+        """Take back a grip after which the object is seen to have moved in the hand and cannot be carried so."""
+        grip = self._hand.grip
+        if self.onlooker is None or grip is None:
+            return False
+        held, name = grip.attachment, grip.attachment.object
+        seen = self.onlooker.in_hand(held, start)
+        slipped = None if seen is None else self.monitor.slipped(name, held.T_tool_object, seen)
+        if seen is None or slipped is None:
+            return False
+        as_seen = replace(held, T_tool_object=seen)
+        if self._put_back[name] == PUT_BACK or self.onlooker.can_carry(as_seen, start, ahead):
+            tally.slipped = (slipped,)
+            return False
+        self._put_back[name] += 1
+        for step in undone(steps, start[name]):
+            self._step(step, expected, tally)
+        tally.lost = slipped
+        return True
 
     def _step(self, step: Step, expected: dict[str, Pose], tally: _Tally) -> None:
         match step:

@@ -69,6 +69,12 @@ class Loop:
     planner: Planner
     on_look: Callable[[Belief], None] | None = None
     _belief: Belief | None = field(default=None, init=False)
+    _operation: Operation = field(init=False)
+
+    def __post_init__(self) -> None:
+        task = self.knowledge.task
+        objects = {obj.name: obj for obj in task.objects}
+        self._operation = Operation(self.cell, objects, task.limits.execution_sim_s, self.observer)
 
     def run(self, *, execute: bool = True) -> None:
         """Look and plan; carry plans out and look again until all is where it should be, or nothing helps.
@@ -131,10 +137,7 @@ class Loop:
         return found and bool(self.planner.plans[-1].actions)
 
     def _carried_out(self, plan: Plan) -> Execution:
-        task = self.knowledge.task
-        objects = {obj.name: obj for obj in task.objects}
-        limit = task.limits.execution_sim_s
-        execution = Operation(self.cell, objects, limit, self.observer.watch).carry_out(plan)
+        execution = self._operation.carry_out(plan)
         done = plan.actions[: len(execution.log)]
         self.planner.facts = self.knowledge.domain.facts_after(self.planner.facts, done)
         return execution
@@ -159,6 +162,6 @@ class Loop:
 
 
 def _lost(execution: Execution) -> tuple[str, ...]:
-    """What the fingers felt to be elsewhere than it was thought to be."""
-    stop = execution.deviation
-    return (stop.object,) if stop is not None and stop.kind in ("missed", "dropped") else ()
+    """What fingers felt, or eyes saw in them, to be elsewhere than it was thought to be."""
+    off = [deviation for entry in execution.log for deviation in entry.deviations]
+    return tuple(dict.fromkeys(d.object for d in off if d.kind in ("missed", "dropped", "slipped")))

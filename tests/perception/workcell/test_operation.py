@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from tamp.execution.log import Deviation
 from tamp.perception.cameras.camera import Camera, Frame
-from tamp.perception.workcell.operation import Operation
+from tamp.perception.workcell.operation import Onlooker, Operation
 from tamp.task import (
     Action,
     Attachment,
@@ -21,6 +22,7 @@ from tamp.task import (
     Pose,
     Release,
     RobotSpec,
+    Step,
     Trajectory,
     load_robot,
 )
@@ -78,8 +80,43 @@ class Script:
         self.time += seconds
 
 
-def _run(cell: Script, limit: float = 100.0, watch: object = None) -> tuple[str, Deviation | None, int]:
-    execution = Operation(cell, {"box": BOX}, limit, watch).carry_out(PLAN)  # type: ignore[arg-type]
+@dataclass
+class Eyes:
+    """Sees what it is told to see.
+
+    Attributes:
+        hanging: where the box lies in the tool frame after each lift, one after the other; None is not seen.
+        passes: whether it meets nothing on its way.
+        gone: what `watch` answers.
+    """
+
+    hanging: list[Pose | None] = field(default_factory=list)
+    passes: bool = False
+    gone: Deviation | None = None
+    watched: list[dict[str, Pose]] = field(default_factory=list)
+    carried: list[Attachment] = field(default_factory=list)
+
+    def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
+        self.watched.append(dict(expected))
+        return self.gone
+
+    def in_hand(self, held: Attachment, expected: Mapping[str, Pose]) -> Pose | None:
+        assert held == HELD
+        assert expected == {"box": Pose()}, "where it was grasped"
+        return self.hanging.pop(0) if self.hanging else None
+
+    def can_carry(self, held: Attachment, expected: Mapping[str, Pose], steps: Sequence[Step]) -> bool:
+        assert steps[:2] == (*CARRY.steps, *PLACE.steps[:1])
+        self.carried.append(held)
+        return self.passes
+
+
+ONCE = Plan("t", "panda", 0, {"box": Pose()}, (0.0,) * 7, {}, (PICK, CARRY, PLACE))
+DROOPING = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.8, 0.0))
+
+
+def _run(cell: Script, limit: float = 100.0, onlooker: Onlooker | None = None) -> tuple[str, Deviation | None, int]:
+    execution = Operation(cell, {"box": BOX}, limit, onlooker).carry_out(PLAN)
     return execution.status, execution.deviation, len(execution.log)
 
 
@@ -111,17 +148,45 @@ def test_nothing_is_begun_after_the_limit() -> None:
 
 
 def test_whoever_watches_is_asked_once_the_hand_is_empty() -> None:
-    asked: list[dict[str, Pose]] = []
-
-    def watch(expected: dict[str, Pose]) -> Deviation:
-        asked.append(dict(expected))
-        return Deviation("box", "disturbed", 0.0, 0.0)
-
-    status, deviation, count = _run(Script([0.04]), watch=watch)
+    eyes = Eyes(gone=Deviation("box", "disturbed", 0.0, 0.0))
+    status, deviation, count = _run(Script([0.04]), onlooker=eyes)
     assert (status, count) == ("deviated", 3)
-    assert asked == [{"box": Pose((0.1, 0.0, 0.0))}]
+    assert eyes.watched == [{"box": Pose((0.1, 0.0, 0.0))}]
     assert deviation is not None
     assert deviation.kind == "disturbed"
+
+
+def test_what_is_seen_to_hang_from_the_hand_and_would_meet_others_is_put_back() -> None:
+    cell, eyes = Script([0.04] * 4), Eyes([DROOPING] * 4)
+    operation = Operation(cell, {"box": BOX}, 100.0, eyes)
+    for _ in range(2):
+        cell.said.clear()
+        execution = operation.carry_out(ONCE)
+        assert (execution.status, len(execution.log)) == ("deviated", 1)
+        assert execution.deviation is not None
+        assert (execution.deviation.object, execution.deviation.kind) == ("box", "slipped")
+        assert execution.deviation.angle == pytest.approx(0.8)
+        assert execution.final_poses == {"box": Pose()}, "it stands where it stood"
+        assert cell.said == ["follow", "squeeze", "follow", "follow", "follow"], "lowered, let go, and drawn back"
+        assert cell.now == 0.06
+    third = operation.carry_out(ONCE)
+    assert third.status == "done", "the third time it is carried so"
+    assert [d.kind for d in third.log[0].deviations] == ["slipped"]
+
+
+def test_what_hangs_from_the_hand_is_carried_on_where_it_meets_nothing() -> None:
+    eyes = Eyes([DROOPING], passes=True)
+    execution = Operation(Script([0.04]), {"box": BOX}, 100.0, eyes).carry_out(ONCE)
+    assert execution.status == "done"
+    assert [held.T_tool_object for held in eyes.carried] == [DROOPING], "as it is seen, not as it was meant"
+    assert [d.kind for d in execution.log[0].deviations] == ["slipped"]
+
+
+@pytest.mark.parametrize("seen", [None, Pose.from_rpy((0.01, 0.0, 0.0), (0.0, 0.3, 0.0))])
+def test_what_is_not_seen_in_the_hand_or_lies_nearly_as_meant_is_carried_on(seen: Pose | None) -> None:
+    eyes = Eyes([seen])
+    execution = Operation(Script([0.04]), {"box": BOX}, 100.0, eyes).carry_out(ONCE)
+    assert (execution.status, execution.log[0].deviations, eyes.carried) == ("done", (), [])
 
 
 @pytest.mark.parametrize("width", [0.017, 0.03])
