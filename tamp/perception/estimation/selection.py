@@ -153,9 +153,9 @@ class Selection:
         worth: Array = self._explained[i].beyond(np.zeros(self._count)) - self._costs[i]
         return worth
 
-    def clash(self, i: int, k: int, without: int | None = None) -> float:
-        """Cells of surface that a candidate shares with what is chosen for the others, perhaps without one of them."""
-        return sum(self._overlap(i, k, j, m) for j, m in enumerate(self.chosen) if j not in (i, without) and m >= 0)
+    def clash(self, i: int, k: int) -> float:
+        """Cells of surface that a candidate shares with what is chosen for the others."""
+        return sum(self._overlap(i, k, j, m) for j, m in enumerate(self.chosen) if j != i and m >= 0)
 
     def _overlap(self, i: int, k: int, j: int, m: int) -> float:
         key = (i, k, j, m) if i < j else (j, m, i, k)
@@ -214,8 +214,6 @@ def _shared(a: ObjectModel, T_a: Array, b: ObjectModel, T_b: Array) -> float:
     distance, index, points = distance[near], index[near], points[near]
     index = np.where(np.isfinite(distance), index, index[:, :1])
     depth = np.einsum("nkj,nkj->nk", b.points[index] - points[:, None], b.normals[index])
-    inside = (depth[:, 0] > INSIDE) & (depth[:, 0] > 0.7 * distance[:, 0])
-    # What lies in a box is behind its outer walls, but past all that they are made of.
-    inside &= depth[:, 0] < b.thickness[index[:, 0]]
+    inside = (depth[:, 0] > INSIDE) & (depth[:, 0] > 0.7 * distance[:, 0]) & b.solid[index[:, 0]]
     inside &= (depth > 0).all(axis=1)
     return float(inside.sum()) / 400 * a.area / VOXEL**2

@@ -19,7 +19,7 @@ from tamp.perception.estimation.fit import agreement, gaps, polished
 from tamp.perception.estimation.fusion import VOXEL
 from tamp.perception.estimation.likeness import misfit
 from tamp.perception.estimation.models.object_model import ObjectModel
-from tamp.perception.estimation.selection import OVERLAP, Selection
+from tamp.perception.estimation.selection import Selection
 from tamp.perception.estimation.volume import Volume
 
 if TYPE_CHECKING:
@@ -62,15 +62,6 @@ class Verified:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rival:
-    """A candidate that is fitted in a place: its number, its pose, and what it costs to be inside others."""
-
-    candidate: int
-    pose: Array
-    clash: float
-
-
-@dataclass(frozen=True, eq=False)
 class _Fit:
     """An object fitted in a place: the best candidate's pose, its cost, and the least of clearly different ones."""
 
@@ -91,15 +82,9 @@ def verify(
         _own(found, selection, place, some, off[column] > np.delete(off, column, axis=0).min(axis=0, initial=np.inf))
         for column, (place, some) in enumerate(zip(seen, rivals, strict=True))
     ]
-
-    def clash(i: int, k: int, place: int) -> float:
-        return OVERLAP * selection.clash(i, k, without=place)
-
     fits = {
-        (row, column): _fitted(
-            scene, models[i], [_Rival(k, found[i][k].pose, clash(i, k, place)) for k in some[i]], own
-        )
-        for column, (place, some, own) in enumerate(zip(seen, rivals, owns, strict=True))
+        (row, column): _fitted(scene, models[i], [(k, found[i][k].pose) for k in some[i]], owns[column])
+        for column, some in enumerate(rivals)
         for row, i in enumerate(seen)
         if i in some
     }
@@ -146,17 +131,17 @@ def _own(
     return np.flatnonzero((best > 0) & (best >= covered) & ~(nearer & (covered > CLAIMED)))
 
 
-def _fitted(scene: Volume, model: ObjectModel, rivals: Sequence[_Rival], own: NDArray[np.int64]) -> _Fit:
-    """The best that an object can do in a place, of some candidates, with the points of the place."""
+def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, Array]], own: NDArray[np.int64]) -> _Fit:
+    """The best that an object can do in a place, of candidates that are numbered, with the points of the place."""
     some = own[:: max(1, len(own) // POINTS)]
-    poses = np.stack([polished(scene.cloud, model, rival.pose, some) for rival in rivals])
+    poses = np.stack([polished(scene.cloud, model, pose, some) for _, pose in candidates])
     seen_through = agreement(scene, model, poses, len(model.points)).violations * model.area / VOXEL**2
     misfits = np.array([misfit(scene.cloud, model, pose, some) for pose in poses])
-    costs = seen_through + misfits * len(own) / max(1, len(some)) + np.array([rival.clash for rival in rivals])
+    costs = seen_through + misfits * len(own) / max(1, len(some))
     best = int(costs.argmin())
     apart = np.array([model.apart(poses[best], pose) for pose in poses]) > APART
     # Candidates that come to the same pose are one: the first, which explained most before it was fitted.
-    same = rivals[int(np.flatnonzero(~apart)[0])].candidate
+    same = candidates[int(np.flatnonzero(~apart)[0])][0]
     return _Fit(same, poses[best], float(costs[best]), float(costs[apart].min(initial=np.inf)))
 
 

@@ -51,24 +51,6 @@ def test_two_do_not_stand_in_one_place() -> None:
     assert _chosen(big, small).chosen == [0, -1]
 
 
-def test_what_stands_in_an_open_box_is_not_inside_its_walls() -> None:
-    sides = [plain(Box((0.2, 0.004, 0.1))), plain(Box((0.004, 0.2, 0.1)))]
-    shifts = [(0.0, 0.1, 0.0), (0.1, 0.0, 0.0)]
-    vertices = [sign * np.array(shift) + s.vertices for s, shift in zip(sides, shifts, strict=True) for sign in (1, -1)]
-    faces = [s.faces + 8 * (2 * i + j) for i, s in enumerate(sides) for j in (0, 1)]
-    box = object_model(Surface(np.concatenate(vertices), np.concatenate(faces), np.full((32, 3), 180, np.uint8)))
-    selection = Selection(CLOUD, (box, SMALL), [[_candidate(0.0, 0, 200)], [_candidate(0.06, 200, 240)]])
-    selection.solve()
-    assert selection.chosen == [0, 0]
-    assert selection.clash(1, 0) == 0.0
-
-
-def test_what_an_object_is_inside_of_may_be_left_out() -> None:
-    selection = _chosen([_candidate(0.0, 0, 200)], [_candidate(0.01, 200, 240), _candidate(0.5, 240, 250)])
-    assert selection.clash(1, 0) > 0
-    assert selection.clash(1, 0, without=0) == 0
-
-
 def test_a_better_exchange_is_found() -> None:
     twins = (SMALL, SMALL)
     first = [_candidate(0.0, 0, 100), _candidate(0.5, 100, 190)]

@@ -112,14 +112,3 @@ def test_points_that_touch_another_object_are_the_nearers() -> None:
     x, y, z = scene.cloud.points[found[1].own].T
     assert not ((z < 0.062) & (np.abs(x) < 0.045) & (np.abs(y) < 0.025)).any()
     assert np.abs(found[1].pose[:3, 3] - on[:3, 3]).max() < 0.002
-
-
-def test_of_two_ways_round_that_fit_nearly_alike_the_one_that_is_not_inside_another_counts() -> None:
-    """Sides that are seen alike do not say which end is the high one; what lies over one of them does."""
-    wedge = _wedge()
-    scene = _seen((wedge, HERE))
-    sides = (np.abs(scene.cloud.normals[:, 1]) > 0.9) & (scene.cloud.points[:, 2] < 0.04)
-    seen = Volume(scene.cloud.at(sides), scene.origin, scene.nearest, scene.free)
-    over = HERE @ Pose((-0.08, 0.0, 0.06)).matrix
-    verified = _verified(seen, [wedge, LOW], [[HERE, HERE @ TURN], [over]], [0, 0])
-    assert verified[0].candidate == 0

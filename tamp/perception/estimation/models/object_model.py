@@ -36,12 +36,6 @@ OPEN = 0.06
 
 RAYS = 16
 
-DEPTHS = (0.004, 0.008, 0.016, 0.03)
-"""Depths behind a surface that are looked at [m]: what touches is less deep, and what is deeper nobody asks."""
-
-BEHIND, LEAKING = 64, 0.02
-"""Rays in all directions from there, and the share of them that gets out of a closed scan's holes."""
-
 FACING = 0.010
 """Metres that opposite normals are worth, halved, where oriented points are searched."""
 
@@ -53,7 +47,7 @@ class ObjectModel:
     Attributes:
         points, normals: on its surface where it can be seen from outside, normals to the side that can, shape (n, 3).
         colors: at the points, shape (n, 3), 0..1.
-        thickness: how deep there is matter behind a point, one of `DEPTHS` or infinite, shape (n,) [m].
+        solid: whether there is matter behind a point; a sheet without thickness has none; shape (n,).
         area: of all that can be seen, a sheet's two sides both [m^2].
         center: mean of the surface, shape (3,).
         edge: mean edge of the bounding box, as EDE has it [m].
@@ -64,7 +58,7 @@ class ObjectModel:
     points: Array
     normals: Array
     colors: Array
-    thickness: Array
+    solid: NDArray[np.bool_]
     area: float
     center: Array
     edge: float
@@ -133,7 +127,7 @@ def object_model(surface: Surface) -> ObjectModel:
         points=sample.points,
         normals=sample.normals,
         colors=sample.colors,
-        thickness=sample.thickness,
+        solid=sample.solid,
         area=sample.area,
         center=center,
         edge=float(np.ptp(vertices, axis=0).mean()),
@@ -147,7 +141,7 @@ class _Sample:
     points: Array
     normals: Array
     colors: Array
-    thickness: Array
+    solid: NDArray[np.bool_]
     area: float
     center: Array
 
@@ -177,26 +171,10 @@ def _sampled(surface: Surface) -> _Sample:
     sides = np.concatenate([np.flatnonzero(front), np.flatnonzero(back)])
     signs = np.repeat([1.0, -1.0], [front.sum(), back.sum()])
     points, normals, colors = points[sides], normals[sides] * signs[:, None], colors[sides]
-    area = float(areas.sum()) * len(sides) / count
     order = _spread(np.column_stack([points, FACING * normals]), DENSE)
-    center = points.mean(axis=0)
-    points, normals = points[order], normals[order]
-    return _Sample(points, normals, colors[order], _thickness(surface, points, normals, rng), area, center)
-
-
-def _thickness(surface: Surface, points: Array, normals: Array, rng: np.random.Generator) -> Array:
-    """How deep there is matter behind points, shape (n,) [m]: until rays from there get out; infinite past all depths.
-
-    Walls inside of scans do not end it, as the next triangle would; what stands open, however deep, does.
-    """
-    thickness = np.full(len(points), np.inf)
-    for depth in reversed(DEPTHS):
-        directions = rng.normal(size=(len(points) * BEHIND, 3))
-        directions /= np.linalg.norm(directions, axis=1)[:, None]
-        origins = np.repeat(points - depth * normals, BEHIND, axis=0)
-        out = escapes(surface, origins, directions).reshape(-1, BEHIND).mean(axis=1) > LEAKING
-        thickness[out] = depth
-    return thickness
+    area = float(areas.sum()) * len(sides) / count
+    solid = ~(front & back)[sides][order]
+    return _Sample(points[order], normals[order], colors[order], solid, area, points.mean(axis=0))
 
 
 def _outside(surface: Surface, points: Array, normals: Array, rng: np.random.Generator) -> NDArray[np.bool_]:
