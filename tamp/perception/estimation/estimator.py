@@ -78,13 +78,14 @@ def estimate_poses(
     models = [object_model(surface) for surface in objects.values()]
     names = list(objects)
     found = _sought(scene, models, [expected.get(name) for name in names], seed)
-    selection = Selection(scene.cloud, models, found)
+    masked = scene.cloud.instances is not None
+    selection = Selection(scene.cloud, models, found, present=masked)
     selection.solve()
     for number in range(1, ROUNDS + 1):
         if not _seek_again(scene, models, found, selection, seed + 1000 * number):
             break
         chosen = selection.chosen
-        selection = Selection(scene.cloud, models, found)
+        selection = Selection(scene.cloud, models, found, present=masked)
         selection.chosen = chosen
         selection.solve()
     verified = verify(scene, models, found, selection)
@@ -184,7 +185,7 @@ def _estimate(
         return Estimate(None, 0.0)
     k = verified.candidate
     best, gains = found[k], selection.gains(i)
-    if gains[k] < FEWEST and best.hits < 0.2:
+    if scene.cloud.instances is None and gains[k] < FEWEST and best.hits < 0.2:
         return Estimate(None, 0.0)
     pose = likeliest_turn(scene.cloud, model, verified.pose, verified.own)
     others = [

@@ -44,12 +44,25 @@ PLACE = 0.015
 class Selection:
     """The choice among candidates; candidates[i] are those of object i.
 
+    Args:
+        cloud: what was measured.
+        models, candidates: of each object.
+        present: whether every object that has candidates is there, as where masks show it: one is chosen whatever it
+            costs. Meshes that are not quite what stands there overlap where the objects touch.
+
     Attributes:
         chosen: for each object the index of its candidate, -1 for none.
     """
 
-    def __init__(self, cloud: Cloud, models: Sequence[ObjectModel], candidates: Sequence[Sequence[Candidate]]) -> None:
-        self._models, self._candidates = models, candidates
+    def __init__(
+        self,
+        cloud: Cloud,
+        models: Sequence[ObjectModel],
+        candidates: Sequence[Sequence[Candidate]],
+        *,
+        present: bool = False,
+    ) -> None:
+        self._models, self._candidates, self._present = models, candidates, present
         self._explained = [_Explained.by(found) for found in candidates]
         self._count = len(cloud.points)
         self._best = [_most(found, self._count) for found in candidates]
@@ -126,7 +139,7 @@ class Selection:
 
     def _choose(self, i: int) -> None:
         gains = self.gains(i)
-        self.chosen[i] = int(gains.argmax()) if len(gains) and gains.max() > 0 else -1
+        self.chosen[i] = int(gains.argmax()) if len(gains) and (self._present or gains.max() > 0) else -1
 
     def _exchange(self, order: Sequence[int]) -> bool:
         """Take one object away, let another choose first, and keep it where that is better for all."""

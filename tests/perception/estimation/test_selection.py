@@ -51,6 +51,13 @@ def test_two_do_not_stand_in_one_place() -> None:
     assert _chosen(big, small).chosen == [0, -1]
 
 
+def test_what_masks_show_is_there_even_inside_another() -> None:
+    found = [[_candidate(0.0, 0, 200)], [_candidate(0.01, 200, 240)]]
+    selection = Selection(CLOUD, (BIG, SMALL), found, present=True)
+    selection.solve()
+    assert selection.chosen == [0, 0]
+
+
 def test_a_better_exchange_is_found() -> None:
     twins = (SMALL, SMALL)
     first = [_candidate(0.0, 0, 100), _candidate(0.5, 100, 190)]
