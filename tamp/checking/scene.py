@@ -114,7 +114,8 @@ class State:
         time: of all motions so far [s].
         jumped: how far each joint jumped in all, within tolerance, where two motions meet [rad].
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
-        turned: object -> the same of how far it was turned [rad].
+        beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
+        turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         given: object -> how it gave way within tolerance when something left, until the hand moves it.
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
@@ -129,10 +130,15 @@ class State:
     facts: set[tuple[str, ...]] = field(default_factory=set)
     jumped: Array = field(default_factory=lambda: np.zeros(1))
     strayed: dict[str, float] = field(default_factory=dict)
+    beside: dict[str, float] = field(default_factory=dict)
     turned: dict[str, float] = field(default_factory=dict)
     nudged: dict[str, float] = field(default_factory=dict)
     given: dict[str, Given] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
+
+    def aside(self, name: str) -> float:
+        """How far aside an object may be from where it is said to be, by all that nothing explains [m]."""
+        return self.strayed.get(name, 0.0) + self.beside.get(name, 0.0)
 
     def without(self, name: str) -> State:
         """The same with an object taken out of it."""

@@ -36,13 +36,18 @@ def let_go(
     on="table",
     let_go_at: Pose | None = None,
     slips: Pose | None = None,
+    written: Pose | None = None,
+    off: float = 0.0,
+    meant: Pose | None = None,
     **about,
 ) -> str:
     """What is said of an object that is taken from the first pose to the second, let go there, and said to come to the
     third. It is gripped `grip` above its origin; `falls` is the name of the action where it falls. What falls is said
-    to be let go at another pose than it is held at where one is given, and to slip within the hand as it is gripped."""
+    to be let go at another pose than it is held at where one is given, and to slip within the hand as it is gripped.
+    The task has it at another start where that is `written`, and another goal where that is `meant`; the hand is `off`
+    its middle as it closes along y."""
     start, held, end = at
-    tool = Pose((start.xyz[0], start.xyz[1], start.xyz[2] + grip), DOWN)
+    tool = Pose((start.xyz[0], start.xyz[1] + off, start.xyz[2] + grip), DOWN)
     hold = Attachment("red", (start.inverse() @ tool).inverse() @ (slips or Pose()))
     to, hand = held @ hold.T_tool_object.inverse(), Hand(HOME)
     first, then = (frozenset({("robot", "red"), ("red", body)}) for body in ("table", on))
@@ -57,9 +62,9 @@ def let_go(
         falls or "place", ("red",), (lower, Release("red", let_go_at or (held if falls else end), OPEN), leave, *fall)
     )
     actions = Action("move", (), (go,)), Action("pick", ("red",), pick), Action("move", ("red",), (carry,)), put
-    red = Object("red", shape, start, At(end), **about)
-    starts = {thing.name: thing.pose for thing in (red, *others)}
-    plan = Plan("alone", "panda", 0, starts, HOME, {"red": end}, actions)
+    red = Object("red", shape, written or start, At(meant or end), **about)
+    starts = {"red": start, **{thing.name: thing.pose for thing in others}}
+    plan = Plan("alone", "panda", 0, starts, HOME, {"red": meant or end}, actions)
     return " ".join(problem.sentence for problem in check(Task("alone", (red, *others)), plan).problems)
 
 
@@ -113,6 +118,32 @@ def test_what_slips_as_it_is_gripped_may_be_beyond_the_edge_that_it_is_said_to_s
     at = Pose((*START, 0.025)), Pose((0.05, y, 0.0855)), end
     said = let_go(Box((0.05, 0.05, 0.05)), 0.05, at, 0.005, (block,), on="block", slips=slips)
     assert ("aside by all that nothing explains, and tip over" in said) == tips, said
+
+
+@pytest.mark.parametrize(
+    ("within", "off", "aside", "tips"),
+    [
+        *((0.0015, 0.0, 0.0, False), (0.0015, 0.0019, 0.0, True), (0.004, 0.0019, 0.0, False)),
+        *((0.004, 0.0, 0.0055, True), (0.008, 0.0, 0.0055, False)),
+    ],
+)
+def test_what_pads_draw_along_or_stays_aside_at_the_start_may_be_beyond_the_edge_that_it_is_put_on(
+    within, off, aside, tips
+):
+    """In PyBullet and MuJoCo those fell 8 to 9 cm beside the block."""
+    block = Object("block", Box((0.1, 0.06, 0.06)), Pose((0.05, 0.2, 0.03)))
+    x, y = START
+    at = Pose((x, y, 0.025)), Pose((0.05, 0.23 - within, 0.0855)), Pose((0.05, 0.23 - within, 0.085))
+    said = let_go(Box((0.05,) * 3), 0.05, at, 0.005, (block,), on="block", written=Pose((x, y + aside, 0.025)), off=off)
+    assert ("aside by all that nothing explains, and tip over" in said) == tips, said
+
+
+def test_shifts_on_the_way_and_at_the_end_do_not_add_up():
+    at = Pose((*START, 0.025)), Pose((0.05, 0.1, 0.0255)), Pose((0.05, 0.1, 0.025))
+    shape, slips = Box((0.05,) * 3), Pose((0.0, -0.0019, 0.0))
+    said = let_go(shape, 0.05, at, 0.005, slips=slips)
+    assert not said
+    assert "from its goal" in let_go(shape, 0.05, at, 0.005, slips=slips, meant=Pose((0.05, 0.1035, 0.025)))
 
 
 @pytest.mark.parametrize(("beyond", "falls"), [(0.005, False), (0.1, True)])

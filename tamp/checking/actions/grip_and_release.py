@@ -14,11 +14,8 @@ from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.support import (
-    height_above,
-    overlaps,
-    sunk_balance,
-)
+from tamp.checking.physics.equilibrium import LEVEL
+from tamp.checking.physics.support import carriers, height_above, overlaps, sunk_balance
 from tamp.checking.scene import GRAVITY, Scene, State
 from tamp.task.robot import PAD_FRICTION
 
@@ -65,6 +62,8 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     check_uncovered(scene, state, name, allow, report)
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
+    drawn = _drawn_along(scene, name, T_tool_object, grip.width, opening)
+    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
     state.held = grip.attachment
     state.nudged.pop(name, None)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
@@ -140,10 +139,18 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
     if margin > allow.balance and sunk_balance(scene, state, name, allow, margin) < margin:
         sentence = f"{name} is let go {1000 * aside:.1f} mm aside, {np.degrees(tilt):.1f} degrees tilted, and tips over"
         report("release", sentence, bodies=(name,))
-    elif (far := state.strayed.get(name, 0.0)) > allow.balance and not _stands_beside(scene, state, name, far, allow):
+    elif (far := _aside(scene, state, name, allow)) > allow.balance and not _stands_beside(
+        scene, state, name, far, allow
+    ):
         report(
             "release", f"{name} may be {1000 * far:.1f} mm aside by all that nothing explains, and tip over", (name,)
         )
+
+
+def _aside(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
+    """How far aside an object may stand that was let go [m]: what leans on something is led to where it does."""
+    level = all((touch.normals[:, 2] > LEVEL).all() for touch in carriers(scene, state, name, allow).patches.values())
+    return state.aside(name) if level else state.strayed.get(name, 0.0)
 
 
 def _stands_beside(scene: Scene, state: State, name: str, far: float, allow: Tolerances) -> bool:
@@ -278,6 +285,17 @@ def _check_closing(
             f"{1000 * width:.1f} mm"
         )
         report("grasp", sentence, bodies=(name,), depth=astray)
+
+
+def _drawn_along(scene: Scene, name: str, T_tool_object: Array, width: float, opening: float) -> float:
+    """How far closing pads take an object's centre of mass until it lies flush, half-way between them [m]."""
+    tree, gripper, solid = scene.links.tree, scene.links.tree.spec.gripper, scene.solids[name]
+    depth, mu = tree.pad_depth(width), PAD_FRICTION * scene.friction(name)
+    drawn = laid_flush(solid, T_tool_object, gripper, opening, mu, depth)
+    if (found := between_pads(solid, drawn, gripper, opening, depth)) is None:
+        return 0.0
+    off = scene.center_of_mass(name, drawn) - scene.center_of_mass(name, T_tool_object)
+    return float(np.linalg.norm(off - sum(found) / 2 * np.array(gripper.axis)))
 
 
 def _slips_off(scene: Scene, state: State, name: str, opening: float) -> bool:

@@ -281,7 +281,8 @@ def _check_stand(scene: Scene, state: State, name: str, allow: Tolerances, repor
         report("push", f"{name} stands on {', '.join(touching.bodies) or 'nothing'}, not on the table alone", (name,))
         return
     friction = {other: scene.friction(name) * scene.friction(other) for other in touching.patches}
-    inside = touching.balance(scene.center_of_mass(name, state.poses[name]), friction, allow.edge)
-    if inside < allow.edge:
+    least = max(allow.edge, state.aside(name) + allow.balance)
+    inside = touching.balance(scene.center_of_mass(name, state.poses[name]), friction, least)
+    if inside < least:
         sentence = f"{name} may tip over: its centre of mass is {1000 * inside:.0f} mm inside what carries it"
         report("support", sentence, (name, TABLE))
