@@ -61,7 +61,7 @@ ALLOWED = {
     "cli": {
         "clock", "batch", "contest", "report", "conformance", "pipeline", "formats", "generate", "scenarios", "domains",
         "planning", "language", "world", "checking", "execution", "perception", "scoring", "results", "versions",
-        "plugins", "task", "errors",
+        "parent", "plugins", "task", "errors",
     },
 }  # fmt: skip
 

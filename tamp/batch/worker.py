@@ -51,8 +51,9 @@ def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], lev
             message = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
     connection.send_bytes(json.dumps(message).encode())
     connection.close()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        if not stream.closed:  # a sampler may have closed it
+            stream.flush()
 
 
 def _unheard(connection: Connection) -> bool:

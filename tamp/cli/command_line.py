@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from tamp.cli.apart import apart, runs_samplers
 from tamp.cli.commands import contest
 from tamp.cli.commands.data import dataset, formats, generate
 from tamp.cli.commands.installation import doctor, installed, robots, samplers
@@ -65,10 +66,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run() -> NoReturn:
-    """The command as a process: `main`, and the end, whatever threads samplers have left behind."""
-    status = main()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    """The command as a process: `main`, and the end."""
+    _leave(apart(main, _leave) if runs_samplers(sys.argv[1:]) else main())
+
+
+def _leave(status: int) -> NoReturn:
+    """End the process, whatever threads and closed streams samplers have left behind."""
+    for stream in (sys.stdout, sys.stderr):
+        if not stream.closed:
+            stream.flush()
     if any(thread is not threading.main_thread() and not thread.daemon for thread in threading.enumerate()):
         os._exit(status)
     sys.exit(status)

@@ -33,10 +33,21 @@ def asked_only() -> Iterator[TextIO]:
         os.dup2(2, STDOUT)
         try:
             with os.fdopen(os.dup(kept), "w", encoding=asked.encoding, errors=asked.errors, buffering=1) as out:
+                _keep_from_children(out)
                 yield out
         finally:
             os.dup2(kept, STDOUT)
             os.close(kept)
+
+
+def _keep_from_children(out: TextIO) -> None:
+    """A process that a sampler forks goes on in the middle of a command: what it has to say nobody asked for."""
+
+    def keep() -> None:
+        if not out.closed:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
+
+    os.register_at_fork(after_in_child=keep)
 
 
 def _is_stdout(stream: TextIO) -> bool:

@@ -110,9 +110,9 @@ def call(
                     raw.append(value)
     except clock.TimeUp:
         error = f"nothing came for {PATIENCE_S:g} s"
-    except KeyboardInterrupt:
-        raise
     except BaseException as problem_of_theirs:  # whatever comes out is what the kit was asked to tell
+        if faults.interrupts(function, problem_of_theirs):
+            raise
         error, trace = _told(problem_of_theirs, function), traceback.format_exc()
     formed = tuple(f for value in raw if (f := _formed(stream, value)) is not None)
     reasons = tuple(reason for reason, *_ in context.failures)

@@ -1,10 +1,12 @@
 """Samplers of grasps that behave badly on purpose."""
 
+import os
 import sys
 import threading
 import time
 
 import tamp
+from tamp.streams.grasping.sampler import sample_grasp
 
 
 def sleeps(context, obj):
@@ -80,3 +82,28 @@ def prints(context, obj):
     os.write(1, b"a native print\n")
     context.fail("too busy printing")
     yield from ()
+
+
+def interrupts(context, obj):
+    """Say that the user wants to end the program."""
+    raise KeyboardInterrupt
+    yield
+
+
+def closes_streams(context, obj):
+    """Close what results are printed to."""
+    sys.stdout.close()
+    sys.stderr.close()
+    yield from sample_grasp(context, obj)
+
+
+def ends(context, obj):
+    """End the process from below, as if all were well."""
+    os._exit(0)
+    yield
+
+
+def forks(context, obj):
+    """Go on in two processes."""
+    os.fork()
+    yield from sample_grasp(context, obj)

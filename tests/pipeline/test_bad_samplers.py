@@ -51,6 +51,7 @@ def test_a_command_ends_even_where_nothing_can_be_interrupted(tmp_path: Path) ->
     [
         ("raises", "the sampler of stream 'sample-grasp' raised ValueError: no idea how to grasp red for (red)"),
         ("refuses", "the sampler of stream 'sample-grasp' raised TaskError: not this one for (red)"),
+        ("interrupts", "the sampler of stream 'sample-grasp' raised KeyboardInterrupt for (red)"),
         ("exits", "the sampler of stream 'sample-grasp' tried to end the program for (red)"),
         ("yields_words", "stream 'sample-grasp': expected to yield a Grasp, found 'from above'"),
         ("returns_a_number", "expected a generator function that yields one output at a time"),
@@ -81,3 +82,19 @@ def test_nothing_for_ever_is_a_timeout_and_prints_are_not_results(tmp_path: Path
         printed = tamp_(*command, "--timeout", "2", "--sampler", f"sample-grasp={HERE}:prints", "--json", "-")
         assert json.loads(printed.stdout), "nothing but what was asked for"
         assert {"a sampler's print", "a native print"} <= set(printed.stderr.splitlines())
+
+
+def test_a_sampler_that_ends_the_process_from_below_is_no_success(tmp_path: Path) -> None:
+    bad = ["--sampler", f"sample-grasp={HERE}:ends", "--json", "-"]
+    done = tamp_("plan", str(ONE), *bad)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith("tamp: a sampler ended the program\n")
+    (result,) = json.loads(tamp_("solve", str(ONE), *bad, "--output", str(tmp_path / "out")).stdout)
+    assert result["status"] == "error"
+
+
+@pytest.mark.parametrize("name", ["forks", "closes_streams"])
+def test_what_a_sampler_does_to_the_process_does_not_spoil_what_is_printed(name: str) -> None:
+    done = tamp_("plan", str(ONE), "--sampler", f"sample-grasp={HERE}:{name}", "--json", "-")
+    assert (done.returncode, json.loads(done.stdout)["status"]) == (0, "planned"), done.stderr
+    assert "Traceback" not in done.stderr

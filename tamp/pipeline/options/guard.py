@@ -70,9 +70,11 @@ def _is_class(kind: Any) -> bool:
 def _run(stream: Stream, sampler: Sampler, inputs: tuple[Any, ...], call: Callable[[], Any]) -> Any:
     try:
         return call()
-    except (KeyboardInterrupt, GeneratorExit):
+    except GeneratorExit:
         raise
     except BaseException as error:
+        if faults.interrupts(sampler, error):
+            raise
         shown = ", ".join(str(i) if isinstance(i, str) else type(i).__name__ for i in inputs)
         if isinstance(error, TimeUp):
             raise TimeUp(faults.late(stream.name, sampler, shown, error)) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dis
 import inspect
 from collections.abc import Callable
 from functools import partial
@@ -46,6 +47,18 @@ def line_of(sampler: Callable[..., Any], trace: TracebackType | None) -> str:
             found = f"{own}:{trace.tb_lineno}"
         trace = trace.tb_next
     return found or home(sampler)
+
+
+def interrupts(sampler: Callable[..., Any], error: BaseException) -> bool:
+    """Whether the user interrupts, and not a sampler by a statement of its own that raises KeyboardInterrupt."""
+    trace = error.__traceback__
+    if not isinstance(error, KeyboardInterrupt) or trace is None:
+        return False
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    code = trace.tb_frame.f_code
+    theirs = code.co_filename == home(sampler).rpartition(":")[0]
+    return not (theirs and dis.opname[code.co_code[trace.tb_lasti]] == "RAISE_VARARGS")
 
 
 def raised(stream: str, sampler: Callable[..., Any], inputs: str, error: BaseException) -> SamplerError:

@@ -218,9 +218,11 @@ class Sampling:
             return function(*arguments)
         except UnfitOutputsError as error:
             raise faults.unfit(SamplerError(f"stream {name!r}: {error}"), self._problem.samplers[name]) from None
-        except (KeyboardInterrupt, SamplerError):
+        except SamplerError:
             raise
         except BaseException as error:
+            if faults.interrupts(self._problem.samplers[name], error):
+                raise
             raise self.told(name, instance.inputs, error) from (None if isinstance(error, TimeUp) else error)
 
     def told(self, name: str, inputs: tuple[int, ...], error: BaseException) -> BaseException:
