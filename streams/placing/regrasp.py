@@ -3,7 +3,7 @@
 Grasps for the start and grasps for the goal are paired where the object has a face to stand on that leaves room for
 both hands. Then a place for it is sought on the table where the arm reaches it by both. What has to be turned over may
 be laid down there, unless it would roll, and what goes into something may be dropped: it falls the last bit (see
-`laying`).
+`laying`). Places over an edge of the table come last.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps
 from tamp.streams.hand.clearance import arm_above_table, hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
+from tamp.streams.placing.over_edge import Grasps, regrasps_over_edges
 from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
 from tamp.streams.releasing.tilted_release import falls_flat, lays, letting_go_at
 from tamp.streams.values import Grasp, Placement
@@ -45,7 +46,6 @@ RELEASES, EACH = 4, 12  # ... for the start and each of so many tilts, so many g
 
 Regrasp = tuple[Grasp, Placement, Grasp]
 Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
-Grasps = Callable[..., Iterable[Grasp]]
 Ask = Callable[[Context, str, Placement, Grasp], bool]
 
 
@@ -72,6 +72,12 @@ def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., It
 
 
 def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
+    yield from _regrasps_amid(context, obj, start, goal, grasps)
+    if clock.now() < context.deadline:
+        yield from regrasps_over_edges(context, obj, start, goal, grasps)
+
+
+def _regrasps_amid(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
     pairs = _free_first(context, obj, start, _pairs(context, obj, start, goal, grasps))
     drawn: Iterable[Pair] = islice(pairs, PAIRS)
     for _ in range(ROUNDS):

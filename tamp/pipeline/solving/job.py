@@ -26,7 +26,8 @@ from tamp.task import Plan, Pose, SymbolicFact, Task
 if TYPE_CHECKING:
     from tamp.pipeline.perceived.run import Perceived
 
-BRIEF = 5.0  # a second search in less than this would find nothing, and be late [s]
+BRIEF = 5.0  # a second search in less than this would find nothing, and be late [s] ...
+BRIEFEST = 1.5  # ... but for one of what a deviation has left undone, often a single object [s]
 ANOTHER_SEED = 7919  # the seeds of one run's searches differ by this
 
 
@@ -82,7 +83,8 @@ class Job:
             if self.plans
             else tuning.first_plan_share
         )
-        if (1 - share) * (tuning.punctual_share * self.limit - self.planning_s) < BRIEF:
+        kept = (1 - share) * (tuning.punctual_share * self.limit - self.planning_s)
+        if kept < (BRIEF if not self.plans else BRIEFEST):
             share = 1.0  # what would be kept serves nobody
         try:
             search, found = self._search(setup, poses, q, share)

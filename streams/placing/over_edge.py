@@ -1,0 +1,117 @@
+"""Regrasps over an edge of the table: where an object hangs over it, a hand takes hold from beside, or from below.
+
+What has to be turned over is held from above before and after, and so from opposite sides of it: no face that it might
+rest on amid the table leaves room for both hands. Over an edge the second one comes from where the table is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp import clock
+from tamp.streams.affordances.slide_path import LEAST_OVERHANG, OVERHANGS, STEADY
+from tamp.streams.affordances.stable_poses import amid, resting, turned
+from tamp.streams.affordances.support import inside_support
+from tamp.streams.collisions import overlap
+from tamp.streams.context import Context, Detached
+from tamp.streams.hand.clearance import hand_above_table
+from tamp.streams.motion.inverse_kinematics import reaches
+from tamp.streams.placing.sampler import RELEASE_HEIGHT
+from tamp.streams.releasing.tilted_release import lays
+from tamp.streams.values import Grasp, Placement
+from tamp.streams.workspace import TABLE, Workspace, standing
+from tamp.task import Pose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+DRAWN = 128  # places, of which ...
+PLACES = 6  # ... those nearest to the robot are tried: over edges there the hand gets farther out, and down
+GRASPS = 16  # looked at for a place and either end
+FIRM = 0.004  # what is left of its base on the table carries an object so far around its centre of mass [m]
+
+Grasps = Callable[..., Iterable[Grasp]]
+
+
+def regrasps_over_edges(
+    context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps
+) -> Iterator[tuple[Grasp, Placement, Grasp]]:
+    """Yield (grasp that takes an object up, placement over an edge, grasp that puts it to its goal).
+
+    Each is free of collision with the table, the robot and the object, as if nothing else stood there.
+    """
+    found = False
+    for place in _places(context, obj, _faces(context, obj, start, grasps(context, obj, start))):
+        second = _serving(context, obj, place, goal, grasps)
+        first = None if second is None else _serving(context, obj, start, place, grasps)
+        if first is not None and second is not None:
+            found = True
+            yield first, place, second
+        if clock.now() > context.deadline:
+            return
+    if not found:
+        context.fail(f"no place for {obj} over an edge of the table that two grasps reach")
+
+
+def _serving(context: Context, obj: str, at: Placement, to: Placement, grasps: Grasps) -> Grasp | None:
+    """A grasp that takes an object up at one placement, and puts or lays it down at another, if one is found."""
+    for grasp in islice(grasps(context, obj, at, to), GRASPS):
+        detached = Detached.of(context, context.deadline)
+        if reaches(detached, obj, at, grasp) and (reaches(detached, obj, to, grasp) or lays(detached, obj, to, grasp)):
+            return grasp
+    return None
+
+
+def _faces(context: Context, obj: str, start: Placement, taking: Iterable[Grasp]) -> list[Array]:
+    """The orientations (3, 3) in which a hand that takes an object up may put it down again from above.
+
+    However unlikely, it may lie as it lies now.
+    """
+    workspace, firsts = context.scene, list(islice(taking, GRASPS))
+    now = [start.pose.matrix[:3, :3]] if start.on == (TABLE,) else []
+    amidst = [(R, amid(workspace, obj, R).pose) for R in (*resting(workspace, obj), *now)]
+    return [R for R, pose in amidst if any(hand_above_table(workspace, pose, grasp) for grasp in firsts)]
+
+
+def _places(context: Context, obj: str, faces: list[Array]) -> list[Placement]:
+    """Places over the edges, clear of what the plan has standing there and of every goal, the nearest to the robot."""
+    workspace: Workspace = context.scene
+    others = {name: place for name, place in standing(context.bound).items() if name != obj}
+    kept = [*others.items(), *((name, goal) for name, goal in workspace.goals.items() if name != obj)]
+    base = np.array(workspace.world.robot.spec.T_world_base.xyz)[:2]
+    drawn = [_over_edge(context, obj, faces[int(context.rng.integers(len(faces)))]) for _ in range(DRAWN) if faces]
+    found = [place for place in drawn if place is not None]
+    found.sort(key=lambda place: float(np.linalg.norm(np.array(place.pose.xyz[:2]) - base)))
+    free = (place for place in found if not any(overlap(workspace, obj, place, name, other) for name, other in kept))
+    return list(islice(free, PLACES))
+
+
+def _over_edge(context: Context, obj: str, R: Array) -> Placement | None:
+    """A random place where an object, turned by R (3, 3) and any heading, hangs over an edge; None where it would fall.
+
+    Its centre of mass stays inside the edge, and beside the robot's base.
+    """
+    workspace, rng = context.scene, context.rng
+    table, spec = workspace.task.table, workspace.world.robot.spec
+    base = np.array(spec.T_world_base.xyz[:2])
+    flat = amid(workspace, obj, turned(R, rng.uniform(-np.pi, np.pi)))
+    T, axis, sign = flat.pose.matrix, int(rng.integers(2)), float(rng.choice((-1.0, 1.0)))
+    center = T[:3, :3] @ workspace.world.geometries[obj].center_of_mass
+    farthest = float((workspace.points(obj) @ T[axis, :3] * sign).max()) - sign * center[axis] - STEADY
+    hanging = float(rng.choice(OVERHANGS)) * farthest
+    if hanging < LEAST_OVERHANG:
+        return None
+    middle, half = np.array(table.center), np.array(table.size) / 2
+    xy = middle + rng.uniform(-1.0, 1.0, 2) * half
+    xy[axis] = middle[axis] + sign * (half[axis] - STEADY - (farthest - hanging))
+    T[:3, 3] = *(xy - center[:2]), T[2, 3] + RELEASE_HEIGHT
+    place = Placement(Pose.from_matrix(T), (TABLE,))
+    lower, upper = workspace.bounds(obj, place.pose)
+    beside = float(np.linalg.norm(np.clip(base, lower[:2], upper[:2]) - base)) > spec.base_radius
+    return place if beside and inside_support(workspace, obj, place, {}) > FIRM else None
