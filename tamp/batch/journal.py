@@ -18,7 +18,7 @@ class Journal:
     """A results.jsonl open for appending; use it as a context manager.
 
     A last line that a crash has cut off is removed on opening; its task then counts as not run. A link is not followed:
-    what it leads to would lose its last line.
+    what it leads to would lose its last line. Nobody waits for a pipe.
 
     Raises:
         TampError: on opening, where another batch writes to the file, or where it cannot be written or read.
@@ -30,6 +30,8 @@ class Journal:
             path.parent.mkdir(parents=True, exist_ok=True)
             if path.is_symlink():
                 raise OSError(errno.ELOOP, "it is a link; choose another --output")
+            if path.exists() and not path.is_file():
+                raise OSError(errno.EINVAL, "it is no regular file; choose another --output")
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o666)
         except OSError as error:
             raise TampError(f"{path}: cannot be written: {error.strerror}") from error

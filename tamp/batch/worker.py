@@ -18,7 +18,7 @@ from typing import Any
 from tamp.clock import watched
 from tamp.parent import end_with_parent
 
-FULL = (errno.ENOSPC, errno.EDQUOT)
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], level: int) -> None:

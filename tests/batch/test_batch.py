@@ -243,6 +243,12 @@ def test_results_are_not_written_through_a_link(tmp_path: Path) -> None:
     assert mine.read_text() == "a line without an end"
 
 
+def test_a_pipe_in_place_of_results_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / RESULTS)
+    with pytest.raises(TampError, match="it is no regular file; choose another --output"):
+        list(Batch(_tasks("a"), work=WORK, output=tmp_path, resume=True).run())
+
+
 def test_an_unwritable_output_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(TampError, match="cannot be written"):
