@@ -3,7 +3,7 @@
 Grasps for the start and grasps for the goal are paired where the object has a face to stand on that leaves room for
 both hands. Then a place for it is sought on the table where the arm reaches it by both. What has to be turned over may
 be laid down there, unless it would roll, and what goes into something may be dropped: it falls the last bit (see
-`laying`). Places over an edge of the table come last.
+`laying`); before that, places over an edge of the table are tried.
 """
 
 from __future__ import annotations
@@ -72,13 +72,45 @@ def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., It
 
 
 def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
-    yield from _regrasps_amid(context, obj, start, goal, grasps)
-    if clock.now() < context.deadline:
-        yield from regrasps_over_edges(context, obj, start, goal, grasps)
+    """Those that put the object down amid the table; if there are none, over an edge; else those that lay it down."""
+    first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
+    for found, deed in ((first, "takes it up"), (second, "puts it to its goal")):
+        if not found:
+            context.fail(f"no grasp of {obj} {deed}")
+    for regrasps in (
+        _amid(context, obj, start, _pairs(context, obj, start, goal, first, second, laid=False)),
+        regrasps_over_edges(context, obj, start, goal, grasps),
+        _laid_amid(context, obj, start, goal, first, second, grasps),
+    ):
+        came = False
+        for regrasp in regrasps:
+            came = True
+            yield regrasp
+        if came or clock.now() > context.deadline:
+            return
 
 
-def _regrasps_amid(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
-    pairs = _free_first(context, obj, start, _pairs(context, obj, start, goal, grasps))
+def _laid_amid(
+    context: Context,
+    obj: str,
+    start: Placement,
+    goal: Placement,
+    first: list[Grasp],
+    second: list[Grasp],
+    grasps: Grasps,
+) -> Iterator[Regrasp]:
+    """Regrasps that lay an object down amid the table, by grasps that are sought for that too."""
+    workspace: Workspace = context.scene
+    midst = [amid(workspace, obj, R) for R in resting(workspace, obj)]
+    faces = [place for place in midst if any(hand_above_table(workspace, place.pose, grasp) for grasp in second)]
+    able = [*first, *_layers(context, obj, start, faces, first, grasps)]
+    pairs = _pairs(context, obj, start, goal, able, second, laid=True)
+    yield from _amid(context, obj, start, pairs)
+
+
+def _amid(context: Context, obj: str, start: Placement, paired: Iterable[Pair]) -> Iterator[Regrasp]:
+    """Pairs of grasps with a place amid the table that both of them reach."""
+    pairs = _free_first(context, obj, start, paired)
     drawn: Iterable[Pair] = islice(pairs, PAIRS)
     for _ in range(ROUNDS):
         found, tried = False, list[Pair]()
@@ -119,47 +151,44 @@ def _free_first(context: Context, obj: str, start: Placement, pairs: Iterable[Pa
     yield from blocked
 
 
-def _pairs(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Pair]:
+def _pairs(
+    context: Context,
+    obj: str,
+    start: Placement,
+    goal: Placement,
+    first: list[Grasp],
+    second: list[Grasp],
+    *,
+    laid: bool,
+) -> Iterator[Pair]:
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
-    An object is laid down there only where no two grasps that reach both ends leave a face on which both of them could
-    put it. Grasps that can lay it from many tilts come first then: the arm seldom gets to the one tilt that another
-    leaves; those come last of which it is not sure that it lands on the face, and those whose arm is above the table at
-    its edges alone. Else those come first that put it on a face from which it does not tip over.
+    Where an object is laid down, grasps that can do so from many tilts come first: the arm seldom gets to the one tilt
+    that another leaves; those come last of which it is not sure that it lands on the face, and those whose arm is above
+    the table at its edges alone. Else those come first that put it on a face from which it does not tip over.
     """
     workspace: Workspace = context.scene
-    first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
-    for found, deed in ((first, "takes it up"), (second, "puts it to its goal")):
-        if not found:
-            context.fail(f"no grasp of {obj} {deed}")
     rotations = resting(workspace, obj)
     midst = [amid(workspace, obj, R) for R in rotations]
     over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
+    put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
+    best = sorted(first, key=lambda grasp: -max(put[grasp], default=0))
+    shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(best, second)}
     takes = cache(lambda grasp: _known(context, "takes", obj, start, grasp, _takes))
     brings = cache(lambda grasp: _known(context, "brings", obj, goal, grasp, _brings))
-    for laid in (False, True):
-        if laid:
-            faces = [place for place, *above in zip(midst, *over.values(), strict=True) if any(above)]
-            first += _layers(context, obj, start, faces, first, grasps)
-        put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
-        first.sort(key=lambda grasp: -max(put[grasp], default=0))
-        taken_over, unsure = False, list[Pair]()
-        shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(first, second)}
-        for one, other in _each_with_others(first, second, shared):
-            if clock.now() > context.deadline:
-                return
-            if takes(one) and brings(other):
-                taken_over = True
-                faces = shared[one, other]
-                sure = [R for R in faces if not laid or _falls_flat(workspace, obj, R, one, surely=True)]
-                if sure and (not laid or any(_reached_amid(context, obj, R, one) for R in sure)):
-                    yield one, other, sure, laid
-                elif len(unsure) < FEW and (faces := [R for R in faces if _falls_flat(workspace, obj, R, one)]):
-                    unsure.append((one, other, faces, laid))
-        yield from unsure
-        if taken_over:
+    able, unsure = False, list[Pair]()
+    for one, other in _each_with_others(best, second, shared):
+        if clock.now() > context.deadline:
             return
-    if first and second:
+        if takes(one) and brings(other):
+            able, faces = True, shared[one, other]
+            sure = [R for R in faces if not laid or _falls_flat(workspace, obj, R, one, surely=True)]
+            if sure and (not laid or any(_reached_amid(context, obj, R, one) for R in sure)):
+                yield one, other, sure, laid
+            elif len(unsure) < FEW and (faces := [R for R in faces if _falls_flat(workspace, obj, R, one)]):
+                unsure.append((one, other, faces, laid))
+    yield from unsure
+    if laid and first and second and not able:
         context.fail(f"{obj} has no face to rest on with room for the hands of two grasps that reach it")
 
 
