@@ -13,7 +13,7 @@ from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
-from tamp.checking.geometry.transforms import inverse
+from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.support import carriers, height_above, overlaps, sunk_balance
 from tamp.checking.scene import GRAVITY, Scene, State
@@ -36,6 +36,9 @@ RIM = 0.001
 """How much farther than pads may be off an object reaches between them to be held for certain [m]."""
 WAYS = 8
 """Aside, in which an object is looked at."""
+TURNED = 1e-3
+"""By less an object may be turned anywhere [rad]."""
+UP = np.array([0.0, 0.0, 1.0])
 
 
 def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report: Report) -> None:
@@ -139,12 +142,11 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
     if margin > allow.balance and sunk_balance(scene, state, name, allow, margin) < margin:
         sentence = f"{name} is let go {1000 * aside:.1f} mm aside, {np.degrees(tilt):.1f} degrees tilted, and tips over"
         report("release", sentence, bodies=(name,))
-    elif (far := _aside(scene, state, name, allow)) > allow.balance and not _stands_beside(
-        scene, state, name, far, allow
-    ):
-        report(
-            "release", f"{name} may be {1000 * far:.1f} mm aside by all that nothing explains, and tip over", (name,)
-        )
+        return
+    far, turn = _aside(scene, state, name, allow), state.turned.get(name, 0.0)
+    if not all(_stands_at(scene, state, name, T, allow) for T in _elsewhere(scene, state, name, far, turn, allow)):
+        where = f"{1000 * far:.1f} mm aside and turned by {np.degrees(turn):.1f} degrees"
+        report("release", f"{name} may be {where} by all that nothing explains, and tip over", (name,))
 
 
 def _aside(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
@@ -153,15 +155,21 @@ def _aside(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
     return state.aside(name) if level else state.strayed.get(name, 0.0)
 
 
-def _stands_beside(scene: Scene, state: State, name: str, far: float, allow: Tolerances) -> bool:
-    """Whether an object would stand so far aside as well [m], in whichever way."""
-    for angle in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False):
-        moved = state.poses[name].copy()
+def _elsewhere(scene: Scene, state: State, name: str, far: float, turn: float, allow: Tolerances) -> Iterator[Array]:
+    """Where an object may be that is so far aside [m], in whichever way, and turned so far, to either side [rad]."""
+    T, center = state.poses[name], scene.center_of_mass(name, state.poses[name])
+    for side in (-1.0, 1.0) if turn > TURNED else ():
+        yield turned(T, center, UP, side * turn)
+    for angle in np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False) if far > allow.balance else ():
+        moved = T.copy()
         moved[:2, 3] += far * np.array([np.cos(angle), np.sin(angle)])
-        beside = replace(state, poses={**state.poses, name: moved}, touching={})
-        if sunk_balance(scene, beside, name, allow, 0.0) < 0.0:
-            return False
-    return True
+        yield moved
+
+
+def _stands_at(scene: Scene, state: State, name: str, T: Array, allow: Tolerances) -> bool:
+    """Whether an object would stand at T as well."""
+    there = replace(state, poses={**state.poses, name: T}, touching={})
+    return sunk_balance(scene, there, name, allow, 0.0) >= 0.0
 
 
 def _width(scene: Scene, state: State, name: str, T: Array, opening: float) -> float:
@@ -275,9 +283,9 @@ def _check_closing(
         report("grasp", sentence, bodies=(name,))
     flush = laid_flush(scene.solids[name], T_tool_object, gripper, opening, mu, depth)
     bound = allow.flush if len(scene.solids[name].pieces) == 1 else allow.bulging
-    if (turned := scene.displacement(name, T_tool_object, flush)) > bound:
-        sentence = f"the fingers turn {name} by {1000 * turned:.0f} mm as they close, until it lies flush on them"
-        report("grasp", sentence, bodies=(name,), depth=turned)
+    if (moved := scene.displacement(name, T_tool_object, flush)) > bound:
+        sentence = f"the fingers turn {name} by {1000 * moved:.0f} mm as they close, until it lies flush on them"
+        report("grasp", sentence, bodies=(name,), depth=moved)
     astray = max(abs(found[1] - width / 2), abs(found[0] + width / 2))
     if astray > allow.pad:
         sentence = (
