@@ -14,6 +14,7 @@ from tamp.clock import TimeUp
 from tamp.errors import DomainError
 from tamp.language import Constant, Formula, atoms
 from tamp.planning.algorithms.adaptive import adaptive, binding, focused, incremental
+from tamp.planning.algorithms.improvement import improve
 from tamp.planning.algorithms.plan_graph import draw_plan
 from tamp.planning.algorithms.session import Known, Session
 from tamp.planning.model.awaited import OWN_MARK
@@ -86,12 +87,17 @@ class PlanningRun:
         options = self.settings.options
         options = options if budget is None else replace(options, timeout=budget)
         self._reached = None
+        kept: Session | None = None  # with a plan, where the run began again to look for a cheaper one
         session = self._turn_to(problem.goal_formula, options, started, frozen)
         try:
             if session is None:
                 session = self._begin(problem, options, started, frozen)
             while (restart := self._answer(session)) is not None:
-                session = self._begin(problem, restart.options, started, frozen)
+                again = restart.options
+                if session.found.best is not None:
+                    kept = session
+                    again = replace(again, max_cost=min(again.max_cost, session.found.cost))
+                session = self._begin(problem, again, started, frozen)
             raise AssertionError("algorithms end by raising Ended or Restart")
         except _Begun as begun:
             session, status, message = begun.session, begun.ended.status, begun.ended.message
@@ -105,6 +111,11 @@ class PlanningRun:
                 raise
             status, message = "interrupted", "The run was interrupted."
             self._usable = False
+        if session.found.best is None and kept is not None:
+            message = "No better plan exists." if status == "infeasible" else message
+            status = status if status == "interrupted" else "solved"
+            self._session, self._usable = kept, False
+            session = kept
         if session.found.best is None:
             message = " ".join([message, *_strangers(session, problem.goal_formula)])
         else:
@@ -163,6 +174,7 @@ class PlanningRun:
             state = (*now.state, *_values(before, brought[now.brought :]))
             known = Known(_values(before, before.knowledge.real), state, _values(before, brought))
         session = Session(problem, options, self._search, self.settings.algorithm == "incremental", started)
+        session.on_better = improve
         session.freeze(frozenset(map(session.objects.intern, frozen)))
         self._usable = True
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from tamp.errors import DomainError
 from tamp.language import FunctionStream, Variable
@@ -38,6 +38,7 @@ class Costs:
         self.scale = SCALE
         self._fine = False
         self._most = MOST
+        self._moves: dict[str, float] = {}
         self._values = {
             (term.function, *(schema.objects.intern(arg.value) for arg in term.args)): value  # type: ignore[union-attr]
             for term, value in schema.problem.initial_state.values.items()
@@ -61,7 +62,16 @@ class Costs:
 
     def searched(self, steps: Iterable[BoundStep]) -> int:
         """The cost of a plan as the search sees it where plans must be cheap."""
-        return sum(self._rounded(self._of(step.schema, step.binding)) for step in steps)
+        return sum(self._rounded(self._expected(step)) for step in steps)
+
+    def _expected(self, step: BoundStep) -> float:
+        """What an action of a plan costs, or is expected to where it is a move that the search leaves out."""
+        expected = self._moves.get(step.schema.name)
+        return self._of(step.schema, step.binding) if expected is None else expected
+
+    def expect_moves(self, costs: Mapping[str, float]) -> None:
+        """From now on, let the search expect moves that it leaves out to cost this, by their names."""
+        self._moves = dict(costs)
 
     def _rounded(self, cost: float) -> int:
         """Never more than what it stands for; what costs more than any plan may is not told apart."""
@@ -75,9 +85,11 @@ class Costs:
         return round(min(self.scale * cost, self._most) + sum(instance.effort for instance in operator.needs))
 
     def of_move(self, schema: ActionSchema) -> int:
-        """What the search pays at least for an action of any arguments."""
+        """What the search pays for an action of any arguments: the least that it may cost, or what is expected."""
         if self.unit:
             return self._rounded(1.0)
+        if schema.name in self._moves:
+            return self._rounded(self._moves[schema.name])
         least = sum(term if isinstance(term, int | float) else self._least(str(term[0])) for term in schema.cost or ())
         return self._rounded(least)
 
@@ -92,6 +104,11 @@ class Costs:
         for term in schema.cost or ():
             total += term if isinstance(term, int | float) else self._function(ground(term, binding))
         return total
+
+    def by_values(self, schemas: Iterable[ActionSchema]) -> bool:
+        """Whether what actions cost depends on what streams give."""
+        terms = [term for schema in schemas for term in schema.cost or () if isinstance(term, tuple)]
+        return not self.unit and any(str(term[0]) in self._knowledge.schema.functions for term in terms)
 
     def _least(self, function: str) -> float:
         """The least value that is known of a function."""

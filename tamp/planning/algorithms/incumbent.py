@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from tamp.planning.algorithms.costs import Costs
 from tamp.planning.binding.attempt import Attempt, BoundStep
+from tamp.planning.binding.skeleton import Skeleton
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.options import Ended, Options
@@ -30,29 +31,36 @@ class Found:
     Attributes:
         best: its bound actions; None where there is none yet.
         cost: of the best plan.
+        skeleton: of the best plan.
     """
 
     def __init__(self, options: Options, costs: Costs, knowledge: Knowledge) -> None:
         self.best: tuple[BoundStep, ...] | None = None
+        self.skeleton: Skeleton | None = None
         self.cost = math.inf
         self._basis: Basis | None = None
         self._knowledge = knowledge
         self._options = options
         self._costs = costs
 
-    def take(self, attempt: Attempt) -> None:
-        """Keep what an attempt gave where it is better.
+    def take(self, skeleton: Skeleton, attempt: Attempt) -> bool:
+        """Keep what an attempt at a skeleton gave where it is better; whether it is."""
+        if attempt.steps is None:
+            return False
+        cost = self._costs.of_plan(attempt.steps)
+        if cost > self._options.max_cost or cost >= self.cost:
+            return False
+        self.best, self.cost, self.skeleton = attempt.steps, cost, skeleton
+        self._basis = self._known()
+        self._costs.prefer_cheap(cost, exact=True)
+        return True
+
+    def check(self) -> None:
+        """End the run where the best plan is good enough.
 
         Raises:
-            Ended: where it is good enough.
+            Ended: then.
         """
-        if attempt.steps is None:
-            return
-        cost = self._costs.of_plan(attempt.steps)
-        if cost <= self._options.max_cost and cost < self.cost:
-            self.best, self.cost = attempt.steps, cost
-            self._basis = self._known()
-            self._costs.prefer_cheap(cost, exact=True)
         if self.best is not None and self.cost <= self._options.success_cost:
             raise Ended("solved", "")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,12 +11,13 @@ from tamp.planning.algorithms.costs import Costs
 from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
 from tamp.planning.algorithms.lifting import Lifter
-from tamp.planning.binding.attempt import Budget
+from tamp.planning.binding.attempt import Attempt, Budget
 from tamp.planning.binding.backjumping import Binder, progress
 from tamp.planning.binding.learning import Lessons
+from tamp.planning.binding.reopening import reopened
 from tamp.planning.binding.skeleton import Skeleton, make_skeleton
 from tamp.planning.constraints import Course, Forbidden
-from tamp.planning.grounding.ground_task import TaskOperator
+from tamp.planning.grounding.ground_task import GroundTask, TaskOperator
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.moves import MovePrices
@@ -50,9 +51,11 @@ class Known:
 
 
 def _seen(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
-    """A problem as the search sees it, and the moves that are left out of it."""
-    bounded = min(options.max_cost, options.success_cost) < math.inf
-    by_values = bounded and not options.unit_costs and schema.domain.uses_costs
+    """A problem as the search sees it, and the moves that are left out of it.
+
+    Below a cost all moves must be seen that cost different things; until there is a plan to improve on, none need be.
+    """
+    by_values = options.max_cost < math.inf and not options.unit_costs and schema.domain.uses_costs
     forbidden = {str(p[0]).lower() for p in options.constraints.forbidden}
     plain = Connectors(schema, options.connectors)
     made = [(schema, plain)]
@@ -91,6 +94,7 @@ class Session:
     Attributes:
         searching: the part of `work` that searches were.
         looking: the part of that which is due to the states that they looked at.
+        on_better: what is done about a plan that is better than the last one.
     """
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
@@ -103,6 +107,7 @@ class Session:
         self._named: set[int] = set()
         self._search = search
         self._eager = eager
+        self.on_better: Callable[[Session], None] = lambda session: None
         self._invariants = find_invariants(self.schema, self.connectors.fluent)
         self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options)
         self._lifter = Lifter(self.knowledge, self.grounder)
@@ -119,7 +124,7 @@ class Session:
         )
         self.grounder.report_to(self.rounds.appear, self.limits.check)
         self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
-        if min(options.max_cost, options.success_cost) < math.inf:
+        if options.max_cost < math.inf:
             self.costs.prefer_cheap(options.max_cost)
         forbidden = Forbidden(options.constraints, self.objects)
         filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
@@ -273,19 +278,41 @@ class Session:
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             task = self.symbolic.task(self.lessons.blames, scope)
-        self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL
         if not task.solvable:
+            self._count(task, SearchResult(None))
             return SearchResult(None, proven=True)
         bound = self.found.bound()
         with self.stopwatch.timed("search"):
             left = min(self.limits.left, self.options.max_search_s)
             result = self.symbolic.run(task, left, bound, brief=scope.novel or scope.unbarred or scope.sure)
-        looked = result.states * len(task.operators) // STATES_A_CALL
-        self.searching += looked
-        self.looking += looked
+        self._count(task, result)
         self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
         self.limits.check()
         return result
+
+    def _count(self, task: GroundTask, result: SearchResult) -> None:
+        """Count the work of a search."""
+        looked = result.states * len(task.operators) // STATES_A_CALL
+        self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL + looked
+        self.looking += looked
+
+    def cheaper(self) -> Skeleton | None:
+        """A skeleton that a brief search finds below the cost of the best plan; None where it finds none.
+
+        Raises:
+            Ended: at a limit.
+        """
+        bound = self.found.bound()
+        with self.stopwatch.timed("grounding"):
+            self.knowledge.refresh()
+            task = self.symbolic.task(self.lessons.blames, EVERYTHING)
+        if bound is None or not task.solvable:
+            return None
+        with self.stopwatch.timed("search"):
+            result = self.symbolic.improve(task, min(self.limits.left, self.options.max_search_s), bound)
+        self._count(task, result)
+        self.limits.check()
+        return None if result.plan is None else self.skeleton_of(result.plan)
 
     def skeleton_of(self, plan: Iterable[TaskOperator]) -> Skeleton:
         """The skeleton of what a search found."""
@@ -309,11 +336,39 @@ class Session:
         """
         return self.skeleton(self._lifter.lift(skeleton.steps))
 
+    def reopened(self, skeleton: Skeleton) -> tuple[Skeleton, dict[int, int]]:
+        """A skeleton of the best plan with all values left open that streams gave, and what stands there in it."""
+        steps = [s for s in self.found.best or () if not self.connectors.is_connector(s.schema.name)]
+        goal = self.schema.goal
+        kept = {t for p in (*goal.positive, *goal.negative) for t in p[1:] if isinstance(t, int)} | self._named
+        return reopened(skeleton, steps, kept, self.schema, self.knowledge, self.connectors)
+
     def bind(self, skeleton: Skeleton, budget: Budget) -> bool:
         """Try to bind a skeleton, and learn from it where it fails; whether it gave an acceptable plan.
 
         Raises:
             Ended: where a plan as good as wanted is found, or at a limit.
+        """
+        cost = self.found.cost
+        attempt = self.attempt(skeleton, budget)
+        if self.found.cost < cost:
+            self.on_better(self)
+            self.found.check()
+            if self.connectors.fluent and not self._moves_cost_alike():
+                raise Restart(replace(self.options, connectors=False))
+        if attempt.steps is None and self.lessons.puzzling and self.few_values():
+            raise Restart(replace(self.options, connectors=False))
+        return attempt.steps is not None
+
+    def _moves_cost_alike(self) -> bool:
+        """Whether the search knows what the moves cost that it leaves out."""
+        return self.costs.unit or all(_constant(c.schema.cost) for c in self.connectors.connectors)
+
+    def attempt(self, skeleton: Skeleton, budget: Budget) -> Attempt:
+        """Try to bind a skeleton, keep the plan where it is better, and learn from it where it fails.
+
+        Raises:
+            Ended: at a limit.
         """
         trial = self.lessons.trial(skeleton)
         with self.stopwatch.timed("binding"):
@@ -322,14 +377,12 @@ class Session:
             attempt = self.binder.bind(skeleton, grown, turn=alike)
         self.lessons.count(skeleton)
         trial.last = attempt
-        self.found.take(attempt)
+        self.found.take(skeleton, attempt)
         self.grounder.be_shallow()
         with self.stopwatch.timed("grounding"):
             self.lessons.learn(attempt)
         self.limits.check()
-        if attempt.steps is None and self.lessons.puzzling and self.few_values():
-            raise Restart(replace(self.options, connectors=False))
-        return attempt.steps is not None
+        return attempt
 
     def check_surprises(self) -> None:
         """Begin again with every stream where one has certified more than it promises, and some were left out.

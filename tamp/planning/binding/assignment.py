@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from tamp import clock
 from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame
@@ -10,7 +10,11 @@ from tamp.planning.binding.skeleton import Apply, Choose, Connect, Rewind, Skele
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.state import State, Violation
+from tamp.planning.model.stream_instances import Instance
 from tamp.planning.sampling.stream_calls import Sampling
+
+Begin = Mapping[tuple[Instance, tuple[int, ...]], int]
+"""What a skeleton leaves open, and the inputs that were chosen for it -> the number of a stream's result."""
 
 
 class Assignment:
@@ -40,6 +44,10 @@ class Assignment:
         """What stands for a handle: the value of a placeholder that has one, otherwise itself."""
         return self._values.get(handle, handle)
 
+    def all(self) -> dict[int, int]:
+        """Placeholder -> its value."""
+        return dict(self._values)
+
     def fact(self, fact: Fact) -> Fact:
         """A fact with values for its placeholders."""
         return (fact[0], *[self._values.get(h, h) for h in fact[1:]])
@@ -60,6 +68,7 @@ class Walk:
         attempt: what will be told of it.
         jumps: failed checks so far.
         turn: how many attempts at the same choices there were before.
+        begin: which results are tried first, where those are not the first ones.
         following: choice -> what an optimizer has found for it together with an earlier choice.
         surveying: whether it has failed, and the rest is looked at for further conflicts only.
     """
@@ -72,6 +81,7 @@ class Walk:
         sampling: Sampling,
         deadline: float,
         turn: int = 0,
+        begin: Begin | None = None,
     ) -> None:
         self.skeleton = skeleton
         self.budget = budget
@@ -83,6 +93,7 @@ class Walk:
         self.following: dict[int, tuple[int, ...]] = {}
         self.jumps = 0
         self.turn = turn
+        self.begin = begin or {}
         self.surveying = False
         self._knowledge = knowledge
         self._sampling = sampling

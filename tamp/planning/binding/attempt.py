@@ -90,6 +90,7 @@ class Attempt:
 
     Attributes:
         steps: the bound actions, connectors included; None where it failed.
+        values: placeholder -> what it stands for in them.
         blamed: real instances whose values all led to conflicts.
         moves: moves between actions that failed.
         moved: the values to which moves led, each with what held then.
@@ -99,6 +100,7 @@ class Attempt:
     """
 
     steps: tuple[BoundStep, ...] | None = None
+    values: dict[int, int] = field(default_factory=dict)
     blamed: dict[Instance, None] = field(default_factory=dict)
     moves: list[FailedMove] = field(default_factory=list)
     moved: list[tuple[int, State]] = field(default_factory=list)

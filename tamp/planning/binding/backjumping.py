@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from tamp.planning.binding.assignment import Walk
+from tamp.planning.binding.assignment import Begin, Walk
 from tamp.planning.binding.attempt import Attempt, BoundStep, Budget, Frame, Nogood
 from tamp.planning.binding.optimizing import Optimizers
 from tamp.planning.binding.skeleton import Apply, Check, Choose, Connect, Rewind, Skeleton
@@ -62,9 +62,16 @@ class Binder:
         self._course = course
         self._deadline = deadline
 
-    def bind(self, skeleton: Skeleton, budget: Budget, turn: int = 0) -> Attempt:
-        """Try to find values for all that a skeleton leaves open; `turn`: how often it, or its like, was tried."""
-        walk = Walk(skeleton, budget, self._knowledge, self._sampling, self._deadline, turn)
+    def bind(self, skeleton: Skeleton, budget: Budget, turn: int = 0, begin: Begin | None = None) -> Attempt:
+        """Try to find values for all that a skeleton leaves open.
+
+        Args:
+            skeleton: what shall be bound.
+            budget: what may be spent on it.
+            turn: how often it, or its like, was tried.
+            begin: which results of streams to try first.
+        """
+        walk = Walk(skeleton, budget, self._knowledge, self._sampling, self._deadline, turn, begin)
         position, fresh = 0, True
         while position < len(walk.items):
             if walk.spent():
@@ -91,7 +98,7 @@ class Binder:
             walk.frames[target].culprits.update(culprits)
             walk.frames[target].barren += barren
             position, fresh = target, False
-        walk.attempt.steps = tuple(walk.bound_steps())
+        walk.attempt.steps, walk.attempt.values = tuple(walk.bound_steps()), walk.values.all()
         return walk.attempt
 
     def _survey(self, walk: Walk, position: int) -> None:

@@ -78,23 +78,28 @@ def _one_choice_each(steps: tuple[GroundOperator, ...], knowledge: Knowledge) ->
     """Where several steps hope for one stream with fluents, each chooses for itself: their states differ."""
     used: set[Instance] = set()
     for step in steps:
-        renamed: dict[Instance, Instance] = {}
+        new: dict[Instance, Instance] = {}
         for instance in step.needs:
             if instance in used and instance.external.fluents and instance.placeholders:
                 fresh = replace(instance)
                 keys = [knowledge.objects.key(h) for h in instance.placeholders]
                 fresh.placeholders = tuple(knowledge.objects.placeholder(key, fresh) for key in keys)
-                renamed[instance] = fresh
+                new[instance] = fresh
         used.update(step.needs)
-        yield _renamed(step, renamed) if renamed else step
+        yield _with_fresh(step, new) if new else step
 
 
-def _renamed(step: GroundOperator, renamed: dict[Instance, Instance]) -> GroundOperator:
+def _with_fresh(step: GroundOperator, fresh: dict[Instance, Instance]) -> GroundOperator:
     handles = {
         old: new
-        for instance, fresh in renamed.items()
-        for old, new in zip(instance.placeholders, fresh.placeholders, strict=True)
+        for instance, other in fresh.items()
+        for old, new in zip(instance.placeholders, other.placeholders, strict=True)
     }
+    return replace(renamed(step, handles), needs=tuple(fresh.get(instance, instance) for instance in step.needs))
+
+
+def renamed(step: GroundOperator, handles: dict[int, int]) -> GroundOperator:
+    """A step with other objects in the place of some."""
 
     def fact(old: Fact) -> Fact:
         return (old[0], *[handles.get(h, h) for h in old[1:]])
@@ -105,7 +110,6 @@ def _renamed(step: GroundOperator, renamed: dict[Instance, Instance]) -> GroundO
         positive=tuple(map(fact, step.positive)),
         negative=tuple(map(fact, step.negative)),
         effects=[replace(effect, atom=fact(effect.atom)) for effect in step.effects],
-        needs=tuple(renamed.get(instance, instance) for instance in step.needs),
     )
 
 

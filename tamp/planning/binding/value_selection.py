@@ -46,7 +46,8 @@ class Chooser:
         instance = self._knowledge.instance(template.external, inputs, fluents)
         if fresh:
             parents = walk.values.owners((*inputs, *(h for f in fluents for h in f[1:])))
-            frame.instance, frame.cursor, frame.tried, frame.barren, frame.conflict = instance, 0, 0, 0, parents
+            frame.instance, frame.tried, frame.barren, frame.conflict = instance, 0, 0, parents
+            frame.cursor = walk.begin.get((template, inputs), 0)
             frame.culprits = {}
             frame.visits += 1
             frame.known = len(instance.results)

@@ -73,6 +73,7 @@ class Knowledge:
         self._unsupported = schema.derived | schema.fluents | {"object"}
         self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...] | None], Instance] = {}
         self._sources: dict[int, tuple[Instance, int]] = {}
+        self._givers: dict[int, list[tuple[Instance, int]]] = {}
         self._records: dict[tuple[str, tuple[int, ...]], Record] = {}
         self._lineages: dict[tuple[str, tuple[int, ...]], int] = {}
         self._lineage_of: dict[int, int] = {}
@@ -173,6 +174,7 @@ class Knowledge:
             return False
         for handle in outputs:
             self._sources.setdefault(handle, (instance, len(instance.results)))
+            self._givers.setdefault(handle, []).append((instance, len(instance.results)))
         instance.results.append(outputs)
         for fact in instance.certified(outputs) if not instance.external.is_state_test else ():
             self.certify(fact, active=False)
@@ -182,6 +184,10 @@ class Knowledge:
         """The stream instance that an object came from; None for an object of the problem."""
         found = self._sources.get(handle)
         return None if found is None else found[0]
+
+    def givers(self, handle: int) -> list[tuple[Instance, int]]:
+        """The stream instances that have yielded an object, each with the number of a result."""
+        return self._givers.get(handle, [])
 
     def activate(self, instance: Instance, limit: int) -> None:
         """Let the search use the first `limit` results of an instance."""

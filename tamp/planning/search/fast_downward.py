@@ -77,6 +77,11 @@ CHEAP = {
 }
 """Name -> the searches for small tasks: each sees more states than what follows, for cheaper plans."""
 
+CHEAPER = Cheap(
+    _FF + "lazy_wastar([h], preferred=[h], w=1, boost=1000, max_time={seconds}{bound}))", EVER, 1_200_000, 0.1
+)
+"""The search for a plan below the cost of another, where so little time is given for it."""
+
 IN_PLACE = {"astar-lmcut": "astar-max"}
 """Name -> what is searched by in its place where its heuristic knows neither axioms nor conditional effects."""
 
@@ -125,6 +130,7 @@ class FastDownward:
         """Search for a plan that costs less than `bound`.
 
         After `timeout` seconds the program is killed; after `effort` seconds of processor time, rounded up, it ends.
+        Where there is a bound, and as little effort as for `CHEAPER`, it is searched so and in no other way.
         """
         if not task.goal_positive and not task.goal_negative:
             return SearchResult(())
@@ -133,6 +139,9 @@ class FastDownward:
         text = write_sas(task)
         if text is None:
             return SearchResult(None, proven=True)
+        if bound is not None and effort <= CHEAPER.seconds:
+            end = _seen_cheaply(task, text, CHEAPER, limit, deadline, 1.0)
+            return SearchResult(end.plan, timed_out=not end.exhausted, states=end.states)
         in_vain: list[int] = []
         states = 0
         for number, cheap in enumerate(self._cheap):

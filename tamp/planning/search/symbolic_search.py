@@ -19,6 +19,9 @@ from tamp.planning.search.elimination import eliminate
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
 
+IMPROVING_S = 0.1
+"""Processor time of a search for a plan that is cheaper than the best one [s]."""
+
 BRIEF_S = 1.0
 """Processor time of a search that leaves something out, before the full one has its turn [s]."""
 
@@ -80,12 +83,24 @@ class SymbolicSearch:
         if self._barren == (task, bound):
             return SearchResult(None, proven=True)
         effort = BRIEF_S if brief else SEARCH_S * 2**self._timeouts
-        result: Any = self._search(task, left, bound, effort)
-        if not isinstance(result, SearchResult):
-            name = getattr(self._search, "__qualname__", type(self._search).__name__)
-            raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
+        result = self._searched(task, left, bound, effort)
         self._timeouts += result.timed_out and not brief
         self.operators = len(task.operators)
         if result.plan is None and result.proven:
             self._barren = (task, bound)
+        return result
+
+    def improve(self, task: GroundTask, left: float, bound: int) -> SearchResult:
+        """Look for a plan that costs less than `bound`, for a moment; `left`: of the run's time [s].
+
+        Raises:
+            TampError: where the search returned something else than a SearchResult.
+        """
+        return self._searched(task, left, bound, IMPROVING_S)
+
+    def _searched(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
+        result: Any = self._search(task, left, bound, effort)
+        if not isinstance(result, SearchResult):
+            name = getattr(self._search, "__qualname__", type(self._search).__name__)
+            raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
         return result if result.plan is None else replace(result, plan=eliminate(task, result.plan))

@@ -1,0 +1,95 @@
+"""Cheaper plans at little cost, once there is one: other values for its skeleton, and a brief search below its cost.
+
+The first values that fit are as dear as chance has it, so that the choices of a plan are made anew, one at a time, and
+what is cheaper is kept: local search in the space of assignments (Aarts and Lenstra, "Local Search in Combinatorial
+Optimization", 1997). How much is done is counted in calls of streams and in states, whatever time these take.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from statistics import fmean
+
+from tamp.planning.algorithms.session import Session
+from tamp.planning.binding.attempt import Budget
+from tamp.planning.binding.skeleton import Choose
+from tamp.planning.model.stream_instances import Instance
+
+CALLS, LEAST_CALLS = 0.5, 150
+"""How many calls other values may take: a share of those that finding the plan took, or so many where that is more."""
+
+SEARCHING, LEAST_SEARCHING = 0.25, 200
+"""The same of the work of searches."""
+
+SLOW_S = 1e-3
+"""What a call may take in the mean: where streams are slower, cheaper plans are looked for where that is asked for [s]."""
+
+ROUNDS = 12
+"""How many other values each choice may be given."""
+
+NEIGHBOUR = Budget(values=1, draws=0, patience=2, jumps=4, barren=0)
+"""What an attempt may spend that differs from the best plan in one choice."""
+
+
+def improve(session: Session) -> None:
+    """Improve on the best plan of a session, where actions have costs.
+
+    Raises:
+        Ended: where time is over.
+    """
+    sampling = session.sampling
+    if session.costs.unit or session.found.skeleton is None or sampling.seconds > SLOW_S * sampling.calls:
+        return
+    calls, searching = sampling.calls, session.searching
+    most = calls + max(int(CALLS * calls), LEAST_CALLS)
+    enough = searching + max(int(SEARCHING * searching), LEAST_SEARCHING)
+    session.costs.expect_moves(_mean_moves(session))
+    _choose_anew(session, most)
+    while session.searching < enough and (skeleton := session.cheaper()) is not None:
+        cost = session.found.cost
+        session.attempt(skeleton, Budget())
+        if session.found.cost < cost:
+            _choose_anew(session, most)
+    session.costs.expect_moves({})
+
+
+def _mean_moves(session: Session) -> dict[str, float]:
+    """Moves that the search does not see -> what they cost in the mean in the best plan."""
+    made: dict[str, list[float]] = {}
+    for step in session.found.best or ():
+        if session.connectors.is_connector(step.schema.name):
+            made.setdefault(step.schema.name, []).append(session.costs.of_plan([step]))
+    return {name: fmean(costs) for name, costs in made.items()}
+
+
+def _choose_anew(session: Session, most: int) -> None:
+    """Make the choices of the best plan anew, while there are less than so many calls of streams in all."""
+    found = session.found
+    if found.skeleton is None or not session.costs.by_values(step.schema for step in found.best or ()):
+        return
+    skeleton, values = session.reopened(found.skeleton)
+    choices = [item.template for item in skeleton.items if isinstance(item, Choose)]
+    seen: Counter[tuple[Instance, tuple[int, ...]]] = Counter()
+    for _ in range(ROUNDS):
+        for template in choices:
+            session.limits.check()
+            if session.sampling.calls >= most:
+                return
+            chosen = {(t, _inputs(t, values)): _number(session, t, values) for t in choices}
+            key = template, _inputs(template, values)
+            seen[key] += seen[key] == chosen[key]
+            instance = session.knowledge.instance(template.external, key[1])
+            if seen[key] < len(instance.results) or not instance.exhausted:
+                attempt = session.binder.bind(skeleton, NEIGHBOUR, begin={**chosen, key: seen[key]})
+                values = attempt.values if found.take(found.skeleton, attempt) else values
+            seen[key] += 1
+
+
+def _inputs(template: Instance, values: dict[int, int]) -> tuple[int, ...]:
+    return tuple(values.get(h, h) for h in template.inputs)
+
+
+def _number(session: Session, template: Instance, values: dict[int, int]) -> int:
+    """The number of the result that stands in a plan for what a template leaves open."""
+    results = session.knowledge.instance(template.external, _inputs(template, values)).results
+    return results.index(tuple(values[h] for h in template.placeholders))

@@ -1,0 +1,55 @@
+"""First plans are cheap: values are made anew, and a moment is searched below their cost, whatever the algorithm."""
+
+import pytest
+
+from benchmarks.pddlstream_problems import packing
+from benchmarks.pddlstream_roads import logistics
+from benchmarks.pddlstream_shapes import shelf
+from benchmarks.pddlstream_shelf import carrying
+from tamp.planning import solve
+from tests.planning.test_cheapest import offers
+from tests.planning.test_problems import ALGORITHMS, check
+
+LINE = {"floor": (-10.0, 10.0), "goal": (5.0, 10.0)}
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_of_what_streams_give_the_cheapest_is_taken(algorithm):
+    problem = offers(1.0)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert solution.cost == 4e5
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_things_are_put_where_the_way_is_short(algorithm):
+    """The first values cost up to 33 where 24.5 will do."""
+    problem = packing(2, (6.0, 1.0), costs=True)
+    costs = []
+    for seed in range(4):
+        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
+        costs.append(solution.cost)
+    assert sum(costs) / len(costs) < 28.0, costs
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_what_the_goal_names_stays_what_it_is(algorithm):
+    problem = shelf([-2.0, -5.0], {"A": 2.0, "B": "goal"}, LINE)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert solution.cost < 105.0
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "incremental"])
+def test_a_moment_is_searched_below_the_cost_of_the_first_plan(algorithm):
+    """The first plan costs 69 or 70 where 56 will do, as tasks of so many operators are searched with a weight."""
+    solution = solve(logistics(20, 4, 2), algorithm=algorithm, timeout=20.0)
+    assert solution.cost <= 61.0
+
+
+def test_where_a_plan_must_be_cheap_there_is_one_at_all():
+    """Moves were in the search from the start, where each is told the state: there was no plan until time was up."""
+    problem = carrying([-4.0, 0.0], {"A": "goal"}, LINE)
+    solution = solve(problem, success_cost=0.0, timeout=3.0)
+    check(problem, solution)
+    assert solution.status == "solved" and solution.cost < 80.0
