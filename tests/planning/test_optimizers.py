@@ -8,18 +8,15 @@ from benchmarks.pddlstream_shelf import OPTIMIZER, fit, optimised
 from tamp.errors import SamplerError
 from tamp.planning import Problem, solve
 from tamp.planning.pddlstream import OptimizerOutput, from_fn, from_gen_fn, from_stream_map
-from tests.planning.test_problems import check
+from tests.planning.test_problems import ALGORITHMS, check
 
 LINE = {"floor": (-10.0, 10.0), "goal": (5.0, 10.0)}
 
 
-@pytest.mark.parametrize("algorithm", ["adaptive", "binding", "focused"])
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize(("starts", "goals"), [([0.0, -3.0], {"A": "goal", "B": "goal"}), ([0.0, 7.5], {"A": "goal"})])
 def test_one_answer_for_all_that_constraints_tie_together(algorithm, starts, goals):
-    """Alone, each block would be put at the same place: only together there is room for both.
-
-    The algorithm "incremental" asks for each alone.
-    """
+    """Alone, each block would be put at the same place: only together there is room for both."""
     problem = optimised(starts, goals, LINE)
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     assert solution.status == "solved", str(solution.report)

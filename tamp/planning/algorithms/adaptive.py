@@ -157,9 +157,15 @@ def incremental(session: Session) -> None:
     """Draw from every stream in turn and search among real values only, after each round.
 
     After a dear search in vain there are as many rounds as are as much work, but at most as many as before.
-    Only motions that depend on the state are left to the end, as in the other algorithms.
+    Only motions that depend on the state are left to the end, as in the other algorithms. Where what optimizers
+    give for each choice alone does not do, they are asked about whole plans, which are found under hopes.
+
+    Raises:
+        Restart: then.
     """
     budget = Budget()
+    if session.options.hopes:
+        _search_and_bind(session, revisit=4)
     while True:
         before = session.looking
         result = _searched(session)
@@ -171,6 +177,8 @@ def incremental(session: Session) -> None:
                 _go_on(session, skeleton)
         elif result.timed_out:
             _replace_hopes(session)
+        elif session.optimizers and session.rounds.count:
+            raise Restart(replace(session.options, hopes=True))
         else:
             _expand(session, worth=session.looking - before)
 

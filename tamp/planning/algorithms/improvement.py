@@ -22,7 +22,7 @@ SEARCHING, LEAST_SEARCHING = 0.25, 200
 """The same of the work of searches."""
 
 SLOW_S = 1e-3
-"""What a call may take in the mean: where streams are slower, cheaper plans are looked for where that is asked for [s]."""
+"""What a call may take in the mean: where streams are slower, cheaper plans are looked for only if asked for [s]."""
 
 ROUNDS = 12
 """How many other values each choice may be given."""

@@ -245,6 +245,11 @@ class Session:
         return any(self.knowledge.source(handle) is None for handle in wanted - self._named)
 
     @property
+    def optimizers(self) -> bool:
+        """Whether optimizers give values."""
+        return any(external.optimizer for external in self.schema.externals.values())
+
+    @property
     def work(self) -> int:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
         return self.sampling.calls + len(self.knowledge.templates) + self.searching
