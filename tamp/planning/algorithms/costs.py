@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from tamp.errors import DomainError
 from tamp.language import FunctionStream, Variable
@@ -23,14 +24,28 @@ FINE_SCALE = 1000.0
 RESOLUTION = 1e6
 """What the best plan's cost weighs in the search: costs are whole numbers there."""
 
+UNKNOWN = 1.0
+"""What a function is guessed to be of which no value is known."""
+
 MOST = 1e8
 """The most that an action or a plan's bound weighs in the search, whose numbers end at 2**31."""
+
+
+class Known(NamedTuple):
+    """What is known of a function's values: how many there are, what they add up to, and the least of them."""
+
+    number: int
+    total: float
+    least: float
 
 
 class Costs:
     """Costs of actions. Where the domain has no costs, or the caller wants unit costs, each action costs 1."""
 
-    def __init__(self, knowledge: Knowledge, sampling: Sampling, unit_costs: bool) -> None:
+    def __init__(
+        self, knowledge: Knowledge, sampling: Sampling, unit_costs: bool, hidden: frozenset[str] = frozenset()
+    ) -> None:
+        """`hidden`: the actions that are left out of the search."""
         self._knowledge = knowledge
         self._sampling = sampling
         schema = knowledge.schema
@@ -38,18 +53,23 @@ class Costs:
         self.scale = SCALE
         self._fine = False
         self._most = MOST
-        self._moves: dict[str, float] = {}
+        self._guessing = True
+        self._hidden = hidden
+        self._noted: set[tuple[object, ...]] = set()
+        self._known: dict[str, Known] = {}
         self._values = {
             (term.function, *(schema.objects.intern(arg.value) for arg in term.args)): value  # type: ignore[union-attr]
             for term, value in schema.problem.initial_state.values.items()
         }
+        for term, value in self._values.items():
+            self._note(term, float(value))
 
     def prefer_cheap(self, limit: float, exact: bool = False) -> None:
         """From now on, let the search see the actions' costs alone, of plans that cost at most `limit`.
 
         The caller's limit may be far above any plan's cost, as the best plan's is not: `exact`.
         """
-        self._fine = True
+        self._fine, self._guessing = True, False
         if 0.0 < limit < math.inf:
             self.scale = RESOLUTION / limit if exact else min(max(FINE_SCALE, RESOLUTION / limit), MOST / limit)
             self._most = 2.0 * self.scale * limit
@@ -65,13 +85,14 @@ class Costs:
         return sum(self._rounded(self._expected(step)) for step in steps)
 
     def _expected(self, step: BoundStep) -> float:
-        """What an action of a plan costs, or is expected to where it is a move that the search leaves out."""
-        expected = self._moves.get(step.schema.name)
-        return self._of(step.schema, step.binding) if expected is None else expected
+        """What an action of a plan costs, or is guessed to where it is a move that the search leaves out."""
+        if self._guessing and step.schema.name in self._hidden:
+            return self._guessed(step.schema)
+        return self._of(step.schema, step.binding)
 
-    def expect_moves(self, costs: Mapping[str, float]) -> None:
-        """From now on, let the search expect moves that it leaves out to cost this, by their names."""
-        self._moves = dict(costs)
+    def guess(self, guessing: bool) -> None:
+        """From now on, let the search see what is not known at what such things cost in the mean, or at the least."""
+        self._guessing = guessing
 
     def _rounded(self, cost: float) -> int:
         """Never more than what it stands for; what costs more than any plan may is not told apart."""
@@ -85,13 +106,17 @@ class Costs:
         return round(min(self.scale * cost, self._most) + sum(instance.effort for instance in operator.needs))
 
     def of_move(self, schema: ActionSchema) -> int:
-        """What the search pays for an action of any arguments: the least that it may cost, or what is expected."""
+        """What the search pays for an action of any arguments: the least that it may cost, or what is guessed."""
         if self.unit:
             return self._rounded(1.0)
-        if schema.name in self._moves:
-            return self._rounded(self._moves[schema.name])
+        if self._guessing and self._fine:
+            return self._rounded(self._guessed(schema))
         least = sum(term if isinstance(term, int | float) else self._least(str(term[0])) for term in schema.cost or ())
         return self._rounded(least)
+
+    def _guessed(self, schema: ActionSchema) -> float:
+        """What an action is guessed to cost, whatever its arguments are."""
+        return sum(term if isinstance(term, int | float) else self._guess(str(term[0])) for term in schema.cost or ())
 
     def of_hope(self, test: Instance) -> int:
         """What the search pays for hoping that a test holds."""
@@ -114,8 +139,7 @@ class Costs:
         """The least value that is known of a function."""
         given = [float(value) for term, value in self._values.items() if term[0] == function]
         if function in self._knowledge.schema.functions:
-            info = self._knowledge.schema.problem.info.get(function)
-            given.append(info.bound if info is not None else 0.0)
+            given.append(self._bound(function))
         return min(given, default=0.0)
 
     def _check_domain(self, function: FunctionStream, handles: tuple[int, ...]) -> None:
@@ -141,6 +165,28 @@ class Costs:
             return 0.0
         if all(map(self._knowledge.objects.is_real, handles)):
             self._check_domain(functions[name], handles)
-            return self._sampling.function(name, handles)
-        info = self._knowledge.schema.problem.info.get(name)
+            value = self._sampling.function(name, handles)
+            self._note(term, value)
+            return value
+        return self._guess(name) if self._guessing else self._bound(name)
+
+    def _guess(self, function: str) -> float:
+        """What is guessed of a function: the mean of what is known of it once there is a plan, before that the least.
+
+        Without a plan dear hopes would bar the way to one: all that matters is that more of them cost more.
+        """
+        known = self._known.get(function)
+        guess = UNKNOWN if known is None else known.total / known.number if self._fine else known.least
+        return max(guess, self._bound(function))
+
+    def _note(self, term: tuple[object, ...], value: float) -> None:
+        """Let a value of a function count for what others are guessed to be."""
+        if term not in self._noted:
+            self._noted.add(term)
+            known = self._known.get(str(term[0]), Known(0, 0.0, value))
+            self._known[str(term[0])] = Known(known.number + 1, known.total + value, min(known.least, value))
+
+    def _bound(self, function: str) -> float:
+        """The least value of a function, as far as it is known."""
+        info = self._knowledge.schema.problem.info.get(function)
         return info.bound if info is not None else 0.0

@@ -8,7 +8,6 @@ Optimization", 1997). How much is done is counted in calls of streams and in sta
 from __future__ import annotations
 
 from collections import Counter
-from statistics import fmean
 
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
@@ -18,7 +17,7 @@ from tamp.planning.model.stream_instances import Instance
 CALLS, LEAST_CALLS = 0.5, 150
 """How many calls other values may take: a share of those that finding the plan took, or so many where that is more."""
 
-SEARCHING, LEAST_SEARCHING = 0.25, 200
+SEARCHING, LEAST_SEARCHING = 0.25, 400
 """The same of the work of searches."""
 
 SLOW_S = 1e-3
@@ -26,6 +25,9 @@ SLOW_S = 1e-3
 
 ROUNDS = 12
 """How many other values each choice may be given."""
+
+BRIEF = Budget(values=3, draws=20, patience=2, jumps=40, barren=0)
+"""What an attempt at a cheaper skeleton may spend."""
 
 NEIGHBOUR = Budget(values=1, draws=0, patience=2, jumps=4, barren=0)
 """What an attempt may spend that differs from the best plan in one choice."""
@@ -43,23 +45,16 @@ def improve(session: Session) -> None:
     calls, searching = sampling.calls, session.searching
     most = calls + max(int(CALLS * calls), LEAST_CALLS)
     enough = searching + max(int(SEARCHING * searching), LEAST_SEARCHING)
-    session.costs.expect_moves(_mean_moves(session))
+    session.costs.guess(True)
     _choose_anew(session, most)
-    while session.searching < enough and (skeleton := session.cheaper()) is not None:
+    tried = {session.found.skeleton}
+    while session.searching < enough and (skeleton := session.cheaper()) is not None and skeleton not in tried:
+        tried.add(skeleton)
         cost = session.found.cost
-        session.attempt(skeleton, Budget())
+        session.attempt(skeleton, BRIEF)
         if session.found.cost < cost:
             _choose_anew(session, most)
-    session.costs.expect_moves({})
-
-
-def _mean_moves(session: Session) -> dict[str, float]:
-    """Moves that the search does not see -> what they cost in the mean in the best plan."""
-    made: dict[str, list[float]] = {}
-    for step in session.found.best or ():
-        if session.connectors.is_connector(step.schema.name):
-            made.setdefault(step.schema.name, []).append(session.costs.of_plan([step]))
-    return {name: fmean(costs) for name, costs in made.items()}
+    session.costs.guess(False)
 
 
 def _choose_anew(session: Session, most: int) -> None:

@@ -123,11 +123,11 @@ class Session:
             self.knowledge, self.sampling, self.evaluator, self.limits, self.stopwatch, self._eager, options.lazy_tests
         )
         self.grounder.report_to(self.rounds.appear, self.limits.check)
-        self.costs = Costs(self.knowledge, self.sampling, options.unit_costs)
+        filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
+        self.costs = Costs(self.knowledge, self.sampling, options.unit_costs, filled_in)
         if options.max_cost < math.inf:
             self.costs.prefer_cheap(options.max_cost)
         forbidden = Forbidden(options.constraints, self.objects)
-        filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
         course = Course(options.constraints, self.objects, filled_in)
         self.binder = Binder(
             self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, course, self.limits.deadline

@@ -47,23 +47,22 @@ class Cheap:
         most: operators of a task.
         work: states that may be evaluated, times operators.
         seconds: processor time that this usually takes at most [s].
+        most_states: how many may be evaluated, however few operators there are.
     """
 
     search: str
     most: int
     work: int
     seconds: float
+    most_states: int = 10_000
 
     def states(self, operators: int) -> int:
         """How many states of a task with so many operators may be evaluated."""
-        return min(STATES, self.work // max(1, operators))
+        return min(self.most_states, self.work // max(1, operators))
 
 
 WORK_A_SECOND = 12_000_000
 """States times operators that are evaluated in a second, about, where a search is ended before it says how many."""
-
-STATES = 10_000
-"""States that a cheap search may evaluate, however few operators there are."""
 
 EVER = 1_000_000_000
 """Operators of a task that is never too large."""
@@ -78,7 +77,7 @@ CHEAP = {
 """Name -> the searches for small tasks: each sees more states than what follows, for cheaper plans."""
 
 CHEAPER = Cheap(
-    _FF + "lazy_wastar([h], preferred=[h], w=1, boost=1000, max_time={seconds}{bound}))", EVER, 1_200_000, 0.1
+    _FF + "lazy_wastar([h], preferred=[h], w=1, boost=1000, max_time={seconds}{bound}))", EVER, 1_000_000, 0.08, 2000
 )
 """The search for a plan below the cost of another, where so little time is given for it."""
 

@@ -19,7 +19,7 @@ from tamp.planning.search.elimination import eliminate
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
 
-IMPROVING_S = 0.1
+IMPROVING_S = 0.08
 """Processor time of a search for a plan that is cheaper than the best one [s]."""
 
 BRIEF_S = 1.0

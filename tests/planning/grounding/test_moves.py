@@ -115,7 +115,7 @@ def test_a_move_that_costs_nothing_has_no_price():
 @pytest.mark.parametrize(("move_cost", "hidden"), [("(increase (total-cost) 10)", True), (None, False)])
 def test_where_plans_must_be_cheap_moves_are_left_out_that_always_cost_the_same(move_cost, hidden):
     problem = errands(home=True, **({"move_cost": move_cost} if move_cost else {}))
-    session = Session(problem, Options(success_cost=30.0), FastDownward("ff"), False, 0.0)
+    session = Session(problem, Options(max_cost=30.0), FastDownward("ff"), False, 0.0)
     assert bool(session.connectors.connectors) == hidden
     solution = solve(problem, success_cost=23.0, timeout=20.0)
     assert solution.cost == 23.0
