@@ -12,6 +12,7 @@ from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, ro
 from benchmarks.pddlstream_roads import logistics, visits
 from benchmarks.pddlstream_shapes import field, shelf, states, tea
 from benchmarks.pddlstream_shelf import carrying, optimised
+from benchmarks.pddlstream_trips import alley, survey
 from tamp import clock
 from tamp.planning import Problem, solve
 from tests.planning.problems import clearing, continuous, fluents
@@ -66,6 +67,12 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "roads that may be closed, 4 packages": lambda: logistics(20, 4, 2),
     "roads that may be closed, 12 packages": lambda: logistics(50, 12, 2),
     "wild roadmaps, 2 regions": lambda: visits(2),
+    "alley, 3 crates": lambda: alley({"a": 0.0, "b": 2.0, "c": -2.0}, {"a": "bay", "b": "oven", "c": "bay"}),
+    "alley, bay taken": lambda: alley({"a": 0.0, "b": 6.5}, {"a": "bay"}, bays={"bay": (5.5, 7.5)}),
+    "alley, a high crate in the way": lambda: alley({"a": 0.0, "b": 2.5}, {"a": "bay"}, high=("b",)),
+    "alley, 2 cranes": lambda: alley({"a": -3.0, "b": 3.0}, {"a": "bay", "b": "bay"}, cranes=2),
+    "survey, 1 drone": lambda: survey(1, 1, 1),
+    "survey, 2 drones": lambda: survey(2, 3, 2),
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)

@@ -6,6 +6,7 @@ from benchmarks.pddlstream_problems import packing
 from benchmarks.pddlstream_roads import logistics
 from benchmarks.pddlstream_shapes import shelf
 from benchmarks.pddlstream_shelf import carrying
+from benchmarks.pddlstream_trips import alley, survey
 from tamp.planning import solve
 from tests.planning.test_cheapest import offers
 from tests.planning.test_problems import ALGORITHMS, check
@@ -53,3 +54,20 @@ def test_where_a_plan_must_be_cheap_there_is_one_at_all():
     solution = solve(problem, success_cost=0.0, timeout=3.0)
     check(problem, solution)
     assert solution.status == "solved" and solution.cost < 80.0
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_no_needless_ways_are_gone(algorithm):
+    """Ways of which nothing is known seemed to cost nothing: each picture was sent on a trip of its own."""
+    problem = survey(2, 3, 2)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert len(solution.plan) <= 23 and solution.cost < 65.0
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_what_is_in_the_way_is_put_aside_nearby(algorithm):
+    problem = alley({"a": 0.0, "b": 6.5}, {"a": "bay"}, bays={"bay": (5.5, 7.5)})
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert solution.cost < 90.0
