@@ -72,6 +72,8 @@ WITHOUT_MEANING: Mapping[str, tuple[tuple[Any, ...], str]] = {
     "search_sample_ratio": ((0, 1), "search and sampling share the time by the work that they do"),
     "bind": ((True,), _WHOLE),
     "max_failures": ((0, inf), _BUDGETS),
+    "fail_fast": ((True, False), ""),
+    "statistics": ((False,), "solution.report.streams has what was counted of each stream"),
     "unit_efforts": ((False,), "efforts are learnt from what streams give"),
     "max_effort": ((inf,), "streams that take much effort are used reluctantly, never left out"),
     "effort_weight": ((None,), "efforts only decide between plans that are equal otherwise"),

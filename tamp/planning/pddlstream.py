@@ -25,8 +25,21 @@ from tamp.planning.satisfaction import (
     solve_pddlstream_satisfaction,
 )
 from tamp.planning.scripts import (
+    AND,
+    EQ,
+    EXISTS,
+    FAILED,
+    FORALL,
+    IMPLY,
+    INFEASIBLE,
+    MINIMIZE,
+    NOT,
+    OBJECT,
+    OR,
     SEPARATOR,
+    WHEN,
     Profiler,
+    concatenate,
     create_parser,
     dump_pddlstream,
     elapsed_time,
@@ -35,14 +48,17 @@ from tamp.planning.scripts import (
     get_args,
     get_file_path,
     get_length,
+    get_parameter_name,
     get_prefix,
     implies,
     inclusive_range,
     irange,
+    is_parameter,
     is_plan,
     randomize,
     read,
     read_pddl,
+    str_from_action,
     str_from_object,
     str_from_plan,
 )
@@ -61,6 +77,7 @@ from tamp.planning.wrappers import (
     OptimizerOutput,
     Or,
     Output,
+    Type,
     WildOutput,
     accelerate_list_gen_fn,
     debug_samplers,
@@ -82,18 +99,20 @@ from tamp.planning.wrappers import (
 )
 
 __all__ = [
-    "DEBUG", "INF", "SEPARATOR", "SHARED_DEBUG", "TOTAL_COST", "WILD", "And", "Certificate", "Equal", "Exists",
-    "Fact", "ForAll", "FunctionInfo", "Imply", "Minimize", "Not", "OptimizerInfo", "OptimizerOutput", "Or",
-    "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler", "SharedOptValue", "StreamInfo",
-    "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "classical_problem",
+    "AND", "DEBUG", "EQ", "EXISTS", "FAILED", "FORALL", "IMPLY", "INF", "INFEASIBLE", "MINIMIZE", "NOT", "OBJECT",
+    "OR", "SEPARATOR", "SHARED_DEBUG", "TOTAL_COST", "WHEN", "WILD", "And", "Certificate", "Equal", "Exists", "Fact",
+    "ForAll", "FunctionInfo", "Imply", "Minimize", "Not", "OptimizerInfo", "OptimizerOutput", "Or", "Output",
+    "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler", "SharedOptValue", "StreamInfo", "Type",
+    "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "classical_problem", "concatenate",
     "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared", "defer_unique", "dump_assignment",
     "dump_pddlstream", "elapsed_time", "empty_gen", "empty_test", "find_unique", "flatten", "fn_from_constant",
     "from_constant", "from_fn", "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler",
     "from_stream_map", "from_test", "get_args", "get_defer_all_unbound", "get_defer_any_unbound", "get_file_path",
-    "get_length", "get_prefix", "implies", "inclusive_range", "inf_generator", "irange", "is_plan", "negate_test",
-    "never_defer", "outputs_from_boolean", "print_solution", "randomize", "read", "read_pddl", "solve",
-    "solve_abstract", "solve_adaptive", "solve_binding", "solve_focused", "solve_from_pddl", "solve_incremental",
-    "solve_pddlstream_satisfaction", "solve_serialized", "str_from_object", "str_from_plan", "universe_test",
+    "get_length", "get_parameter_name", "get_prefix", "implies", "inclusive_range", "inf_generator", "irange",
+    "is_parameter", "is_plan", "negate_test", "never_defer", "outputs_from_boolean", "print_solution", "randomize",
+    "read", "read_pddl", "set_unique", "solve", "solve_abstract", "solve_adaptive", "solve_binding", "solve_focused",
+    "solve_from_pddl", "solve_incremental", "solve_pddlstream_satisfaction", "solve_restart", "solve_serialized",
+    "str_from_action", "str_from_object", "str_from_plan", "universe_test",
 ]  # fmt: skip
 
 INF = inf
@@ -201,16 +220,26 @@ class PartialInputs:
         """Nothing of it is kept."""
 
 
-def print_solution(solution: Solution) -> None:
-    """Print a plan, its cost, and one line for each of its actions.
+def solve_restart(problem: Any, **options: Any) -> Solution:
+    """As `solve`: a run does not end before its time, so that there is nothing to restart."""
+    return solve(problem, **options)
+
+
+def set_unique(externals: Any) -> None:
+    """Has no effect: each stream instance has values of its own to hope for."""
+
+
+def print_solution(solution: Any) -> None:
+    """Print a plan, its cost, and one line for each of its actions; `solution`: of `solve`, or its three parts.
 
     Raises:
-        DomainError: where something else than a solution is given.
+        DomainError: where something else is given.
     """
-    if not isinstance(solution, Solution):
+    if not isinstance(solution, Solution) and not (isinstance(solution, tuple | list) and len(solution) == 3):
         raise DomainError(f"print_solution: expected what solve returns, found {type(solution).__name__}")
-    print(f"Solved: {solution.solved}\nCost: {solution.cost:.3f}")
-    if solution.plan is not None:
-        print(f"Length: {len(solution.plan)}")
-    for number, (name, args) in enumerate(solution.plan or (), start=1):
+    plan, cost, _ = solution
+    print(f"Solved: {is_plan(plan)}\nCost: {cost:.3f}")
+    if is_plan(plan):
+        print(f"Length: {len(plan)}")
+    for number, (name, args) in enumerate(plan or (), start=1):
         print(f"{number:>2}) {name} {' '.join(map(str, args))}".rstrip())

@@ -63,22 +63,52 @@ class Profiler:
             pstats.Stats(self._profile).sort_stats(self._field).print_stats(self._num)
 
 
+AND, OR, NOT, IMPLY, EXISTS, FORALL, WHEN, EQ = "and", "or", "not", "imply", "exists", "forall", "when", "="
+"""First words of formulas."""
+
+MINIMIZE, OBJECT = "minimize", "object"
+"""The first word of an objective, and the type of everything."""
+
+FAILED, INFEASIBLE = None, False
+"""What stands for a plan where there is none; `solve` returns the first of them in any case."""
+
+
 def is_plan(plan: Any) -> bool:
     """Whether there is a plan."""
-    return plan is not None
+    return plan is not FAILED and plan is not INFEASIBLE
 
 
 def get_length(plan: Any) -> float:
     """How many actions a plan has; infinite where there is none."""
-    return float("inf") if plan is None else len(plan)
+    return len(plan) if is_plan(plan) else float("inf")
 
 
 def str_from_plan(plan: Any) -> str:
     """A plan in one line."""
-    if plan is None:
-        return "None"
-    words = (f"{name}({', '.join(map(str, args))})" for name, args in plan)
-    return f"[{', '.join(words)}]"
+    if not is_plan(plan):
+        return str(plan)
+    return f"[{', '.join(map(str_from_action, plan))}]"
+
+
+def str_from_action(action: Any) -> str:
+    """An action with its arguments."""
+    name, args = action
+    return f"{name}({', '.join(map(str, args))})"
+
+
+def concatenate(*parts: Iterable[Any]) -> tuple[Any, ...]:
+    """The elements of all parts, in a row."""
+    return tuple(element for part in parts for element in part)
+
+
+def is_parameter(term: Any) -> bool:
+    """Whether a term is a variable, such as "?x"."""
+    return isinstance(term, str) and term.startswith("?")
+
+
+def get_parameter_name(term: Any) -> Any:
+    """The name of a variable without its mark; anything else as it is."""
+    return term[1:] if is_parameter(term) else term
 
 
 def get_prefix(formula: Any) -> str:

@@ -322,6 +322,11 @@ def ForAll(variables: Iterable[str], part: Formula) -> Formula:
     return ("forall", tuple(variables), part)
 
 
+def Type(name: Any, kind: str) -> tuple[Any, str, str]:
+    """A name and its type, as in a list of parameters."""
+    return (name, "-", kind)
+
+
 def Fact(predicate: str, args: Iterable[Any]) -> Formula:
     """A predicate of arguments."""
     return (predicate, *args)

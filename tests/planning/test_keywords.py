@@ -8,7 +8,7 @@ from inspect import signature
 import pytest
 
 from tamp.errors import DomainError, DomainWarning
-from tamp.planning import Constraints, Problem, SearchResult
+from tamp.planning import Constraints, Problem, SearchResult, pddlstream
 from tamp.planning.keywords import ALGORITHMS, MEANINGFUL, OWN, PLANNERS, WITHOUT_MEANING, constraints_of, search_of
 from tamp.planning.pddlstream import (
     INF,
@@ -27,6 +27,7 @@ from tamp.planning.pddlstream import (
     solve,
     solve_focused,
     solve_incremental,
+    solve_restart,
     solve_serialized,
 )
 from tamp.planning.search.best_first import BuiltinSearch
@@ -184,3 +185,24 @@ def test_ours_are_taken_with_those_of_there():
 def test_groups_that_are_none(groups):
     with pytest.raises(DomainError, match="expected groups such as"):
         constraints_of(PlanConstraints([[("pick", ["item"])]], groups=groups))
+
+
+def test_what_scripts_do_with_plans_and_formulas(capsys):
+    plan, cost, evaluations = solve_restart(PROBLEM, max_time=20, max_restarts=0, statistics=False, fail_fast=True)
+    pddlstream.print_solution((plan, cost, evaluations))
+    assert "1) wash cup" in capsys.readouterr().out
+    pddlstream.print_solution((None, INF, []))
+    assert capsys.readouterr().out == "Solved: False\nCost: inf\n"
+    assert not pddlstream.is_plan(pddlstream.INFEASIBLE) and not pddlstream.is_plan(pddlstream.FAILED)
+    assert pddlstream.get_length(pddlstream.INFEASIBLE) == INF
+    assert list(map(pddlstream.str_from_action, plan)) == ["wash(cup)", "pick(cup, 2)"]
+    assert pddlstream.concatenate([1], (2, 3)) == (1, 2, 3)
+    assert list(map(pddlstream.get_parameter_name, ("?x", "x", 3))) == ["x", "x", 3]
+    assert pddlstream.Type("?x", "block") == ("?x", "-", "block")
+    goal = (pddlstream.AND, (pddlstream.EXISTS, ("?x",), ("Held", "?x")))
+    assert solve(PROBLEM._replace(goal=goal), max_time=20).solved
+
+
+def test_what_asks_for_statistics_is_told_where_they_are():
+    with pytest.warns(DomainWarning, match="solution.report.streams"):
+        solve(PROBLEM, max_time=20, statistics=True)
