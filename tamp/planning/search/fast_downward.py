@@ -47,22 +47,25 @@ class Cheap:
         most: operators of a task.
         work: states that may be evaluated, times operators.
         seconds: processor time that this usually takes at most [s].
-        most_states: how many may be evaluated, however few operators there are.
+        most_states: how many may be evaluated, where those are fewer than `STATES`.
     """
 
     search: str
     most: int
     work: int
     seconds: float
-    most_states: int = 10_000
+    most_states: int = 1_000_000_000
 
     def states(self, operators: int) -> int:
         """How many states of a task with so many operators may be evaluated."""
-        return min(self.most_states, self.work // max(1, operators))
+        return min(STATES, self.most_states, self.work // max(1, operators))
 
 
 WORK_A_SECOND = 12_000_000
 """States times operators that are evaluated in a second, about, where a search is ended before it says how many."""
+
+STATES = 10_000
+"""States that a cheap search may evaluate, however few operators there are."""
 
 EVER = 1_000_000_000
 """Operators of a task that is never too large."""
