@@ -44,6 +44,9 @@ FEWEST = 25
 """An estimate that explains fewer points than this, and less than a fifth of the object's cells, is no sight of it."""
 
 
+ALIKE = 0.12
+"""Objects whose diameters differ by less than this, as a share, are sought in each other's places."""
+
 TRACKED = 0.03
 """An object that is expected somewhere is sought there first, within this [m]."""
 
@@ -84,10 +87,9 @@ def estimate_poses(
     for number in range(1, ROUNDS + 1):
         if not _seek_again(scene, models, found, selection, seed + 1000 * number):
             break
-        chosen = selection.chosen
-        selection = Selection(scene.cloud, models, found, present=masked)
-        selection.chosen = chosen
-        selection.solve()
+        selection = _chosen_anew(scene, models, found, selection)
+    if not masked and _seek_in_exchange(scene, models, found, selection, seed + 1000 * (ROUNDS + 1)):
+        selection = _chosen_anew(scene, models, found, selection)
     verified = verify(scene, models, found, selection)
     selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
     return {name: _estimate(scene, models[i], found[i], selection, i, verified.get(i)) for i, name in enumerate(names)}
@@ -171,6 +173,45 @@ def _seek_again(
         came = came or bool(more)
         found[i].extend(more)
     return came
+
+
+def _seek_in_exchange(
+    scene: Volume, models: Sequence[ObjectModel], found: list[list[Candidate]], selection: Selection, seed: int
+) -> bool:
+    """Seek objects where one of nearly their size was chosen and they have no candidate; whether any came.
+
+    What is alike leads the search to the one that shows more; without a candidate there, nobody could tell them apart.
+    """
+    came = False
+    seen = [i for i, k in enumerate(selection.chosen) if k >= 0]
+    for i in seen:
+        for j in seen:
+            best = found[j][selection.chosen[j]]
+            if models[i] is models[j] or not _of_a_size(models[i], models[j]):
+                continue
+            if len(best.points) < FEWEST or selection.at(i, selection.center(j, selection.chosen[j])):
+                continue
+            volume = scene.of_points(best.points)
+            there = candidates(volume, models[i], cKDTree(volume.cloud.points), np.random.default_rng([seed, i, j]))
+            more = judged(scene, models[i], np.array([candidate.pose for candidate in there]))
+            came = came or bool(more)
+            found[i].extend(more)
+    return came
+
+
+def _of_a_size(one: ObjectModel, other: ObjectModel) -> bool:
+    """Whether two objects could be mistaken for each other from afar."""
+    return bool(abs(np.log(one.diameter / other.diameter)) < ALIKE and abs(np.log(one.area / other.area)) < 3 * ALIKE)
+
+
+def _chosen_anew(
+    scene: Volume, models: Sequence[ObjectModel], found: Sequence[Sequence[Candidate]], before: Selection
+) -> Selection:
+    """The joint choice among more candidates, which begins with what was chosen before."""
+    selection = Selection(scene.cloud, models, found, present=scene.cloud.instances is not None)
+    selection.chosen = before.chosen
+    selection.solve()
+    return selection
 
 
 def _estimate(

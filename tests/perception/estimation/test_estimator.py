@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import pytest
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
+from tamp.perception.estimation import estimator
+from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Cylinder, Pose, load_robot
@@ -82,3 +85,19 @@ def test_two_of_a_kind_take_different_places() -> None:
     places = sorted(np.array([e.pose.xyz for e in found.values() if e.pose is not None]).tolist())
     expected = sorted([list(pose.xyz) for pose in poses.values()])
     assert np.allclose(sorted(p[1] for p in places), sorted(p[1] for p in expected), atol=0.006)
+
+
+def test_what_is_alike_is_sought_in_each_others_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks = {"short": plain(Box((0.12, 0.08, 0.06))), "long": plain(Box((0.132, 0.08, 0.06)))}
+    poses = {"short": Pose((-0.05, 0.12, 0.03)), "long": Pose((-0.1, -0.15, 0.03))}
+    sought = estimator._sought
+
+    def misled(*given: Any) -> list[list[Candidate]]:
+        """Each has candidates where the other one is."""
+        short, long = sought(*given)
+        return [[c for c in short if c.pose[1, 3] < 0], [c for c in long if c.pose[1, 3] > 0]]
+
+    monkeypatch.setattr(estimator, "_sought", misled)
+    for name, estimate in _estimates(looks, poses).items():
+        assert estimate.pose is not None
+        assert math.dist(estimate.pose.xyz, poses[name].xyz) < 0.01
