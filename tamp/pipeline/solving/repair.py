@@ -24,7 +24,7 @@ from tamp.scoring.total_error import shortfall
 from tamp.streams.motion.paths import plan_free_motion
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import TABLE
-from tamp.task import Action, Move, Plan, Pose, Release, SymbolicFact, Task
+from tamp.task import Action, Grip, Move, Plan, Pose, Release, SymbolicFact, Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -96,8 +96,9 @@ def remainder(setup: Setup, plan: Plan, execution: Execution) -> Plan:
     """
     count, seen = len(execution.log), execution.final_poses
     here = after(setup.world.robot, replace(plan, actions=plan.actions[:count]))
-    noted = (deviation for entry in execution.log[-1:] for deviation in entry.deviations)
-    off = sorted(deviation.object for deviation in (*noted, *WATCHFUL.compare(here.start, seen, ())))
+    noted = [deviation for entry in execution.log[-1:] for deviation in entry.deviations]
+    stopped = [] if execution.deviation is None else [execution.deviation]
+    off = sorted({deviation.object for deviation in (*noted, *stopped, *WATCHFUL.compare(here.start, seen, ()))})
     start = {**here.start, **{name: seen[name] for name in off}}
     now = tuple(setup.world.robot.overshot(np.array(execution.configuration)).tolist())
     home = here.home if _same(here.home, now) else now
@@ -191,6 +192,8 @@ class Resuming:
     def resume(self, plan: Plan, execution: Execution, spared: Container[str] = ()) -> tuple[Plan | None, set[str]]:
         """What is still good of a plan whose execution stopped, after putting right what it stopped at if that helps.
 
+        What slipped in the hand and was put back is taken up anew; what ended beside its goal is brought there.
+
         Args:
             plan: the plan.
             execution: how far it came.
@@ -204,23 +207,31 @@ class Resuming:
         rest = tuple(errands(plan.actions[done:]))
         kept = self._still_good(plan, execution)
         name = "" if execution.deviation is None else execution.deviation.object
-        final = name in self.setup.goals and all(moved(errand) != name for errand in rest)
+        broken = rest[0] if rest and moved(rest[0]) == name and not _grips(rest[0]) else ()
+        final = name in self.setup.goals and (bool(broken) or all(moved(errand) != name for errand in rest))
         if _errands(kept) == len(rest) or not final or name in spared:
             return kept, set()
-        first = self._amends(plan, execution, name)
-        whole = replace(plan, actions=(*plan.actions[:done], *first, *plan.actions[done:]))
-        amended = self._still_good(whole, execution) if first else None
-        return (amended, {name}) if _errands(amended) > 1 + _errands(kept) else (kept, set())
+        here = replace(execution, configuration=remainder(self.setup, plan, execution).home)
+        first = self._amends(here, name, self._end(plan, done, name, broken))
+        actions = (*plan.actions[:done], *first, *plan.actions[done + len(broken) :])
+        amended = self._still_good(replace(plan, actions=actions), execution) if first else None
+        return (amended, {name}) if _errands(amended) > 1 - bool(broken) + _errands(kept) else (kept, set())
+
+    def _end(self, plan: Plan, done: int, name: str, broken: tuple[Action, ...]) -> Placement:
+        """Where to bring an object: to where the errand in which it was lost would have, or else to its goal."""
+        if not broken:
+            return replace(self.setup.goals[name], pose=plan.goals[name])
+        there = after(self.setup.world.robot, replace(plan, actions=plan.actions[: done + len(broken)]))
+        return Placement(there.start[name], next(a.arguments[1:] for a in reversed(broken) if a.arguments))
 
     def _still_good(self, plan: Plan, execution: Execution) -> Plan | None:
         return still_good(self.setup, plan, execution, self.deadline, chance=self.chance, facts=self.facts)
 
-    def _amends(self, plan: Plan, execution: Execution, name: str) -> tuple[Action, ...]:
-        """Bring an object to where the plan has it in the end while all else stays; nothing where that fails."""
+    def _amends(self, execution: Execution, name: str, goal: Placement) -> tuple[Action, ...]:
+        """Bring an object to a place while all else stays; nothing where that fails."""
         poses, q = execution.final_poses, execution.configuration
         attempt = Attempt.of(self.setup, poses, q, self.settings.samplers, self.deadline, self.facts)
         stay = {other: attempt.workspace.start[other] for other in attempt.workspace.goals}
-        goal = replace(self.setup.goals[name], pose=plan.goals[name])
         workspace = replace(attempt.workspace, goals={**stay, name: goal})
         asker = Asker(
             Progress(replace(attempt, workspace=workspace)), self.seed, self.deadline, self.settings.algorithm
@@ -229,6 +240,10 @@ class Resuming:
         if solution.plan is not None:
             asker.refused(solution.plan)
         return tuple(asker.progress.actions)
+
+
+def _grips(errand: Sequence[Action]) -> bool:
+    return any(isinstance(step, Grip) for action in errand for step in action.steps)
 
 
 def _errands(plan: Plan | None) -> int:

@@ -213,6 +213,21 @@ def test_what_the_hand_should_hold_and_has_lost_is_left_out(pair_setup, pair):
     assert {action.arguments[0] for action in rest.actions if action.arguments} == {second}
 
 
+def test_what_slipped_and_was_put_back_is_taken_up_anew(pair_setup, pair):
+    """The errand in which it was lost is done again, from where it stands, and then all the others."""
+    made, run = pair
+    first, second = names(pair)
+    stop = next(i for i, action in enumerate(made.actions) if action.name == "pick") + 1
+    configuration = tuple(float(q) for q in made.actions[stop - 1].steps[0].trajectory.positions[0])
+    there = {**made.start, first: shifted(made.start[first], 0.004)}
+    off = Deviation(first, "slipped", 0.03, 0.3)
+    slipped = replace(run, log=run.log[:stop], deviation=off, final_poses=there, configuration=configuration)
+    rest, amended, placed = resumed(pair_setup, made, slipped)
+    assert (amended, placed) == ({first}, [first, second])
+    assert check(REMAINDER_TASK, rest, start=rest.start, goals=made.goals).accepted
+    assert resumed(pair_setup, made, slipped, {first})[1:] == (set(), [second])
+
+
 def test_a_run_goes_on_with_the_rest_and_corrects_in_the_end(monkeypatch):
     """The first object is made to end 15 mm beside its goal, as if somebody had nudged it."""
     true, nudged, searches, search = Performer.perform, [], [], Planning.run
