@@ -20,9 +20,6 @@ CALLS, LEAST_CALLS = 0.5, 150
 SEARCHING, LEAST_SEARCHING = 0.25, 400
 """The same of the work of searches."""
 
-SLOW_S = 1e-3
-"""What a call may take in the mean: where streams are slower, cheaper plans are looked for only if asked for [s]."""
-
 ROUNDS = 12
 """How many other values each choice may be given."""
 
@@ -40,7 +37,7 @@ def improve(session: Session) -> None:
         Ended: where time is over.
     """
     sampling = session.sampling
-    if session.costs.unit or session.found.skeleton is None or sampling.seconds > SLOW_S * sampling.calls:
+    if session.costs.unit or session.found.skeleton is None:
         return
     calls, searching = sampling.calls, session.searching
     most = calls + max(int(CALLS * calls), LEAST_CALLS)
