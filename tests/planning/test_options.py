@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import signal
 import time
 
 import pytest
@@ -31,7 +32,8 @@ class Interrupted:
 
 
 def interrupt():
-    raise KeyboardInterrupt
+    """The user presses Ctrl-C meanwhile."""
+    signal.raise_signal(signal.SIGINT)
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

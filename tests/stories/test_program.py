@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import pickle
+import signal
 from typing import Any
 
 import pytest
@@ -67,7 +68,7 @@ def test_ctrl_c_inside_a_sampler_ends_everything(strategy):
 
     def interrupted(context, obj):
         calls.append(obj)
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
         yield
 
     with pytest.raises(KeyboardInterrupt):
