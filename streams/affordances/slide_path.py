@@ -37,7 +37,8 @@ OVERHANGS = (1.0, 0.6)  # shares of the farthest that an object can hang over th
 LEAST_OVERHANG = 0.025  # what a finger needs below and above [m]
 LONGEST = 0.7  # way that is worth trying [m]
 STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
-ROUND = 0.3  # a side may be curved: its normals differ from the one in its middle by less than this [rad]
+SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m] ...
+ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the one in its middle, if it is curved [rad]
 DIGITS = 6  # of slants in radians: what differs by less is the same
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
@@ -146,16 +147,23 @@ def directions(workspace: Workspace, obj: str, placement: Placement) -> tuple[Di
 def _directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
     points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
     cone = pad_cone(workspace, obj)
-    for behind, side in _sides(points):
+    fingertip = workspace.world.robot.spec.gripper.fingertip
+    for behind, *sides in _sides(points):
         steep = _steepness(workspace, obj, placement, behind)
         off = np.arccos(np.cos(SLANTS) * np.cos(steep))  # of what presses on a flank that leans
         for slant in SLANTS[(np.abs(SLANTS) <= cone) & (off <= ASLANT)]:
             ahead = -_turned(behind, slant)
             touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
-            across = (side - touch) @ np.array([-behind[1], behind[0]])
-            room = float(min(across.max(), -across.min()))
-            if room >= workspace.world.robot.spec.gripper.fingertip:
+            rooms = (_room(side - touch, behind) for side in sides)
+            room = next((room for room in rooms if room >= fingertip), None)
+            if room is not None:
                 yield Direction(ahead, behind, touch, room)
+
+
+def _room(points: Array, behind: Array) -> float:
+    """How far a side, of points (n, 2), reaches to either side of the origin at least [m]."""
+    across = points @ np.array([-behind[1], behind[0]])
+    return float(min(across.max(), -across.min()))
 
 
 def _steepness(workspace: Workspace, obj: str, placement: Placement, behind: Array) -> float:
@@ -215,10 +223,12 @@ def _outline_points(workspace: Workspace, obj: str, placement: Placement) -> Arr
     return points
 
 
-def _sides(points: Array) -> Iterator[tuple[Array, Array]]:
-    """Sides of an object seen from above, the widest first: outward normal (2,) and the corners (n, 2) between.
+def _sides(points: Array) -> Iterator[tuple[Array, Array, Array]]:
+    """Sides of an object seen from above, the widest first.
 
-    A side is flat, or hardly curved, as part of a plate's rim is.
+    Yields:
+        outward normal (2,), the points (n, 2) that are about as far out, and all corners (m, 2) between which it is
+        hardly turned: a side may be curved, as part of a plate's rim is.
     """
     corners = outline(points)
     ends = np.roll(corners, -1, axis=0)
@@ -230,8 +240,9 @@ def _sides(points: Array) -> Iterator[tuple[Array, Array]]:
         normal = normals[index]
         if lengths[index] > 0.0 and all(normal @ other < np.cos(APART) for other in kept):
             kept.append(normal)
-            side = normals @ normal > np.cos(ROUND)
-            yield normal, np.concatenate([corners[side], ends[side]])
+            curved = normals @ normal > np.cos(ROUND)
+            flat = points[points @ normal > (points @ normal).max() - SIDE]
+            yield normal, flat, np.concatenate([corners[curved], ends[curved]])
 
 
 def _turned(vector: Array, angle: float) -> Array:
