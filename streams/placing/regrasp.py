@@ -8,7 +8,8 @@ be laid down there, unless it would roll, and what goes into something may be dr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice, product
 from typing import TYPE_CHECKING
@@ -49,6 +50,17 @@ Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
 Ask = Callable[[Context, str, Placement, Grasp], bool]
 
 
+@dataclass(frozen=True)
+class Ends:
+    """Both ends of a regrasp: where an object is and shall be, and grasps that may serve there, the best first."""
+
+    obj: str
+    start: Placement
+    goal: Placement
+    first: Sequence[Grasp]
+    second: Sequence[Grasp]
+
+
 def sample_regrasp(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
     """Yield (grasp that takes the object up, placement in between, grasp that puts it to its goal).
 
@@ -77,10 +89,11 @@ def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, gra
     for found, deed in ((first, "takes it up"), (second, "puts it to its goal")):
         if not found:
             context.fail(f"no grasp of {obj} {deed}")
+    ends = Ends(obj, start, goal, first, second)
     for regrasps in (
-        _amid(context, obj, start, _pairs(context, obj, start, goal, first, second, laid=False)),
+        _amid(context, ends, _pairs(context, ends, laid=False)),
         regrasps_over_edges(context, obj, start, goal, grasps),
-        _laid_amid(context, obj, start, goal, first, second, grasps),
+        _laid_amid(context, ends, grasps),
     ):
         came = False
         for regrasp in regrasps:
@@ -90,27 +103,19 @@ def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, gra
             return
 
 
-def _laid_amid(
-    context: Context,
-    obj: str,
-    start: Placement,
-    goal: Placement,
-    first: list[Grasp],
-    second: list[Grasp],
-    grasps: Grasps,
-) -> Iterator[Regrasp]:
+def _laid_amid(context: Context, ends: Ends, grasps: Grasps) -> Iterator[Regrasp]:
     """Regrasps that lay an object down amid the table, by grasps that are sought for that too."""
-    workspace: Workspace = context.scene
+    workspace, obj = context.scene, ends.obj
     midst = [amid(workspace, obj, R) for R in resting(workspace, obj)]
-    faces = [place for place in midst if any(hand_above_table(workspace, place.pose, grasp) for grasp in second)]
-    able = [*first, *_layers(context, obj, start, faces, first, grasps)]
-    pairs = _pairs(context, obj, start, goal, able, second, laid=True)
-    yield from _amid(context, obj, start, pairs)
+    faces = [place for place in midst if any(hand_above_table(workspace, place.pose, grasp) for grasp in ends.second)]
+    first = [*ends.first, *_layers(context, obj, ends.start, faces, ends.first, grasps)]
+    able = replace(ends, first=first)
+    yield from _amid(context, able, _pairs(context, able, laid=True))
 
 
-def _amid(context: Context, obj: str, start: Placement, paired: Iterable[Pair]) -> Iterator[Regrasp]:
+def _amid(context: Context, ends: Ends, paired: Iterable[Pair]) -> Iterator[Regrasp]:
     """Pairs of grasps with a place amid the table that both of them reach."""
-    pairs = _free_first(context, obj, start, paired)
+    obj, pairs = ends.obj, _free_first(context, ends.obj, ends.start, paired)
     drawn: Iterable[Pair] = islice(pairs, PAIRS)
     for _ in range(ROUNDS):
         found, tried = False, list[Pair]()
@@ -151,16 +156,7 @@ def _free_first(context: Context, obj: str, start: Placement, pairs: Iterable[Pa
     yield from blocked
 
 
-def _pairs(
-    context: Context,
-    obj: str,
-    start: Placement,
-    goal: Placement,
-    first: list[Grasp],
-    second: list[Grasp],
-    *,
-    laid: bool,
-) -> Iterator[Pair]:
+def _pairs(context: Context, ends: Ends, *, laid: bool) -> Iterator[Pair]:
     """Grasps that can take turns, and the faces (3, 3) to rest on meanwhile; the best of both ends first.
 
     Where an object is laid down, grasps that can do so from many tilts come first: the arm seldom gets to the one tilt
@@ -168,14 +164,15 @@ def _pairs(
     the table at its edges alone. Else those come first that put it on a face from which it does not tip over.
     """
     workspace: Workspace = context.scene
+    obj, first, second = ends.obj, ends.first, ends.second
     rotations = resting(workspace, obj)
     midst = [amid(workspace, obj, R) for R in rotations]
     over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
     put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
     best = sorted(first, key=lambda grasp: -max(put[grasp], default=0))
     shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(best, second)}
-    takes = cache(lambda grasp: _known(context, "takes", obj, start, grasp, _takes))
-    brings = cache(lambda grasp: _known(context, "brings", obj, goal, grasp, _brings))
+    takes = cache(lambda grasp: _known(context, "takes", obj, ends.start, grasp, _takes))
+    brings = cache(lambda grasp: _known(context, "brings", obj, ends.goal, grasp, _brings))
     able, unsure = False, list[Pair]()
     for one, other in _each_with_others(best, second, shared):
         if clock.now() > context.deadline:
@@ -193,7 +190,7 @@ def _pairs(
 
 
 def _layers(
-    context: Context, obj: str, start: Placement, faces: list[Placement], known: list[Grasp], grasps: Grasps
+    context: Context, obj: str, start: Placement, faces: list[Placement], known: Sequence[Grasp], grasps: Grasps
 ) -> list[Grasp]:
     """Grasps that take an object up and can lay it down on one of some faces, where few of the known ones can.
 
@@ -232,7 +229,7 @@ def _shared(rotations: list[NDArray[np.float64]], one: list[int], other: list[bo
 
 
 def _each_with_others(
-    first: list[Grasp], second: list[Grasp], shared: Mapping[tuple[Grasp, Grasp], list[NDArray[np.float64]]]
+    first: Sequence[Grasp], second: Sequence[Grasp], shared: Mapping[tuple[Grasp, Grasp], list[NDArray[np.float64]]]
 ) -> Iterator[tuple[Grasp, Grasp]]:
     """The pairs that share a face: each of the first grasps with one partner, then each with another one, and so on.
 
