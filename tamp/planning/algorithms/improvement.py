@@ -43,7 +43,15 @@ def improve(session: Session) -> None:
     most = calls + max(int(CALLS * calls), LEAST_CALLS)
     enough = searching + max(int(SEARCHING * searching), LEAST_SEARCHING)
     session.costs.guess(True)
-    _choose_anew(session, most)
+    try:
+        _choose_anew(session, most)
+        _search_below(session, enough, most)
+    finally:  # a session may be asked further after its time was over
+        session.costs.guess(False)
+
+
+def _search_below(session: Session, enough: int, most: int) -> None:
+    """Try skeletons below the cost of the best plan, while there is less work of searches than `enough` in all."""
     tried = {session.found.skeleton}
     while session.searching < enough and (skeleton := session.cheaper()) is not None and skeleton not in tried:
         tried.add(skeleton)
@@ -51,7 +59,6 @@ def improve(session: Session) -> None:
         session.attempt(skeleton, BRIEF)
         if session.found.cost < cost:
             _choose_anew(session, most)
-    session.costs.guess(False)
 
 
 def _choose_anew(session: Session, most: int) -> None:
