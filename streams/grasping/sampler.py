@@ -62,6 +62,12 @@ def grasps(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterato
     yield from recalled(context, "grasps", (obj, places), *_ranked(context.scene, obj, places))
 
 
+def serving_at_a_glance(context: Context, obj: str, places: tuple[Placement, ...]) -> int:
+    """How many of a few grasps would serve all placements, were nothing there but what carries the object."""
+    _, cost, _ = next(_pinches(context, obj, places))
+    return int((cost < HINDERED).sum())
+
+
 def grasps_in_steps(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Grasp | None]:
     """The same with None for work done without a grasp, so that whoever waits for one can give up."""
     yield from stepwise(context, "grasps", (obj, places), *_ranked(context.scene, obj, places))
@@ -93,10 +99,7 @@ def _candidates(
     """
     rounds: list[Ranked] = []
     enough, crowded = 0, enclosed(workspace, obj, workspace.start[obj])
-    lying = any(enclosed(workspace, obj, place) for place in places)
-    reads = workspace if lying else upon_carriers(workspace, obj, *places, workspace.start[obj])
-    drawn = recalled(context, "pinches", (obj, places), reads, partial(_rounds, obj=obj, places=places))
-    for points, (pinches, cost, takes) in zip(SURFACES, drawn, strict=False):
+    for points, (pinches, cost, takes) in zip(SURFACES, _pinches(context, obj, places), strict=False):
         met = np.sum([neighbour_cost(workspace, pinches, obj, place) for place in places], axis=0)
         rounds.append((pinches, cost + met, takes))
         # Among neighbours one cannot choose from too many, so a glance is enough where they are not met.
@@ -106,6 +109,14 @@ def _candidates(
         yield None
     found, costs, taking = zip(*rounds, strict=True)
     return Pinches.joined(found), np.concatenate(costs), np.concatenate(taking)
+
+
+def _pinches(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Ranked]:
+    """The rounds of `_rounds`, each drawn once for all who ask."""
+    workspace: Workspace = context.scene
+    lying = any(enclosed(workspace, obj, place) for place in places)
+    reads = workspace if lying else upon_carriers(workspace, obj, *places, workspace.start[obj])
+    yield from recalled(context, "pinches", (obj, places), reads, partial(_rounds, obj=obj, places=places))
 
 
 def _rounds(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterator[Ranked]:

@@ -6,18 +6,22 @@ rest on amid the table leaves room for both hands. Over an edge the second one c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp import clock
+from tamp.streams.affordances.neighbours import upon_carriers
 from tamp.streams.affordances.slide_path import LEAST_OVERHANG, OVERHANGS, STEADY
 from tamp.streams.affordances.stable_poses import amid, resting, turned
 from tamp.streams.affordances.support import inside_support
+from tamp.streams.cache import recalled
 from tamp.streams.collisions import overlap
 from tamp.streams.context import Context, Detached
+from tamp.streams.grasping.sampler import serving_at_a_glance
 from tamp.streams.hand.clearance import hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
@@ -32,67 +36,113 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DRAWN = 128  # places, of which ...
-PLACES = 6  # ... those nearest to the robot are tried: over edges there the hand gets farther out, and down
-GRASPS = 16  # looked at for a place and either end
+PLACES = 12  # ... those nearest to the robot are looked at: over edges there the hand gets farther out, and down
+MANY = 20  # of a few hands seem to serve a place that is worth the time before an object is laid down
+TRIED = 4  # places of those that many hands seem to serve, and of the others; those first that most seem to
+GRASPS = 12  # looked at for a place and either end
+LOOKED = 16  # at of those that take it up, for what faces it may be put down on
 FIRM = 0.004  # what is left of its base on the table carries an object so far around its centre of mass [m]
 
 Grasps = Callable[..., Iterable[Grasp]]
+Regrasp = tuple[Grasp, Placement, Grasp]
+
+
+@dataclass(frozen=True, repr=False)
+class _By:
+    """Whose grasps they are, as a part of a key; the generator derived from it is the same for all."""
+
+    grasps: Grasps
+
+    def __repr__(self) -> str:
+        return "grasps"
 
 
 def regrasps_over_edges(
-    context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps
-) -> Iterator[tuple[Grasp, Placement, Grasp]]:
+    context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps, *, many: bool
+) -> Iterator[Regrasp]:
     """Yield (grasp that takes an object up, placement over an edge, grasp that puts it to its goal).
 
-    Each is free of collision with the table, the robot and the object, as if nothing else stood there.
+    Each is free of collision with the table, the robot and the object, as if nothing else stood there. The placement is
+    clear of what the plan has standing there and of every goal.
+
+    Args:
+        context: as of every sampler.
+        obj: the object.
+        start: where it is.
+        goal: where it shall be.
+        grasps: of the object that serve some placements.
+        many: whether only places are tried that many hands seem to serve, or only the others.
     """
+    workspace: Workspace = context.scene
+    others = {name: place for name, place in standing(context.bound).items() if name != obj}
+    kept = [*others.items(), *((name, goal) for name, goal in workspace.goals.items() if name != obj)]
+    inputs, reads = (obj, start, goal, _By(grasps), many), upon_carriers(workspace, obj, start, goal)
+    draw = partial(_drawn, obj=obj, start=start, goal=goal, grasps=grasps, many=many)
+    for one, place, other in recalled(context, "regrasps over edges", inputs, reads, draw):
+        if not any(overlap(workspace, obj, place, name, there) for name, there in kept):
+            yield one, place, other
+
+
+def _drawn(
+    context: Detached, obj: str, start: Placement, goal: Placement, grasps: Grasps, many: bool
+) -> Iterator[Regrasp | None]:
+    """The same whatever else stands there; None after each grasp that does not serve."""
+    looked = partial(_looked_at, obj=obj, start=start, goal=goal, grasps=grasps)
+    seen = [*recalled(context, "places over edges", (obj, start, goal, _By(grasps)), context.scene, looked)]
+    seen.sort(key=lambda pair: -pair[0])
     found = False
-    for place in _places(context, obj, _faces(context, obj, start, grasps(context, obj, start))):
-        second = _serving(context, obj, place, goal, grasps)
-        first = None if second is None else _serving(context, obj, start, place, grasps)
+    for place in [place for hands, place in seen if hands and (hands >= MANY) == many][:TRIED]:
+        second = yield from _serving(context, obj, place, goal, grasps)
+        first = None if second is None else (yield from _serving(context, obj, start, place, grasps))
         if first is not None and second is not None:
             found = True
             yield first, place, second
-        if clock.now() > context.deadline:
-            return
-    if not found:
+    if not found and not many:  # the others are asked last
         context.fail(f"no place for {obj} over an edge of the table that two grasps reach")
 
 
-def _serving(context: Context, obj: str, at: Placement, to: Placement, grasps: Grasps) -> Grasp | None:
+def _looked_at(
+    context: Detached, obj: str, start: Placement, goal: Placement, grasps: Grasps
+) -> Iterator[tuple[int, Placement]]:
+    """Places over the edges, the nearest to the robot, and how many of a few hands seem to serve each, at both ends."""
+    for place in _places(context, obj, _faces(context, obj, start, grasps)):
+        hands = serving_at_a_glance(context, obj, (place, goal))
+        yield (min(hands, serving_at_a_glance(context, obj, (start, place))) if hands else 0), place
+
+
+def _serving(
+    context: Detached, obj: str, at: Placement, to: Placement, grasps: Grasps
+) -> Generator[None, None, Grasp | None]:
     """A grasp that takes an object up at one placement, and puts or lays it down at another, if one is found."""
     for grasp in islice(grasps(context, obj, at, to), GRASPS):
-        detached = Detached.of(context, context.deadline)
-        if reaches(detached, obj, at, grasp) and (reaches(detached, obj, to, grasp) or lays(detached, obj, to, grasp)):
+        alone = Detached.of(context)
+        if reaches(alone, obj, at, grasp) and (reaches(alone, obj, to, grasp) or lays(alone, obj, to, grasp)):
             return grasp
+        yield None
     return None
 
 
-def _faces(context: Context, obj: str, start: Placement, taking: Iterable[Grasp]) -> list[Array]:
+def _faces(context: Detached, obj: str, start: Placement, grasps: Grasps) -> list[Array]:
     """The orientations (3, 3) in which a hand that takes an object up may put it down again from above.
 
     However unlikely, it may lie as it lies now.
     """
-    workspace, firsts = context.scene, list(islice(taking, GRASPS))
+    workspace, firsts = context.scene, list(islice(grasps(context, obj, start), LOOKED))
     now = [start.pose.matrix[:3, :3]] if start.on == (TABLE,) else []
     amidst = [(R, amid(workspace, obj, R).pose) for R in (*resting(workspace, obj), *now)]
     return [R for R, pose in amidst if any(hand_above_table(workspace, pose, grasp) for grasp in firsts)]
 
 
-def _places(context: Context, obj: str, faces: list[Array]) -> list[Placement]:
-    """Places over the edges, clear of what the plan has standing there and of every goal, the nearest to the robot."""
-    workspace: Workspace = context.scene
-    others = {name: place for name, place in standing(context.bound).items() if name != obj}
-    kept = [*others.items(), *((name, goal) for name, goal in workspace.goals.items() if name != obj)]
-    base = np.array(workspace.world.robot.spec.T_world_base.xyz)[:2]
+def _places(context: Detached, obj: str, faces: list[Array]) -> list[Placement]:
+    """Places over the edges, the nearest to the robot."""
+    base = np.array(context.scene.world.robot.spec.T_world_base.xyz)[:2]
     drawn = [_over_edge(context, obj, faces[int(context.rng.integers(len(faces)))]) for _ in range(DRAWN) if faces]
     found = [place for place in drawn if place is not None]
     found.sort(key=lambda place: float(np.linalg.norm(np.array(place.pose.xyz[:2]) - base)))
-    free = (place for place in found if not any(overlap(workspace, obj, place, name, other) for name, other in kept))
-    return list(islice(free, PLACES))
+    return found[:PLACES]
 
 
-def _over_edge(context: Context, obj: str, R: Array) -> Placement | None:
+def _over_edge(context: Detached, obj: str, R: Array) -> Placement | None:
     """A random place where an object, turned by R (3, 3) and any heading, hangs over an edge; None where it would fall.
 
     Its centre of mass stays inside the edge, and beside the robot's base.

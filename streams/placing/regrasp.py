@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from itertools import islice, product
+from functools import cache, partial
+from itertools import chain, islice, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +25,7 @@ from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps
 from tamp.streams.hand.clearance import arm_above_table, hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
-from tamp.streams.placing.over_edge import Grasps, regrasps_over_edges
+from tamp.streams.placing.over_edge import Grasps, Regrasp, regrasps_over_edges
 from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
 from tamp.streams.releasing.tilted_release import falls_flat, lays, letting_go_at
 from tamp.streams.values import Grasp, Placement
@@ -45,7 +45,6 @@ TRIES = 8  # ... until so many are found that the arm seems to reach, for which 
 FEW = 8  # grasps that can lay it down; where there are fewer, such ones are sought ...
 RELEASES, EACH = 4, 12  # ... for the start and each of so many tilts, so many grasps each
 
-Regrasp = tuple[Grasp, Placement, Grasp]
 Pair = tuple[Grasp, Grasp, list["NDArray[np.float64]"], bool]
 Ask = Callable[[Context, str, Placement, Grasp], bool]
 
@@ -77,23 +76,30 @@ def _grasps_for(context: Context, obj: str, *places: Placement) -> Iterator[Gras
 def regrasping(sample_grasp: Callable[..., Iterable[Grasp]]) -> Callable[..., Iterator[Regrasp]]:
     """The same with the grasps of another sampler for `sample-grasp`."""
 
+    def wherever(context: Context, obj: str, *_: Placement) -> Iterable[Grasp]:
+        return sample_grasp(context, obj)
+
     def sample(context: Context, obj: str, start: Placement, goal: Placement) -> Iterator[Regrasp]:
-        yield from _regrasps(context, obj, start, goal, lambda context, obj, *_: sample_grasp(context, obj))
+        yield from _regrasps(context, obj, start, goal, wherever)
 
     return sample
 
 
 def _regrasps(context: Context, obj: str, start: Placement, goal: Placement, grasps: Grasps) -> Iterator[Regrasp]:
-    """Those that put the object down amid the table; if there are none, over an edge; else those that lay it down."""
+    """Those that put the object down amid the table; else over an edge that many hands serve, or lay it down.
+
+    If there are none of these, those over an edge that few hands seem to serve.
+    """
     first, second = (list(islice(grasps(context, obj, place), ENDS)) for place in (start, goal))
     for found, deed in ((first, "takes it up"), (second, "puts it to its goal")):
         if not found:
             context.fail(f"no grasp of {obj} {deed}")
     ends = Ends(obj, start, goal, first, second)
+    over_edges = partial(regrasps_over_edges, context, obj, start, goal, grasps)
     for regrasps in (
         _amid(context, ends, _pairs(context, ends, laid=False)),
-        regrasps_over_edges(context, obj, start, goal, grasps),
-        _laid_amid(context, ends, grasps),
+        chain(over_edges(many=True), _laid_amid(context, ends, grasps)),
+        over_edges(many=False),
     ):
         came = False
         for regrasp in regrasps:

@@ -25,7 +25,7 @@ WALL = Object("wall", Box((0.06, 0.5, 0.1)), Pose((-0.51, 0.3, 0.05)))
 def regrasps(workspace, bound=(), count=3):
     context = ToldContext(workspace, bound=bound)
     ends = (workspace.start["bar"], workspace.goals["bar"])
-    found = regrasps_over_edges(context, "bar", *ends, lambda context, obj, *at: grasps(context, obj, at))
+    found = regrasps_over_edges(context, "bar", *ends, lambda context, obj, *at: grasps(context, obj, at), many=False)
     return list(islice(found, count))
 
 
@@ -65,12 +65,19 @@ def test_no_place_is_where_something_stands():
 def test_grasps_that_reach_one_end_only_are_told_of(workspace):
     context = ToldContext(workspace)
     ends = (workspace.start["bar"], workspace.goals["bar"])
-    assert not list(regrasps_over_edges(context, "bar", *ends, lambda *_: iter(())))
+    for many in (True, False):
+        assert not list(regrasps_over_edges(context, "bar", *ends, lambda *_: iter(()), many=many))
     assert context.reasons == ["no place for bar over an edge of the table that two grasps reach"]
 
 
 def test_same_seed_same_regrasps(workspace, regrasp):
     assert regrasps(workspace, count=1) == [regrasp]
+
+
+def test_places_that_many_hands_serve_are_others(workspace, regrasp):
+    context, ends = ToldContext(workspace), (workspace.start["bar"], workspace.goals["bar"])
+    many = regrasps_over_edges(context, "bar", *ends, lambda context, obj, *at: grasps(context, obj, at), many=True)
+    assert {place for _, place, _ in many}.isdisjoint(place for _, place, _ in regrasps(workspace, count=None))
 
 
 def test_they_come_after_those_amid_the_table():

@@ -120,6 +120,6 @@ def test_what_rests_on_no_face_is_not_regrasped(monkeypatch):
     found, reasons = regrasps(workspace_of(COIN), "coin")
     assert not found
     assert reasons == [
-        "no place for coin over an edge of the table that two grasps reach",
         "coin has no face to rest on with room for the hands of two grasps that reach it",
+        "no place for coin over an edge of the table that two grasps reach",
     ]
