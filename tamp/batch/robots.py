@@ -15,7 +15,7 @@ from tamp.task import Pose, Task
 from tamp.task.robots import is_path
 
 VARIABLE = "TAMP_BATCH_ROBOTS"
-"""JSON: a list of [robot's name, its base's pose or null]."""
+"""JSON: a list of [robot's name, its base's pose or null, its home or null]."""
 
 MOST = 4
 """So many robots are made ready ahead; a batch of more is a rare thing, and each costs a quarter of a second."""
@@ -28,7 +28,7 @@ def tell(tasks: Iterable[Task], robot: str | None) -> None:
         tasks: of the batch.
         robot: what stands in for the tasks' own, or None.
     """
-    places = ((robot or task.robot, task.base and asdict(task.base)) for task in tasks)
+    places = ((robot or task.robot, task.base and asdict(task.base), None if robot else task.home) for task in tasks)
     told = dict.fromkeys(json.dumps(place) for place in places if not is_path(place[0]))
     os.environ[VARIABLE] = f"[{', '.join([*told][:MOST])}]"
 
@@ -36,5 +36,5 @@ def tell(tasks: Iterable[Task], robot: str | None) -> None:
 def told() -> Sequence[Task]:
     """An empty task for each robot that was told; for the default robot where nothing was."""
     places = json.loads(os.environ.get(VARIABLE, "[]"))
-    tasks = [Task("nothing", (), robot=robot, base=base and Pose(**base)) for robot, base in places]
+    tasks = [Task("nothing", (), robot=robot, base=base and Pose(**base), home=home) for robot, base, home in places]
     return tasks or [Task("nothing", ())]

@@ -13,7 +13,7 @@ from pathlib import Path
 from tamp.errors import TaskError
 from tamp.formats.models import model_name
 from tamp.formats.pairs import read_pairs
-from tamp.formats.worlds import BASE_2020, ROBOT_2020, read_worlds
+from tamp.formats.worlds import BASE_2020, HOME_2020, ROBOT_2020, read_worlds
 from tamp.task.files.save import save_task
 from tamp.task.model import Mesh, Shape, Task
 
@@ -60,7 +60,7 @@ def _read(folder: Path, stand_ins: Path, own_robot: bool) -> tuple[tuple[Task, .
     if any(folder.glob("tasks/*/input.world")):
         tasks, warnings = read_worlds(folder, stand_ins)
         if own_robot:
-            tasks = tuple(replace(task, robot=ROBOT_2020, base=BASE_2020) for task in tasks)
+            tasks = tuple(replace(task, robot=ROBOT_2020, base=BASE_2020, home=HOME_2020) for task in tasks)
         return tasks, warnings
     raise TaskError(
         f"{folder}: holds no tasks of OCRTOC; expected scenes/ and targets/ (2021) or tasks/*/input.world (2020)"

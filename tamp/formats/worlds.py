@@ -25,6 +25,9 @@ ROBOT_2020 = "ur5e_2f85"
 BASE_2020 = Pose.from_rpy((-0.24, -0.005, 0.0), (0.0, 0.0, -math.pi / 2))
 """Where it stood (world frame)."""
 
+HOME_2020 = (-1.57, -1.57, 1.57, 0.0, 0.0, 0.0)
+"""The joint positions that it started from [rad]."""
+
 _LEVEL = re.compile(r"(\d+)-\d+")
 
 

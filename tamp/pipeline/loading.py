@@ -40,7 +40,7 @@ def load_samplers(task: Task, settings: Settings) -> None:
     _ = domain.rules  # whatever is wrong with them is said now, not by the checker of a plan
     load_models(resolve_samplers(domain.samplers, task.samplers, settings.samplers).values())
     with one_thread():
-        warm_up(Task("nothing", (), robot=task.robot, path=task.path, base=task.base))
+        warm_up(Task("nothing", (), robot=task.robot, path=task.path, base=task.base, home=task.home))
 
 
 def preload(nothing: Task) -> None:

@@ -226,6 +226,7 @@ class Task:
         level: how difficult whoever made the task says it is; rankings have a mean for each.
         path: the file it came from, or None for a task built in code; it decides no equality.
         base: where the robot's base stands; None leaves it where the robot's data says.
+        home: the joint positions that the arm starts from [rad]; None leaves them to the robot's data.
     """
 
     name: str
@@ -246,6 +247,7 @@ class Task:
     level: int | None = None
     path: Path | None = field(default=None, compare=False)
     base: Pose | None = None
+    home: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "objects", tuple(self.objects))
@@ -253,6 +255,8 @@ class Task:
         object.__setattr__(self, "init", _facts(self.init))
         object.__setattr__(self, "goal", _facts(self.goal))
         object.__setattr__(self, "samplers", FrozenDict(self.samplers))
+        if self.home is not None:
+            object.__setattr__(self, "home", tuple(map(float, self.home)))
 
     def object(self, name: str) -> Object:
         """The object called `name`; KeyError with the valid names where there is none."""

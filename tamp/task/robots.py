@@ -111,13 +111,24 @@ def load_robot(robot: str, folder: Path | None = None) -> RobotSpec:
 
 
 def task_robot(task: Task) -> RobotSpec:
-    """The robot of a task, its base where the task says.
+    """The robot of a task, its base and its home where the task says.
 
     Raises:
-        RobotError: as `load_robot`.
+        RobotError: as `load_robot`; where the task's home is none of that robot.
     """
     spec = load_robot(task.robot, None if task.path is None else task.path.parent)
-    return spec if task.base is None else replace(spec, T_world_base=task.base)
+    if task.base is not None:
+        spec = replace(spec, T_world_base=task.base)
+    return spec if task.home is None else replace(spec, home=_home(task.home, spec))
+
+
+def _home(home: tuple[float, ...], spec: RobotSpec) -> tuple[float, ...]:
+    if len(home) != len(spec.joints):
+        raise RobotError(f"the task's home has {len(home)} joints, but the arm of {spec.name} has {len(spec.joints)}")
+    for name, low, value, high in zip(spec.joints, spec.lower, home, spec.upper, strict=True):
+        if not low <= value <= high:
+            raise RobotError(f"the task's home has {name} at {value:g}, outside its limits of {low:g} to {high:g}")
+    return home
 
 
 def with_robot(task: Task, robot: str | None) -> Task:
@@ -131,7 +142,7 @@ def with_robot(task: Task, robot: str | None) -> Task:
     load_robot(robot)
     if is_path(robot) and task.path is not None:  # relative as in the task's file, so that plans can be carried away
         robot = Path(os.path.relpath(Path(robot).expanduser().resolve(), task.path.parent)).as_posix()
-    return replace(task, robot=robot)
+    return replace(task, robot=robot, home=None)
 
 
 def _read(path: Path) -> RobotSpec:

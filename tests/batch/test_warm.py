@@ -66,7 +66,13 @@ def test_the_robots_of_a_batch_are_told(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setenv(VARIABLE, "[]")
     assert [task.robot for task in told()] == [Task("one", ()).robot]
     base = Pose((-0.41, 0.1, 0.003), (0.0, 0.0, 0.3, 0.9))
-    tasks = [Task("a", ()), Task("b", (), base=base), Task("a again", ()), Task("c", (), robot="./mine/robot.yaml")]
+    home = (0.1, 0.0, 0.0, -1.5, 0.0, 1.5, 0.7)
+    tasks = [
+        Task("a", ()),
+        Task("b", (), base=base, home=home),
+        Task("a again", ()),
+        Task("c", (), robot="./mine/robot.yaml"),
+    ]
     tell(tasks, None)
     assert [task_robot(task) for task in told()] == [task_robot(tasks[0]), task_robot(tasks[1])]
     tell(tasks, "nobody")

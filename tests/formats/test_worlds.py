@@ -133,6 +133,7 @@ def test_tasks_have_the_robot_of_their_year_where_it_stood_if_asked_for(worlds: 
     (path,) = import_ocrtoc(worlds, tmp_path / "own", own_robot=True).paths
     task = load_task(path)
     assert task.robot == "ur5e_2f85" and task.base is not None
+    assert task.home == (-1.57, -1.57, 1.57, 0.0, 0.0, 0.0)
     assert task.base.xyz == (-0.24, -0.005, 0.0) and task.base.rpy == pytest.approx((0.0, 0.0, -math.pi / 2))
     (path,) = import_ocrtoc(worlds, tmp_path / "usual").paths
     assert load_task(path).robot == "panda" and load_task(path).base is None

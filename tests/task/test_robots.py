@@ -12,7 +12,7 @@ from tamp.errors import RobotError, TaskError
 from tamp.task import Pose, load_robot, robot_names, task_robot
 from tamp.task.files.load import load_task
 from tamp.task.files.save import save_task
-from tamp.task.robots import VARIABLE
+from tamp.task.robots import VARIABLE, with_robot
 from tests.task.swinging import write
 
 TASK = """
@@ -86,6 +86,23 @@ def test_the_base_stands_where_the_task_says(tmp_path: Path) -> None:
     assert task_robot(task).T_world_base == task.base == Pose.from_rpy((-0.5, 0.1, 0.0), (0.0, 0.0, 0.5))
     save_task(task, file)
     assert load_task(file).base == task.base
+
+
+def test_the_arm_starts_from_where_the_task_says(tmp_path: Path) -> None:
+    file, told = tmp_path / "task.yaml", "home: [0.1, -0.2, 0, -1.5, 0, 1.6, 0.8]\n"
+    file.write_text(TASK.format(robot="panda") + told)
+    task = load_task(file)
+    assert task_robot(task).home == task.home == (0.1, -0.2, 0.0, -1.5, 0.0, 1.6, 0.8)
+    save_task(task, file)
+    assert load_task(file).home == task.home
+    assert with_robot(task, "panda").home is None
+    for wrong, complaint in (
+        ("[0.1, 0.2]", "has 2 joints, but .* has 7"),
+        (told[6:].replace("-1.5", "0.5"), "at 0.5, out"),
+    ):
+        file.write_text(TASK.format(robot="panda") + f"home: {wrong}\n")
+        with pytest.raises(RobotError, match=complaint):
+            task_robot(load_task(file))
 
 
 def test_a_batch_s_workers_are_told_which_robot_does_it() -> None:

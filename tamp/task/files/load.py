@@ -78,6 +78,7 @@ class _Reader:
             objects=tuple(self._object(o, ("objects", i)) for i, o in enumerate(model.objects)),
             robot=self._robot(model.robot),
             base=None if model.base is None else _pose(model.base),
+            home=model.home,
             regions=tuple(Region(r.name, r.box.center, r.box.size) for r in model.regions),
             table=Table(model.table.center, model.table.size, model.table.thickness),
             domain=model.domain,

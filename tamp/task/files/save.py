@@ -37,6 +37,8 @@ def as_mapping(task: Task, folder: Path) -> dict[str, Any]:
     data: dict[str, Any] = {"name": task.name, "robot": _robot(task, folder)}
     if task.base is not None:
         data["base"] = _pose_mapping(task.base)
+    if task.home is not None:
+        data["home"] = list(task.home)
     if task.level is not None:
         data["level"] = task.level
     data["objects"] = [_object_mapping(o, folder) for o in task.objects]

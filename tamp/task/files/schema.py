@@ -186,6 +186,9 @@ class TaskModel(_Model):
         default=DEFAULT_ROBOT, description="an installed robot, or the path of a robot.yaml"
     )
     base: PoseModel | None = Field(default=None, description="where the robot stands, if not where its data says")
+    home: Annotated[tuple[Number, ...], Field(min_length=1, max_length=100)] | None = Field(
+        default=None, description="joint positions that the arm starts from, if not its data's [rad]"
+    )
     objects: Annotated[tuple[ObjectModel, ...], Field(min_length=1, max_length=500)] = Field(
         description="what lies on the table"
     )
