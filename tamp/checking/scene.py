@@ -115,6 +115,7 @@ class State:
         jumped: how far each joint jumped in all, within tolerance, where two motions meet [rad].
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
         beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
+        stayed: object -> where it stays at the start, though it is said to stand elsewhere, until the hand moves it.
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         given: object -> how it gave way within tolerance when something left, until the hand moves it.
@@ -131,6 +132,7 @@ class State:
     jumped: Array = field(default_factory=lambda: np.zeros(1))
     strayed: dict[str, float] = field(default_factory=dict)
     beside: dict[str, float] = field(default_factory=dict)
+    stayed: dict[str, Array] = field(default_factory=dict)
     turned: dict[str, float] = field(default_factory=dict)
     nudged: dict[str, float] = field(default_factory=dict)
     given: dict[str, Given] = field(default_factory=dict)
@@ -139,6 +141,11 @@ class State:
     def aside(self, name: str) -> float:
         """How far aside an object may be from where it is said to be, by all that nothing explains [m]."""
         return self.strayed.get(name, 0.0) + self.beside.get(name, 0.0)
+
+    def as_stayed(self, *names: str) -> State:
+        """The same with all objects, or some of them, where they stay at the start though said to stand elsewhere."""
+        moved = {name: T for name, T in self.stayed.items() if not names or name in names}
+        return replace(self, poses={**self.poses, **moved}, touching={})
 
     def without(self, name: str) -> State:
         """The same with an object taken out of it."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from tamp.checking.physics.perching import perched
 from tamp.checking.physics.rocking import rocked
-from tamp.checking.physics.settling import unexplained
+from tamp.checking.physics.settling import stayed, unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps
 from tamp.checking.robot.sweep import Mover, standing, touches
@@ -56,6 +56,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
     for name in sorted(written):
         astray = unexplained(scene, state, name, written, allow)
         state.beside[name] = _beside(scene, name, written[name], state.poses[name], allow)
+        if (stays := stayed(scene, state, name, written, allow)) is not None:
+            state.stayed[name] = stays
         if astray > 0.0:
             sentence = f"{name} starts {1000 * astray:.0f} mm from where it settles from its pose in the task"
             replay.report("start", sentence, (name,), astray)

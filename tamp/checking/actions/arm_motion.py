@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
+from tamp.checking.actions.strike import SLIDING, met_as_stayed, pushed_over, set_off
 from tamp.checking.actions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.equilibrium import LEVEL
-from tamp.checking.physics.perching import ASIDE, rolls_on
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
 from tamp.checking.robot.sweep import Looks, Mover, Touch, looks, passed, slid, standing, touches
@@ -35,7 +35,6 @@ EMPTY = ("transit", "approach", "retreat", "push")
 HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
-SLIDING = 2e-4  # deeper than that what slides presses [m]
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -82,8 +81,11 @@ def check_move(
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
     for link, name in _rubbing(state, pressed, met, allow):
         report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
-    for link, name in _set_rolling(scene, state, pressed, met, allow):
+    for link, name in () if found is None else pushed_over(scene, state, pressed, met, found.times, allow):
         report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
+    for link, name in () if found is None else met_as_stayed(scene, state, move, found, allow):
+        where = "which stays where the task has it and not where the plan says that it starts"
+        report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
     for name in () if found is None else _dragged_over(scene, state, move, found, allow):
@@ -185,12 +187,17 @@ def finger_touches(
         for name in fingers:
             T[name].append(placed[name][0])
     movers = [Mover(solid, np.array(T[name])) for name, solid in fingers.items()]
-    others = standing(scene.solids, state.standing(scene))
+    others = [*standing(scene.solids, state.standing(scene)), *standing(scene.solids, _elsewhere(state, near))]
     found = touches((o, m, near.get(o.solid.name, allow.collision)) for o in others for m in movers)
     met = {touch.bodies[0] for touch in found}
     free = [o for o in others if o.solid.name in state.poses and o.solid.name not in {*near, *met}]
-    off = ((o, m, SLIDING) for o in free for m in movers if _set_off(scene, state, o, m, SLIDING, allow))
+    off = ((o, m, SLIDING) for o in free for m in movers if set_off(scene, state, o, m, SLIDING, allow))
     return [*found, *touches(off)]
+
+
+def _elsewhere(state: State, near: dict[str, float]) -> dict[str, Array]:
+    """Where objects stay at the start that are said to stand elsewhere, but for those that the fingers handle."""
+    return {name: T for name, T in state.stayed.items() if name not in near}
 
 
 def look(scene: Scene, move: Move, carried: Attachment | None, step: float) -> Looks | None:
@@ -243,33 +250,6 @@ def _rubbing(
         free = name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision
         if free and slid(still, mover, SLIDING) > allow.strayed:
             yield mover.solid.name, name
-
-
-def _set_rolling(
-    scene: Scene, state: State, pressed: list[tuple[Mover, Mover, float]], met: set[str], allow: Tolerances
-) -> Iterator[tuple[str, str]]:
-    """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves.
-
-    What it leaves, or comes to, it pushes where it is deeper in it than at rest.
-    """
-    for still, mover, depth in pressed:
-        name = still.solid.name
-        if name not in state.poses or name in met:
-            continue
-        if _set_off(scene, state, still, mover, depth - allow.collision + SLIDING, allow):
-            yield mover.solid.name, name
-
-
-def _set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float, allow: Tolerances) -> bool:
-    """Whether an object rolls on from where something that moves is first deeper in it than that [m]."""
-    for touch in touches([(still, mover, deep)]):
-        pushing = {mover.solid.name: (mover.solid, mover.T[touch.sample])}
-        patch = contacts(still.solid, still.T[0], pushing, allow.standing).patches.get(mover.solid.name)
-        ahead = np.zeros(3) if patch is None else patch.normals.mean(axis=0) * (1.0, 1.0, 0.0)
-        level = float(np.linalg.norm(ahead))
-        if level > ASIDE and rolls_on(scene, state, still.solid.name, ahead / level, allow):
-            return True
-    return False
 
 
 def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:

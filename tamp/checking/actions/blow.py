@@ -199,11 +199,11 @@ def _passed(
         if lever <= 0.0:
             return 0.0
         beside = scene.center_of_mass(name, state.poses[name]) - point
-        masses.append(_inertia(scene, state, name, axis, beside) / lever**2)
+        masses.append(inertia(scene, state, name, axis, beside) / lever**2)
     return along * masses[0] * masses[1] / (masses[0] + masses[1]) ** 2
 
 
-def _inertia(scene: Scene, state: State, name: str, axis: Array, lever: Array) -> float:
+def inertia(scene: Scene, state: State, name: str, axis: Array, lever: Array) -> float:
     """Moment of inertia [kg m^2] of a body about an axis so far from its centre of mass, its box evenly filled."""
     size, along = scene.solids[name].upper - scene.solids[name].lower, state.poses[name][:3, :3].T @ axis
     spread = float(size @ size - (along * size) @ (along * size)) / 12

@@ -69,6 +69,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
     state.held = grip.attachment
     state.nudged.pop(name, None)
+    state.stayed.pop(name, None)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = gripped
 
@@ -144,6 +145,10 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
         report("release", sentence, bodies=(name,))
         return
     far, turn = _aside(scene, state, name, allow), state.turned.get(name, 0.0)
+    moved = sorted(state.stayed.keys() & {*carriers(scene, state, name, allow).patches})
+    if moved and not _stands_at(scene, state.as_stayed(*moved), name, state.poses[name], allow):
+        sentence = f"{name} tips over where {moved[0]} stays as the task has it, and not where the plan says it starts"
+        report("release", sentence, (name, *moved))
     if not all(_stands_at(scene, state, name, T, allow) for T in _elsewhere(scene, state, name, far, turn, allow)):
         where = f"{1000 * far:.1f} mm aside and turned by {np.degrees(turn):.1f} degrees"
         report("release", f"{name} may be {where} by all that nothing explains, and tip over", (name,))

@@ -75,6 +75,26 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     return beyond if beyond > 0.0 else 0.0
 
 
+def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> Array | None:
+    """Where an object stays, as far as anybody can tell, that is said to start a little elsewhere; None of all others.
+
+    That is, shape (4, 4), where it is written, but for a drop of `allow.dropped` at most.
+
+    Arguments as of `unexplained`.
+    """
+    if scene.displacement(name, written[name], state.poses[name]) <= allow.collision:
+        return None
+    inside, fallen = _falls(scene, state, name, written[name], allow)
+    drop = float(written[name][2, 3] - fallen[2, 3])
+    if scene.displacement(name, fallen, state.poses[name]) <= allow.collision:
+        return None
+    if drop > allow.dropped or inside > LANDED or _jostled(scene, state, name, written, allow):
+        return None
+    there = replace(state, poses={**state.poses, name: fallen}, touching={})
+    resting = balanced(scene, there, name, carriers(scene, there, name, allow), allow) >= allow.balance
+    return fallen if resting and not any(True for _ in perched(scene, there, name, allow)) else None
+
+
 def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
     """How much higher above a plane a body's centre of mass is after a turn than half-way: it would have stayed there.
 

@@ -159,12 +159,18 @@ def touches(pairs: Iterable[tuple[Mover, Mover, float]], swing: Array | None = N
 
 def slid(a: Mover, b: Mover, deep: float) -> float:
     """How far b moves, in all, as seen from a, while it is deeper in it than that from one sample to the next [m]."""
+    pressed = pressed_looks(a, b, deep)
+    return float(travelled(b.solid, relative(a.T, b.T))[pressed[1:] & pressed[:-1]].sum())
+
+
+def pressed_looks(a: Mover, b: Mover, deep: float) -> NDArray[np.bool_]:
+    """At which samples b is deeper in a than that [m], shape (n,)."""
     T_a_b = relative(a.T, b.T)
     near = gaps_to_box(centers_of(T_a_b, b.solid.center), b.solid.radius, a.solid.lower, a.solid.upper) <= 0.0
     pressed = np.zeros(len(T_a_b), bool)
     for k in np.flatnonzero(near):
         pressed[k] = parted(a.solid, b.solid, T_a_b[k], deep)[0] < -deep
-    return float(travelled(b.solid, T_a_b)[pressed[1:] & pressed[:-1]].sum())
+    return pressed
 
 
 def _near(pairs: Sequence[tuple[Mover, Mover, float]]) -> Iterator[tuple[Mover, Mover, float]]:

@@ -56,9 +56,11 @@ from tests.checking.mutations.motions import (
     beyond_joint_limit,
     closed_fingers,
     dip_between_samples,
+    drag_what_is_narrow,
     drop_waypoints,
     hurry,
     jolt,
+    meet_what_stays,
     not_at_rest,
     object_in_the_way,
     poke_what_rolls,
@@ -176,6 +178,8 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     wedged_in: ("collision",),
     rub: ("collision",),
     poke_what_rolls: ("collision",),
+    drag_what_is_narrow: ("collision",),
+    meet_what_stays: ("collision",),
     swings_on_the_way: ("grasp",),
 }
 

@@ -11,8 +11,9 @@ from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Task, Tra
 from tests.checking.handmade import DOWN, OPEN, Hand, above, timed
 from tests.checking.mutations.editing import Pair, added, choose, put, stand, step_at, steps_of
 
+CARD, STAND = Box((0.004, 0.06, 0.15)), Box((0.06, 0.06, 0.06))
 BAR, CAN = Box((0.12, 0.04, 0.05)), Cylinder(0.03, 0.1)
-FRONT = 0.0091  # how far a finger's tip reaches ahead of the tool [m]
+FRONT, PALM = 0.0091, 0.0105  # how far a finger reaches ahead of the tool, by its tip and by all of it [m]
 BESIDE, TIP = 0.045, 0.00885  # of an open Panda's finger to the tool, and of its tip under that [m]
 CLEAR = 0.15  # [m]
 
@@ -207,6 +208,36 @@ def poke_what_rolls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | 
     ways.append(timed(np.array([hand.q, plan.home]), hand.spec))
     poking = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
     return added(task, replace(plan, actions=(poking, *plan.actions)), can)
+
+
+def drag_what_is_narrow(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """Before anything else a finger comes down on a card that stands, hardly in it, and goes a few millimetres on."""
+    if (place := _clear_place(task, plan, rng)) is None:
+        return None
+    x, y = place
+    card = Object("card", CARD, Pose((x, y + BESIDE, CARD.size[2] / 2)), mass=rng.uniform(0.05, 0.3))
+    hand, z, along = Hand(plan.home), CARD.size[2] + TIP - rng.uniform(0.0007, 0.0009), rng.uniform(0.0042, 0.0048)
+    first, last = (Pose((x + by, y, z), DOWN) for by in (-along / 2, along / 2))
+    ways = [hand.free(above(first)), hand.line(first), hand.line(last), hand.line(above(last))]
+    ways.append(timed(np.array([hand.q, plan.home]), hand.spec))
+    dragging = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
+    return added(task, replace(plan, actions=(dragging, *plan.actions)), card)
+
+
+def meet_what_stays(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A box is said to start a little aside, and before anything else the hand goes where the task has it."""
+    if (place := _clear_place(task, plan, rng)) is None:
+        return None
+    x, y = place
+    aside, middle = rng.uniform(0.0048, 0.0055), STAND.size[2] / 2
+    task, plan = added(task, plan, Object("stand", STAND, Pose((x, y + BESIDE, middle))))
+    hand, end = Hand(plan.home), x + aside - middle - PALM - rng.uniform(0.0012, 0.0016)
+    first, last = (Pose((to, y, middle), DOWN) for to in (end - 0.06, end))
+    ways = [hand.free(above(first)), *(hand.line(to) for to in (first, last, first, above(first)))]
+    ways.append(timed(np.array([hand.q, plan.home]), hand.spec))
+    meeting = Action("move", (), tuple(Move("transit", way, OPEN) for way in ways))
+    start = {**plan.start, "stand": Pose((x + aside, y + BESIDE, middle))}
+    return task, replace(plan, start=start, actions=(meeting, *plan.actions))
 
 
 def _clear_place(task: Task, plan: Plan, rng: np.random.Generator) -> tuple[float, float] | None:

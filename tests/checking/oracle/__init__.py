@@ -20,6 +20,7 @@ from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.stacks import toppling
+from tests.checking.oracle.striking import staying
 from tests.checking.oracle.tilting import tipping
 from tests.checking.oracle.topples import topple
 from tests.checking.oracle.world import (
@@ -54,6 +55,7 @@ class Oracle:
         poses = {name: pose.matrix for name, pose in plan.start.items()}
         poses["table"] = Pose((*task.table.center, -task.table.thickness / 2)).matrix
         quick, slow = (World(task, bodies, dict(poses), np.array(plan.home)) for _ in range(2))
+        slow.stays.update(staying(task, poses))
         return (
             bookkeeping(plan)
             or start(quick)
@@ -86,9 +88,26 @@ class Oracle:
         return None if sweep else toppling(world)
 
     def _swept(self, world: World, move: Move) -> str | None:
-        arrays = (move.trajectory.times, move.trajectory.positions, move.trajectory.velocities, *world.poses.values())
+        arrays = (
+            move.trajectory.times,
+            move.trajectory.positions,
+            move.trajectory.velocities,
+            *world.poses.values(),
+            *world.stays.values(),
+        )
         shapes = [(thing.name, thing.shape) for thing in world.task.objects]
-        words = repr((move.phase, move.opening, move.held, move.pushed, list(world.poses), shapes, world.task.table))
+        words = repr(
+            (
+                move.phase,
+                move.opening,
+                move.held,
+                move.pushed,
+                list(world.poses),
+                list(world.stays),
+                shapes,
+                world.task.table,
+            )
+        )
         key = hashlib.sha256(words.encode() + b"".join(array.tobytes() for array in arrays)).digest()
         if key not in self.swept:
             self.swept[key] = sweep(world, move)

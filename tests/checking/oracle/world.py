@@ -11,6 +11,7 @@ import numpy as np
 from tamp.task import Action, At, Box, Cylinder, Grip, Move, Plan, Release, Sphere, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at, within
 from tests.checking.oracle.rubbing import rubs
+from tests.checking.oracle.striking import MET, dragged_over
 from tests.checking.oracle.wedging import stuck
 
 STEP = 0.01  # [s]
@@ -42,6 +43,7 @@ class World:
     q: np.ndarray
     held: tuple[str, np.ndarray] | None = None
     turned: dict[str, float] = field(default_factory=dict)
+    stays: dict[str, np.ndarray] = field(default_factory=dict)
 
     def others(self, *but: str) -> dict[str, np.ndarray]:
         held = self.held[0] if self.held else None
@@ -172,6 +174,11 @@ def sweep(world: World, move: Move) -> str | None:
                 return f"{link} in {other}"
             if other != "table" and move.pushed is None and rubs(body, placed[link], world.bodies[other], T):
                 return f"{link} rubs along {other}"
+            shape = None if other == "table" or move.pushed is not None else world.task.object(other).shape
+            if shape is not None and dragged_over(shape, world.bodies[other], T, body, placed[link]):
+                return f"{link} drags {other} over"
+            if other in world.stays and meets(body, placed[link], world.bodies[other], world.stays[other], MET):
+                return f"{link} meets {other} where the task has it"
             if _rolling(world, other) and meets(body, placed[link], world.bodies[other], T, POKED):
                 return f"{link} sends {other} rolling"
         for name, poses in carried.items():
@@ -244,6 +251,7 @@ def grip(world: World, grip: Grip) -> str | None:
         return "the object is too heavy for the fingers"
     if (text := _turns(world, name, world.poses[name], claimed)) is not None:
         return text
+    world.stays.pop(name, None)
     world.poses[name] = claimed
     world.held = (name, grip.attachment.T_tool_object.matrix)
     return None

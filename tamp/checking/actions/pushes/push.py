@@ -115,6 +115,7 @@ def check_path(
     sticks = GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
     if slowing > sticks:
         report("push", f"{name} slides on when the hand slows down by {slowing:.1f} m/s^2", bodies=(name,))
+    state.stayed.pop(name, None)
     push = sticks * scene.task.object(name).mass * direction(path)
     check_force(scene, move, name, seen, push, allow.nudge, allow, report)
     check_uncovered(scene, state, name, allow, report)

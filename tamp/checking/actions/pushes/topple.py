@@ -49,6 +49,7 @@ def check_topple(scene: Scene, state: State, move: Move, pushed: Attachment, all
     check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
     check_uncovered(scene, state, name, allow, report)
+    state.stayed.pop(name, None)
     check_force(scene, move, name, seen, _push_over(scene, move, name, path, allow), allow.push, allow, report)
     for sentence in (*_astray(scene, name, path, swing, allow), *_loose(scene, move, name, path, allow)):
         report("push", sentence, bodies=(name,))

@@ -1,0 +1,154 @@
+"""What moves may be in what stands by a tolerance: does that roll on by itself, or tip over, where it is pushed so far?
+
+A narrow thing falls at a touch. What presses on it takes it along as far as it goes meanwhile, and strikes it as fast.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.actions.blow import HELD, inertia
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.contacts import contacts
+from tamp.checking.physics.perching import ASIDE, rolls_on, tilting_axes
+from tamp.checking.physics.support import carriers
+from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches, travelled
+from tamp.checking.scene import GRAVITY
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Move
+
+    Array = NDArray[np.float64]
+
+REBOUND = 1.5
+"""How many times as fast as what strikes it something goes that is struck, at most."""
+TOWARDS = 0.5
+"""Cosine between a blow and a way from which on it tips over that way."""
+SLIDING = 2e-4
+"""What is deeper than that presses [m]."""
+
+
+def pushed_over(
+    scene: Scene,
+    state: State,
+    pressed: list[tuple[Mover, Mover, float]],
+    met: set[str],
+    times: Array,
+    allow: Tolerances,
+) -> Iterator[tuple[str, str]]:
+    """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves, or tip over.
+
+    What it leaves, or comes to, it pushes where it is deeper in it than at rest.
+
+    Args:
+        scene: the world.
+        state: where everything stands.
+        pressed: bodies that stand, bodies that move, and how deep these may be in those [m].
+        met: what is deeper in something than it may, and not asked about.
+        times: when bodies that move are looked at, shape (n,) [s].
+        allow: tolerances.
+    """
+    for still, mover, depth in pressed:
+        name, deep = still.solid.name, depth - allow.collision + SLIDING
+        if name not in state.poses or name in met:
+            continue
+        if set_off(scene, state, still, mover, deep, allow) or _knocks_over(
+            scene, state, still, mover, deep, times, allow
+        ):
+            yield mover.solid.name, name
+
+
+def met_as_stayed(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[tuple[str, str]]:
+    """What meets an object, or pushes it over, where that stays at the start though it is said to stand elsewhere."""
+    carried = state.held or move.pushed
+    still = {name: T for name, T in state.stayed.items() if carried is None or name != carried.object}
+    near = passed(found.bodies, standing(scene.solids, still)) if still else []
+    pairs = [(other, mover, allow.collision) for other in near for mover in found.bodies]
+    met = {(touch.bodies[1], touch.bodies[0]) for touch in touches(pairs, found.swing)}
+    yield from sorted(met)
+    grazed = [pair for pair in pairs if (pair[1].solid.name, pair[0].solid.name) not in met]
+    yield from pushed_over(scene, state.as_stayed(), grazed, set(), found.times, allow)
+
+
+def set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float, allow: Tolerances) -> bool:
+    """Whether an object rolls on from where something that moves is first deeper in it than that [m]."""
+    for touch in touches([(still, mover, deep)]):
+        pushing = {mover.solid.name: (mover.solid, mover.T[touch.sample])}
+        patch = contacts(still.solid, still.T[0], pushing, allow.standing).patches.get(mover.solid.name)
+        ahead = np.zeros(3) if patch is None else patch.normals.mean(axis=0) * (1.0, 1.0, 0.0)
+        level = float(np.linalg.norm(ahead))
+        if level > ASIDE and rolls_on(scene, state, still.solid.name, ahead / level, allow):
+            return True
+    return False
+
+
+def _knocks_over(
+    scene: Scene, state: State, still: Mover, mover: Mover, deep: float, times: Array, allow: Tolerances
+) -> bool:
+    """Whether an object that stands tips over by what moves and is deeper in it than so far [m] for a while.
+
+    Args:
+        scene: the world.
+        state: where everything stands.
+        still: the object.
+        mover: what moves, looked at at each time.
+        deep: what is no deeper does not press.
+        times: shape (n,) [s].
+        allow: tolerances.
+    """
+    first = touches([(still, mover, deep)])
+    pressed = pressed_looks(still, mover, deep) if first else np.zeros(0, bool)
+    if not pressed.any():
+        return False
+    T = mover.T[first[0].sample]
+    pushing = {mover.solid.name: (mover.solid, T)}
+    patch = contacts(still.solid, still.T[0], pushing, allow.standing).patches.get(mover.solid.name)
+    if patch is None:
+        return False
+    at = patch.points.mean(axis=0)
+    place = (mover.T @ inverse(T) @ np.append(at, 1.0))[:, :3]
+    during = pressed[1:] | pressed[:-1]
+    speeds = np.linalg.norm(np.diff(place, axis=0), axis=1) / np.diff(times)
+    taken = deep + float(travelled(mover.solid, mover.T)[pressed[1:] & pressed[:-1]].sum())
+    ahead = _aside(patch.normals.mean(axis=0))
+    for way in np.diff(place, axis=0)[during]:
+        ahead += _aside(way)
+    return _tips(scene, state, still.solid.name, at, ahead, taken, float(speeds[during].max(initial=0.0)), allow)
+
+
+def _aside(way: Array) -> list[Array]:
+    """The level unit vector along a vector of shape (3,), where that points aside at all."""
+    length, level = float(np.linalg.norm(way)), float(np.hypot(way[0], way[1]))
+    return [way * (1.0, 1.0, 0.0) / level] if level > ASIDE * length else []
+
+
+def _tips(
+    scene: Scene, state: State, name: str, at: Array, blows: list[Array], taken: float, speed: float, allow: Tolerances
+) -> bool:
+    """Whether an object tips over that is taken along so far [m] and struck so fast [m/s] at a place, shape (3,)."""
+    touching, middle = carriers(scene, state, name, allow), scene.center_of_mass(name, state.poses[name])
+    base = np.concatenate([np.zeros((0, 3)), *touching.points.values()])
+    if not len(base) or not blows:
+        return False
+    for ahead in tilting_axes(scene, state, (name,)):
+        if max(float(blow @ ahead) for blow in blows) < TOWARDS:
+            continue
+        if any((held.normals @ ahead < -HELD).any() for held in touching.patches.values()):
+            continue
+        edge = base[(base @ ahead).argmax()]
+        height = float(middle[2] - edge[2])
+        lever = max(float(at[2] - edge[2]), height)
+        inside = max(float((edge - middle) @ ahead) - taken * height / max(lever, 1e-9), 0.0)
+        around = inertia(scene, state, name, np.cross((0.0, 0.0, 1.0), ahead), middle - edge)
+        energy = around * (REBOUND * speed / max(lever, 1e-9)) ** 2 / 2
+        if energy >= scene.task.object(name).mass * GRAVITY * (np.hypot(inside, height) - height):
+            return True
+    return False
