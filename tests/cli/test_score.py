@@ -73,6 +73,20 @@ def _folder(folder: Path, *results: Result) -> str:
     return str(folder)
 
 
+def test_of_two_simulators_the_better_one_counts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = {"a": (0.01, 0.2), "b": (0.04, 0.05)}
+    folders = []
+    for simulator, errors in names.items():
+        runs = [
+            Result(f"task{i}", 0, "failed", ede_m=error, do_nothing_ede_m=0.3, mean_ueb_m=0.3, simulator=simulator)
+            for i, error in enumerate(errors)
+        ]
+        folders.append(_folder(tmp_path / simulator, *runs))
+    for more, error in ([], "7.50"), (["--best-of", "1"], "4.50"):
+        assert main(["score", "--leaderboard", "+".join(folders), *more]) == 0
+        assert capsys.readouterr().out.splitlines()[1].split()[:3] == ["1", "a+b", error]
+
+
 def test_a_leaderboard_ranks_results_folders(tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str]) -> None:
     baselines = {"do_nothing_ede_m": 0.3, "mean_ueb_m": 0.3, "level": 2}
     good = _folder(tmp_path / "good", Result("pair", 0, "solved", ede_m=0.01, execution_sim_s=8.0, **baselines))

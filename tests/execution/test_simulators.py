@@ -18,6 +18,7 @@ from tamp.execution.simulator import GRAVITY, STEP, TABLE, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
 from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
 from tamp.task.files.robot.robot_file import read_robot
+from tamp.world.robot.linkage import linkage
 from tests.checking.handmade import alone
 from tests.task.swinging import ARM, ROBOT, write
 
@@ -211,6 +212,22 @@ def test_fingers_that_mimic_an_idle_link_press_no_harder_than_told(simulator, tm
         assert all(world.robot.touching("block"))
         world.step(48)
         assert world.robot.opening() == pytest.approx(0.036, abs=0.0015)
+
+
+def test_links_that_swing_hold_a_block_between_pads_that_stay_where_the_linkage_has_them(simulator, tmp_path):
+    robot = read_robot(write(tmp_path / "swinging"))
+    depth = float(linkage(robot).depth(0.02))
+    block = Object("block", Box((0.02, 0.02, 0.02)), Pose(), mass=0.1)
+    with make_simulator(simulator, (block,), robot=robot) as world:
+        world.robot.squeeze(robot.gripper.force)
+        for _ in range(round(1.0 / STEP)):
+            world.place("block", world.robot.tool() @ Pose((0.0, 0.0, depth)))
+            world.step()
+        world.step(round(1.0 / STEP))
+        assert all(world.robot.touching("block"))
+        assert world.robot.opening() == pytest.approx(0.02, abs=1e-3)
+        x, y, z = (world.robot.tool().inverse() @ world.pose("block")).xyz
+        assert math.hypot(x, y, z - depth) < 1e-3
 
 
 def test_what_slides_in_mujoco_stays_on_the_table_and_stops_as_friction_has_it():

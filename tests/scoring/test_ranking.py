@@ -58,6 +58,18 @@ def test_runs_count_by_their_mean_or_the_best_of_the_first_k() -> None:
     assert rank({"s": list(reversed(runs))}, TASKS[:1], best_of=2)[0].mean.error_m == 0.1
 
 
+def test_with_the_best_of_runs_the_better_simulator_over_all_tasks_counts() -> None:
+    errors = {"x": (0.1, 0.2, 0.3), "y": (0.3, 0.1, 0.1)}
+    runs = [
+        _run(task.task, error, simulator=simulator)
+        for simulator, each in errors.items()
+        for task, error in zip(TASKS, each, strict=True)
+    ]
+    means = {k: rank({"s": runs}, TASKS, best_of=k)[0].mean.error_m for k in (None, 1)}
+    assert means == {None: pytest.approx(1.1 / 6), 1: pytest.approx(0.5 / 3)}
+    assert rank({"none": []}, TASKS, best_of=1)[0].attempted == 0
+
+
 def test_the_best_of_equal_runs_is_the_quickest() -> None:
     runs = [_run("a", 0.1, seconds=30, seed=0), _run("a", 0.1, seconds=20, seed=1)]
     assert rank({"s": runs}, TASKS[:1], best_of=2)[0].execution_s == 20

@@ -95,10 +95,12 @@ class _Fingers:
     Attributes:
         target: the opening they go to [m], or None where they squeeze.
         now: the opening that the set point is at by now [m]; it moves at the fingers' speed.
+        force: with which each finger squeezes, outwards [N].
     """
 
     target: float | None
     now: float
+    force: float = 0.0
 
 
 class MuJoCoRobot:
@@ -128,7 +130,6 @@ class MuJoCoRobot:
         self._arm_u, self._fingers_u = (
             np.array([model.actuator(name).id for name in names]) for names in (spec.joints, spec.gripper.joints)
         )
-        self._tool = model.body(spec.tool_parent).id
         self._pads = tuple(
             frozenset(np.flatnonzero(model.geom_bodyid == model.body(name).id).tolist())
             for name in spec.gripper.fingers
@@ -176,9 +177,14 @@ class MuJoCoRobot:
 
     def tool(self) -> Pose:
         """`T_world_tool` as it is now."""
+        return self.link(self._spec.tool_parent) @ self._spec.T_parent_tool
+
+    def link(self, name: str) -> Pose:
+        """`T_world_link` of one of the URDF's links as it is now."""
         mujoco.mj_kinematics(self._model, self._data)
-        w, x, y, z = self._data.xquat[self._tool]
-        return Pose(tuple(self._data.xpos[self._tool]), (x, y, z, w)) @ self._spec.T_parent_tool
+        body = self._model.body(name).id
+        w, x, y, z = self._data.xquat[body]
+        return Pose(tuple(self._data.xpos[body]), (x, y, z, w))
 
     def command(self, q: Sequence[float] | Vector, velocity: Sequence[float] | Vector | None = None) -> None:
         """Send the arm to `q` [rad], with `velocity` [rad/s] fed forward."""
@@ -203,10 +209,9 @@ class MuJoCoRobot:
         model.actuator_gainprm[motors, 0] = 1.0
         model.actuator_biasprm[motors, 1] = 0.0
         opening = self.opening()
-        forces = self._drive.forces(-force, opening)
-        model.actuator_biasprm[motors, 2] = -np.abs(forces / self._drive.velocities(FINGER_SPEED / 2, opening))
+        model.actuator_biasprm[motors, 2] = -self._drive.damping_at(force, opening, FINGER_SPEED / 2)
         model.actuator_forcelimited[motors] = False
-        self._data.ctrl[motors] = forces
+        self._told.force = -force
 
     def drive(self, since: float, dt: float) -> None:
         """Set the motors for the next `dt` [s], `since` [s] after the arm was told where to be."""
@@ -217,6 +222,8 @@ class MuJoCoRobot:
             way = 2.0 * FINGER_SPEED * dt
             told.now += float(np.clip(told.target - told.now, -way, way))
             self._data.ctrl[self._fingers_u] = self._drive.joints(told.now)
+        else:
+            self._data.ctrl[self._fingers_u] = self._drive.balance(told.force, self.opening())
 
     def touching(self, name: str) -> tuple[bool, ...]:
         """For each finger, whether it touches an object."""

@@ -1,8 +1,10 @@
 """What the motors of a gripper's joints do for an opening, and for a force between the pads.
 
-All joints follow one driver. Forces are shared out among them as their multipliers m have it, which leaves nothing to
-the couplings where all carry alike: by virtual work a force F of each finger needs the driver's torque F * J, J being
-how fast the pads part, and joint i gets m_i / sum(m^2) of it. Of two fingers that slide each gets F.
+All joints follow one driver. By virtual work a force F of each finger needs the driver's torque F * J, J being how fast
+the pads part as it moves. Where nothing is held, joint i gets m_i / sum(m^2) of it, m being the multipliers, so that
+all are driven alike. What is held presses on each joint by F times how fast the pads part as that joint moves alone;
+with just that torque, in place of its share, nothing is left to the couplings, which give way. Of two fingers that
+slide each gets F.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.task import RobotSpec
-from tamp.world.robot.linkage import Linkage, linkage
+from tamp.world.robot.linkage import Linkage, linkage, pad_rates
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,12 +39,14 @@ class GripperDrive:
     Attributes:
         linkage: how joints and opening go together.
         multipliers, offsets: of each joint against the driver.
+        rates: how fast the pads part as each joint moves alone, at the openings of the linkage's grid, shape (n, k).
         scale: a joint's stiffness, damping and inertia for each one of a finger, [m^2/rad^2] or 1.
     """
 
     linkage: Linkage
     multipliers: Vector
     offsets: Vector
+    rates: Vector
     scale: float
 
     @property
@@ -74,8 +78,18 @@ class GripperDrive:
         return fastest * abs(self.linkage.per_driver(self.opening(positions))) / 2
 
     def forces(self, force: float, opening: float) -> Vector:
-        """Torques or forces of the joints with which each finger presses outwards by `force` [N]."""
+        """The joints' equal shares of what makes each finger press outwards by `force` [N]; torques or forces, (k,)."""
         found: Vector = force * self.linkage.per_driver(opening) * self.multipliers / (self.multipliers**2).sum()
+        return found
+
+    def balance(self, force: float, opening: float) -> Vector:
+        """What each joint bears where each pad presses outwards by `force` [N]; torques or forces, shape (k,)."""
+        grid = self.linkage.grid
+        return force * np.array([np.interp(opening, grid, rate) for rate in self.rates.T])
+
+    def damping_at(self, force: float, opening: float, speed: float) -> Vector:
+        """Damping of each joint with which `force` [N] moves each finger by `speed` [m/s]; [N m s/rad or N s/m]."""
+        found: Vector = np.abs(self.forces(force, opening) / self.velocities(speed, opening))
         return found
 
     def velocities(self, speed: float, opening: float) -> Vector:
@@ -89,4 +103,5 @@ def gripper_drive(robot: RobotSpec) -> GripperDrive:
     link = linkage(robot)
     multipliers, offsets = np.array(link.gripper.multipliers), np.array(link.gripper.offsets)
     rate = link.per_driver(robot.gripper.stroke / 2)
-    return GripperDrive(link, multipliers, offsets, rate**2 / (2.0 * float((multipliers**2).sum())))
+    rates = pad_rates(robot, np.array([link.driver(opening) for opening in link.grid]))
+    return GripperDrive(link, multipliers, offsets, rates, rate**2 / (2.0 * float((multipliers**2).sum())))

@@ -27,6 +27,14 @@ STIFFNESS, DAMPING = 10000.0, 200.0
 """Of a joint's servo for each unit of inertia [1/s^2], [1/s]; its torque is not limited."""
 
 
+COUPLING_STIFFNESS, COUPLING_DAMPING, COUPLED_ARMATURE = 200.0, 0.5, 0.002
+"""Of what keeps links that swing where the others are [N m/rad], [N m s/rad], and their motors' inertia [kg m^2].
+
+PhysX's tendons, which couple fingers that slide, let such links drift open while they squeeze; and so do drives that
+are much stiffer than this for the inertia.
+"""
+
+
 class SapienRobot:
     """A robot in a SAPIEN world; see tamp.execution.simulator.Robot.
 
@@ -36,7 +44,7 @@ class SapienRobot:
 
     def __init__(self, scene: Any, system: Any, spec: RobotSpec, q: Sequence[float]) -> None:
         self._system, self._spec, self._drive = system, spec, gripper_drive(spec)
-        self.links = _add_links(scene, spec, self._drive.armature)
+        self.links = _add_links(scene, spec, self._drive.armature if spec.gripper.pads is None else COUPLED_ARMATURE)
         self._articulation = next(iter(self.links.values())).articulation
         names = [joint.name for joint in self._articulation.active_joints]
         self._arm = np.array([names.index(name) for name in spec.joints])
@@ -44,6 +52,7 @@ class SapienRobot:
         joints = self._articulation.active_joints
         self._arm_joints = [joints[i] for i in self._arm]
         self._finger_joints = [joints[i] for i in self._fingers]
+        self._swinging = spec.gripper.pads is not None
         self._pads = tuple(self.links[name] for name in spec.gripper.fingers)
         self.objects: Mapping[str, Any] = {}
         start = np.zeros(len(names), dtype=np.float32)
@@ -85,16 +94,22 @@ class SapienRobot:
     def open_to(self, opening: float) -> None:
         """Send the fingers to `opening` [m]; they push gently."""
         self._target, self._now = opening, self.opening()
-        self._force = np.zeros(len(self._fingers))
+        self._force = 0.0
         drive = self._drive
         for joint, force in zip(self._finger_joints, drive.forces(GENTLE_FORCE, opening), strict=True):
             joint.set_drive_properties(drive.stiffness, drive.damping, float(abs(force)), "force")
+            joint.set_drive_velocity_target(0.0)
 
     def squeeze(self, force: float) -> None:
         """Close the fingers until told otherwise, each with `force` [N], against a damper: a servo would chatter."""
         opening = self.opening()
-        self._target, self._force = None, self._drive.forces(-force, opening)
-        damping = np.abs(self._force / self._drive.velocities(FINGER_SPEED / 2, opening))
+        self._target, self._force = None, -force
+        damping = self._drive.damping_at(force, opening, FINGER_SPEED / 2)
+        if self._swinging:
+            self._damping = damping
+            for joint in self._finger_joints:
+                joint.set_drive_properties(COUPLING_STIFFNESS, COUPLING_DAMPING, 1e6, "force")
+            return
         for joint, resistance in zip(self._finger_joints, damping, strict=True):
             joint.set_drive_properties(0.0, float(resistance), 1e6, "force")
             joint.set_drive_velocity_target(0.0)
@@ -110,13 +125,28 @@ class SapienRobot:
             joint.set_drive_velocity_target(float(v))
         forces = self._articulation.compute_passive_force(True, True)
         if self._target is None:
-            forces[self._fingers] += self._force
+            forces[self._fingers] += self._drive.balance(self._force, self.opening())
+            if self._swinging:
+                forces[self._fingers] += self._together(dt)
         else:
             way = 2.0 * FINGER_SPEED * dt
             self._now += float(np.clip(self._target - self._now, -way, way))
             for joint, position in zip(self._finger_joints, self._drive.joints(self._now), strict=True):
                 joint.set_drive_target(float(position))
         self._articulation.qf = forces
+
+    def _together(self, dt: float) -> Vector:
+        """Send each link of the gripper to where all are on average, for the next `dt` [s]; the damper's torques."""
+        drive, (q, v) = self._drive, (self._articulation.qpos[self._fingers], self._articulation.qvel[self._fingers])
+        at, rate = float(np.mean((q - drive.offsets) / drive.multipliers)), float(np.mean(v / drive.multipliers))
+        speeds = drive.multipliers * rate
+        for joint, target, speed in zip(
+            self._finger_joints, drive.multipliers * (at + rate * dt) + drive.offsets, speeds, strict=True
+        ):
+            joint.set_drive_target(float(target))
+            joint.set_drive_velocity_target(float(speed))
+        found: Vector = -self._damping * speeds
+        return found
 
     def touching(self, name: str) -> tuple[bool, ...]:
         """For each finger, whether it touches an object."""
@@ -155,7 +185,8 @@ def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str,
         made[link.name] = body
         entities.append(entity)
     driver, grip = moved[spec.gripper.joints[0]], spec.gripper
-    for name, multiplier, offset in zip(grip.joints[1:], grip.multipliers[1:], grip.offsets[1:], strict=True):
+    followers = zip(grip.joints[1:], grip.multipliers[1:], grip.offsets[1:], strict=True)
+    for name, multiplier, offset in followers if grip.pads is None else ():
         chain = _tendon(driver, moved[name])
         ratio = [-multiplier if link is driver else float(link is moved[name]) for link in chain]
         driver.articulation.create_fixed_tendon(chain, ratio, ratio, rest_length=offset, stiffness=1e5)

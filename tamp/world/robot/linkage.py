@@ -176,3 +176,30 @@ def finger_frames(spec: RobotSpec, drivers: Array) -> Array:
         T_tool_world = (data.oMf[frames[0]] * pin.SE3(spec.T_parent_tool.matrix)).inverse()
         found[i] = [(T_tool_world * data.oMf[frame]).homogeneous for frame in frames[1:]]
     return found
+
+
+def pad_rates(spec: RobotSpec, drivers: Array) -> Array:
+    """How fast the pads part as each joint of the gripper moves alone, for positions of the driver (n,).
+
+    Returns:
+        Shape (n, k) [m/rad or m/m], positive where they part.
+    """
+    gripper = spec.gripper
+    model = pin.buildModelFromXML(without_shapes(spec.description))
+    data, q = model.createData(), pin.neutral(model)
+    tool, *fingers = (model.getFrameId(name) for name in (spec.tool_parent, *gripper.fingers))
+    joints = [model.joints[model.getJointId(name)] for name in gripper.joints]
+    columns, multipliers = [joint.idx_v for joint in joints], np.array(gripper.multipliers)
+    found, aligned = np.zeros((len(drivers), len(joints))), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    for i, driver in enumerate(drivers):
+        q[[joint.idx_q for joint in joints]] = driver * multipliers + np.array(gripper.offsets)
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        axis = (data.oMf[tool] * pin.SE3(spec.T_parent_tool.matrix)).rotation @ np.array(gripper.axis)
+        for way, frame, pad in zip((-1.0, 1.0), fingers, gripper.pads or np.zeros((2, 3)), strict=True):
+            J = pin.getFrameJacobian(model, data, frame, aligned)[:, columns]
+            arm = data.oMf[frame].rotation @ np.array(pad)
+            found[i] += way * (axis @ J[:3] + np.cross(arm, axis) @ J[3:])
+    opened = linkage(spec)
+    parting = opened.per_driver(gripper.stroke / 2) * float(found[len(found) // 2] @ multipliers)
+    return found if parting > 0 else -found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -17,9 +18,9 @@ from tamp.task import RobotSpec, load_robot
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.collision.motion_bound import travel
 from tamp.world.robot.hand import _bodies, hand_points, hand_poses
-from tamp.world.robot.linkage import linkage
+from tamp.world.robot.linkage import linkage, pad_rates
 from tamp.world.robot.model import RobotModel, robot_model
-from tests.task.swinging import ROBOT, depth, opening, write
+from tests.task.swinging import LEAN, RADIUS, ROBOT, depth, opening, write
 
 ANGLES = st.floats(0.1, 0.49)  # within the stroke
 
@@ -93,12 +94,20 @@ def test_motors_do_the_work_of_the_fingers(spec: RobotSpec, angle: float, force:
     assert drive.opening(drive.joints(wide)) == pytest.approx(wide, abs=1e-6)
 
 
+@given(ANGLES)
+def test_what_is_held_is_borne_by_each_joint_as_the_pads_part_with_it_alone(spec: RobotSpec, angle: float) -> None:
+    drive, wide, parting = gripper_drive(spec), opening(angle), -RADIUS * math.cos(LEAN - angle)
+    assert float(drive.balance(7.0, wide) @ drive.velocities(0.01, wide)) == pytest.approx(2 * 7.0 * 0.01, rel=1e-3)
+    assert pad_rates(spec, np.array([angle]))[0] == pytest.approx([parting, 0.0, parting, 0.0], abs=1e-6)
+
+
 def test_fingers_that_slide_move_by_half_of_the_opening() -> None:
     spec = load_robot("panda")
     link, drive = linkage(spec), gripper_drive(spec)
     assert link.joints(0.05).tolist() == [0.025, 0.025] and link.opening(0.025) == 0.05
     assert float(link.depth(0.05)) == 0.0 and len(link.grid) == 2
     assert drive.scale == pytest.approx(1.0) and drive.forces(20.0, 0.04) == pytest.approx([20.0, 20.0])
+    assert drive.balance(20.0, 0.04) == pytest.approx([20.0, 20.0])
 
 
 @pytest.mark.parametrize(

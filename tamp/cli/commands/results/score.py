@@ -29,9 +29,10 @@ def add(commands: Commands) -> None:
     add("task", type=Path, nargs="?", metavar="TASK.yaml")
     add("poses", type=Path, nargs="?", metavar="POSES.json")
     add("--metric", default="ede", metavar="NAME", help="ede (default), ocrtoc2020, ocrtoc2021, ocrtoc2024")
-    add("--leaderboard", type=Path, nargs="+", metavar="DIR", help="rank solutions: folders with a results.jsonl each")
+    several = "rank solutions: folders with a results.jsonl each; DIR+DIR are runs of one, as in two simulators"
+    add("--leaderboard", type=_solution, nargs="+", metavar="DIR", help=several)
     add("--tasks", type=Path, nargs="+", metavar="TASK.yaml", help="the set to rank by; default: all that were run")
-    best = "of a task's first K runs the best counts; default: mean"
+    best = "of a task's first K runs the best counts, and the better of simulators over all tasks; default: mean"
     add("--best-of", type=positive_int, metavar="K", help=best)
     add("--seed", type=natural, default=0, metavar="N", help="of the confidence intervals")
     add_trust(parser)
@@ -92,7 +93,7 @@ def _leaderboard(options: argparse.Namespace) -> int:
         raise TampError("--leaderboard ranks by the metric ede, the one that results record")
     solutions = dict(zip(_names(options.leaderboard), map(_results, options.leaderboard), strict=True))
     if not any(solutions.values()):
-        raise TampError(f"there are no results in {', '.join(map(str, options.leaderboard))}")
+        raise TampError(f"there are no results in {', '.join(str(f) for fs in options.leaderboard for f in fs)}")
     if options.tasks:
         tasks = measure(_distinct([load(path, options) for path in options.tasks]))
     else:
@@ -112,19 +113,26 @@ def _say_what_is_left_out(solutions: Mapping[str, Sequence[Result]], ranked: set
         print(f"tamp: note: left out {', '.join(left)}: {why}", file=sys.stderr)
 
 
-def _results(folder: Path) -> Sequence[Result]:
-    path = folder / "results.jsonl"
-    if not path.is_file():
-        raise TampError(f"{folder}: holds no results.jsonl; expected a folder that `tamp solve --output` wrote")
-    return read_results(path)
+def _solution(text: str) -> tuple[Path, ...]:
+    """The folders of one solution."""
+    return (Path(text),) if Path(text).exists() else tuple(map(Path, text.split("+")))
 
 
-def _names(folders: Sequence[Path]) -> list[str]:
+def _results(folders: Sequence[Path]) -> Sequence[Result]:
+    paths = [folder / "results.jsonl" for folder in folders]
+    for folder, path in zip(folders, paths, strict=True):
+        if not path.is_file():
+            raise TampError(f"{folder}: holds no results.jsonl; expected a folder that `tamp solve --output` wrote")
+    return [result for path in paths for result in read_results(path)]
+
+
+def _names(solutions: Sequence[Sequence[Path]]) -> list[str]:
     """The folders' last parts where they differ, else the folders as they were given."""
-    names = [folder.resolve().name for folder in folders]
+    folders = [folder for solution in solutions for folder in solution]
     if len(distinct(folders)) < len(folders):
         raise TampError("--leaderboard names a folder twice")
-    return names if len(set(names)) == len(names) else [str(folder) for folder in folders]
+    names = ["+".join(folder.resolve().name for folder in solution) for solution in solutions]
+    return names if len(set(names)) == len(names) else ["+".join(map(str, solution)) for solution in solutions]
 
 
 def _distinct(tasks: Sequence[Task]) -> Sequence[Task]:
