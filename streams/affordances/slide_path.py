@@ -39,6 +39,7 @@ LONGEST = 0.7  # way that is worth trying [m]
 STEEPEST = 0.4  # cosine of the angle between a way and the way straight out
 SIDE = 0.003  # how far behind its outermost points a side of an object reaches [m] ...
 ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the one in its middle, if it is curved [rad]
+LEAST_EDGE = 1e-9  # corners nearer to each other are one, and have no edge between them [m]
 DIGITS = 6  # of slants in radians: what differs by less is the same
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
@@ -238,7 +239,7 @@ def _sides(points: Array) -> Iterator[tuple[Array, Array, Array]]:
     kept: list[Array] = []
     for index in np.argsort(-lengths, kind="stable"):
         normal = normals[index]
-        if lengths[index] > 0.0 and all(normal @ other < np.cos(APART) for other in kept):
+        if lengths[index] > LEAST_EDGE and all(normal @ other < np.cos(APART) for other in kept):
             kept.append(normal)
             curved = normals @ normal > np.cos(ROUND)
             flat = points[points @ normal > (points @ normal).max() - SIDE]

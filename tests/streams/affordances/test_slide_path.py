@@ -9,7 +9,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.slide_path import FIRM, STEADY, directions, slidable, ways
+from tamp.streams.affordances.slide_path import FIRM, STEADY, _sides, directions, slidable, ways
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
 from tamp.task import Box, Cylinder, Mesh, Object, Pose
@@ -152,3 +152,10 @@ def test_what_is_round_is_pushed_from_all_around():
     angles = np.sort([np.degrees(np.arctan2(y, x)) for x, y in behind])
     assert np.diff([*angles, angles[0] + 360.0]).max() < 45.0
     assert ways(scene, "disc", scene.start["disc"])
+
+
+def test_corners_that_are_one_but_for_rounding_have_no_side_between_them():
+    square = np.array([(0.1, 0.1), (0.1, -0.1), (-0.1, -0.1), (-0.1, 0.1), (-0.1 - 1e-13, 0.1 - 1e-13)])
+    sides = list(_sides(square))
+    assert len(sides) == 4
+    assert all(len(flat) and len(corners) for _, flat, corners in sides)
