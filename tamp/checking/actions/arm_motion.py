@@ -94,10 +94,10 @@ def check_move(
         report(
             "collision", f"{held} is wedged in {name}, and slides neither out of it nor into it", bodies=(held, name)
         )
-    state.q = move.trajectory.positions[-1]
+    began, state.q = state.q, move.trajectory.positions[-1]
     state.opening = move.opening
     state.time += move.trajectory.duration
-    _carry(scene, state)
+    _carry(scene, state, began)
 
 
 def _check_load(scene: Scene, name: str, move: Move, found: Looks, report: Report) -> None:
@@ -115,11 +115,13 @@ def sentence_of(touch: Touch) -> str:
     return f"{touch.bodies[1]} and {touch.bodies[0]} interpenetrate by {1000 * touch.depth:.1f} mm"
 
 
-def _carry(scene: Scene, state: State) -> None:
-    """Move the held object to where the tool now is."""
+def _carry(scene: Scene, state: State, began: Array) -> None:
+    """Move the held object to where the tool now is, which was at `began` [rad]."""
     if state.held is not None:
-        T_world_tool = scene.links.tree.tool(state.q[None])[0]
-        state.poses[state.held.object] = T_world_tool @ state.held.T_tool_object.matrix
+        name, (before, after) = state.held.object, scene.links.tree.tool(np.stack([began, state.q]))
+        state.poses[name] = after @ state.held.T_tool_object.matrix
+        if name in state.stayed:
+            state.stayed[name] = after @ inverse(before) @ state.stayed[name]
 
 
 def _check_phase(state: State, move: Move, report: Report) -> None:

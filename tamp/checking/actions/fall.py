@@ -82,6 +82,7 @@ def check_fall(
     for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
     state.poses[name] = after
+    state.stayed.pop(name, None)
     if straight:
         check_righted(scene, state, name, before, allow, report)
         for other in jammed(scene, state, name, before, allow):

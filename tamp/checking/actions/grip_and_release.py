@@ -69,9 +69,18 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
     state.held = grip.attachment
     state.nudged.pop(name, None)
-    state.stayed.pop(name, None)
+    _take_aside(scene, state, name, gripped)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = gripped
+
+
+def _take_aside(scene: Scene, state: State, name: str, gripped: Array) -> None:
+    """What stays elsewhere than it is said to start is as much aside in the hand, but for the way that pads close."""
+    if name in state.stayed:
+        axis = scene.links.tree.tool(state.q[None])[0, :3, :3] @ scene.links.tree.spec.gripper.axis
+        off = state.stayed[name][:3, 3] - gripped[:3, 3]
+        state.stayed[name] = gripped.copy()
+        state.stayed[name][:3, 3] += off - axis * (axis @ off)
 
 
 def check_release(
@@ -108,6 +117,8 @@ def check_release(
     state.held = None
     state.opening = release.opening
     state.poses[name] = held if falls else T
+    if name in state.stayed:
+        state.stayed[name] = state.poses[name] @ inverse(held) @ state.stayed[name]
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:

@@ -90,9 +90,22 @@ def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], 
         return None
     if drop > allow.dropped or inside > LANDED or _jostled(scene, state, name, written, allow):
         return None
+    if any(_passed_by(scene, state, name, other, written, allow) for other in sorted(written) if other != name):
+        return None
     there = replace(state, poses={**state.poses, name: fallen}, touching={})
     resting = balanced(scene, there, name, carriers(scene, there, name, allow), allow) >= allow.balance
     return fallen if resting and not any(True for _ in perched(scene, there, name, allow)) else None
+
+
+def _passed_by(
+    scene: Scene, state: State, name: str, other: str, written: Mapping[str, Array], allow: Tolerances
+) -> bool:
+    """Whether an object may have been struck by another that is said to settle by more than a little, and came near."""
+    if not _moves(scene, state, other, written, allow):
+        return False
+    reach = scene.displacement(other, written[other], state.poses[other]) + allow.jostling
+    ways = (inverse(poses[name]) @ poses[other] for poses in (written, state.poses))
+    return any(clearance(scene.solids[name], scene.solids[other], T, allow.contact) <= reach for T in ways)
 
 
 def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:

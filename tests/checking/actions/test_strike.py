@@ -70,6 +70,21 @@ def test_nothing_is_put_on_the_edge_of_what_stays_elsewhere_than_it_is_said_to_s
     assert [problem.kind for problem in said] == (["release"] if aside else [])
 
 
+@pytest.mark.parametrize("aside", [0.0055, 0.0])
+def test_what_stays_elsewhere_is_as_much_aside_in_the_hand(aside):
+    """It is put down a millimetre and a half beside a low wall, on the side to which it stays."""
+    start, end = Pose((0.05, -0.2, 0.04)), Pose((0.05, 0.2, 0.04))
+    said = Pose((0.05 + aside, -0.2, 0.04))
+    wall = Object("wall", Box((0.008, 0.1, 0.06)), Pose((0.05 - 0.025 - 0.0015 - 0.004, 0.2, 0.03)))
+    task, _ = alone(Box((0.05, 0.05, 0.08)), start, end, 0.05)
+    actions = carry(Hand(HOME), "red", said, end, 0.05, ("table", "table"))
+    task = Task("alone", (*task.objects, wall))
+    plan = Plan("alone", "panda", 0, {"red": said, "wall": wall.pose}, HOME, {"red": end}, tuple(actions))
+    found = [problem.sentence for problem in check(task, plan).problems]
+    assert all("meets red, which stays where the task has it" in sentence for sentence in found)
+    assert bool(found) == (aside > 0.0)
+
+
 def test_what_was_moved_is_no_longer_where_it_stayed():
     """Carried away from where the task has it, it is in nobody's way there."""
     start, end = Pose((0.05, -0.2, 0.04)), Pose((0.1, 0.2, 0.04))
