@@ -69,18 +69,32 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
     state.held = grip.attachment
     state.nudged.pop(name, None)
-    _take_aside(scene, state, name, gripped)
+    _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = gripped
 
 
-def _take_aside(scene: Scene, state: State, name: str, gripped: Array) -> None:
-    """What stays elsewhere than it is said to start is as much aside in the hand, but for the way that pads close."""
-    if name in state.stayed:
-        axis = scene.links.tree.tool(state.q[None])[0, :3, :3] @ scene.links.tree.spec.gripper.axis
-        off = state.stayed[name][:3, 3] - gripped[:3, 3]
-        state.stayed[name] = gripped.copy()
-        state.stayed[name][:3, 3] += off - axis * (axis @ off)
+def _check_as_stayed(
+    scene: Scene, state: State, grip: Grip, gripped: Array, opening: float, allow: Tolerances, report: Report
+) -> None:
+    """The fingers hold an object also where that stays elsewhere than it is said to start.
+
+    It is as much aside in the hand, but for the way that pads close.
+    """
+    name = grip.attachment.object
+    if name not in state.stayed:
+        return
+    tool = scene.links.tree.tool(state.q[None])[0]
+    axis = tool[:3, :3] @ scene.links.tree.spec.gripper.axis
+    off = state.stayed[name][:3, 3] - gripped[:3, 3]
+    there = gripped.copy()
+    there[:3, 3] += off - axis * (axis @ off)
+    state.stayed[name] = there
+
+    def say(kind: str, sentence: str, bodies: tuple[str, ...], depth: float = 0.0) -> None:
+        report(kind, f"{sentence}, as it stays where the task has it", bodies=bodies, depth=depth)
+
+    _check_closing(scene, name, inverse(tool) @ there, grip.width, opening, allow, say)
 
 
 def check_release(

@@ -85,6 +85,19 @@ def test_what_stays_elsewhere_is_as_much_aside_in_the_hand(aside):
     assert bool(found) == (aside > 0.0)
 
 
+@pytest.mark.parametrize("aside", [0.0055, 0.0])
+def test_what_stays_beside_the_pads_is_not_gripped(aside):
+    """The pads hold its last few millimetres, where it is said to start: in both simulators it stayed behind."""
+    start, end = Pose((0.05, -0.2, 0.04)), Pose((0.05, 0.2, 0.04))
+    said = Pose((0.05 + aside, -0.2, 0.04))
+    task, _ = alone(Box((0.05, 0.05, 0.08)), start, end, 0.05)
+    actions = carry(Hand(HOME), "red", said, end, 0.05, ("table", "table"), aside=0.0305)
+    plan = Plan("alone", "panda", 0, {"red": said}, HOME, {"red": end}, tuple(actions))
+    found = [problem.sentence for problem in check(task, plan).problems]
+    assert all("as it stays where the task has it" in sentence for sentence in found)
+    assert bool(found) == (aside > 0.0)
+
+
 def test_what_was_moved_is_no_longer_where_it_stayed():
     """Carried away from where the task has it, it is in nobody's way there."""
     start, end = Pose((0.05, -0.2, 0.04)), Pose((0.1, 0.2, 0.04))
