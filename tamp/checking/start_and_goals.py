@@ -58,6 +58,8 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
         state.beside[name] = _beside(scene, name, written[name], state.poses[name], allow)
         if (stays := stayed(scene, state, name, written, allow)) is not None:
             state.stayed[name] = stays
+            off = scene.displacement(name, stays, state.poses[name])
+            astray = max(astray, off if off > allow.placed else 0.0)
         if astray > 0.0:
             sentence = f"{name} starts {1000 * astray:.0f} mm from where it settles from its pose in the task"
             replay.report("start", sentence, (name,), astray)

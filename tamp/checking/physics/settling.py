@@ -78,7 +78,7 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
 def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> Array | None:
     """Where an object stays, as far as anybody can tell, that is said to start a little elsewhere; None of all others.
 
-    That is, shape (4, 4), where it is written, but for a drop of `allow.dropped` at most.
+    That is, shape (4, 4), straight below where it is written, after a drop of `allow.settling` at most.
 
     Arguments as of `unexplained`.
     """
@@ -88,10 +88,12 @@ def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], 
     drop = float(written[name][2, 3] - fallen[2, 3])
     if scene.displacement(name, fallen, state.poses[name]) <= allow.collision:
         return None
-    if drop > allow.dropped or inside > LANDED or _jostled(scene, state, name, written, allow):
+    if drop > allow.settling or inside > LANDED or _jostled(scene, state, name, written, allow):
         return None
     if any(_passed_by(scene, state, name, other, written, allow) for other in sorted(written) if other != name):
         return None
+    if drop > allow.dropped:
+        return fallen if _steady(scene, state, name, fallen, drop, inside, allow) else None
     there = replace(state, poses={**state.poses, name: fallen}, touching={})
     resting = balanced(scene, there, name, carriers(scene, there, name, allow), allow) >= allow.balance
     return fallen if resting and not any(True for _ in perched(scene, there, name, allow)) else None

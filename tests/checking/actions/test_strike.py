@@ -85,6 +85,15 @@ def test_what_stays_elsewhere_is_as_much_aside_in_the_hand(aside):
     assert bool(found) == (aside > 0.0)
 
 
+@pytest.mark.parametrize(
+    ("drop", "aside", "refused"), [(0.009, 0.0145, True), (0.004, 0.009, True), (0.009, 0.0, False)]
+)
+def test_what_drops_flat_onto_the_table_comes_down_nowhere_else(drop, aside, refused):
+    box = Object("box", Box((0.06, 0.06, 0.12)), Pose((0.12, 0.1, 0.06 + drop)))
+    plan = Plan("drops", "panda", 0, {"box": Pose((0.12 + aside, 0.1, 0.06))}, HOME, {}, ())
+    assert [problem.kind for problem in check(Task("drops", (box,)), plan).problems] == ["start"] * refused
+
+
 @pytest.mark.parametrize("aside", [0.0055, 0.0])
 def test_what_stays_beside_the_pads_is_not_gripped(aside):
     """The pads hold its last few millimetres, where it is said to start: in both simulators it stayed behind."""

@@ -42,6 +42,7 @@ from tests.checking.mutations.grips import (
     wrong_width,
 )
 from tests.checking.mutations.margins import (
+    dropped_aside,
     hardly_open,
     home_on_the_way,
     pads_stay_off,
@@ -156,6 +157,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     other_home: ("continuity", "start"),
     home_on_the_way: ("start",),
     start_a_little_aside: ("start",),
+    dropped_aside: ("start",),
     pads_stay_off: ("grasp",),
     hardly_open: ("release",),
     still_squeezed: ("release",),

@@ -33,6 +33,16 @@ def start_a_little_aside(task: Task, plan: Plan, rng: np.random.Generator) -> Pa
     return task, replace(plan, start={**plan.start, name: shifted(plan.start[name], sideways(rng, 0.009, 0.014))})
 
 
+def dropped_aside(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The same where it is written a little above the table: it comes down there, and not a centimetre aside."""
+    if (mutant := start_a_little_aside(task, plan, rng)) is None:
+        return None
+    name = next(name for name, pose in mutant[1].start.items() if pose != plan.start[name])
+    up, aside = rng.uniform(0.006, 0.012), sideways(rng, 0.0085, 0.0115)
+    task = changed(task, name, pose=shifted(task.object(name).pose, np.array([0.0, 0.0, up])))
+    return task, replace(plan, start={**plan.start, name: shifted(plan.start[name], aside)})
+
+
 def home_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """The arm starts elsewhere than at home; the first motion starts from there as well."""
     where = next(iter(steps_of(plan, Move)), None)

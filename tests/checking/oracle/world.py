@@ -18,6 +18,7 @@ STEP = 0.01  # [s]
 INSIDE = 0.004  # a point so deep inside another body is a collision [m] ...
 TOUCHING = 0.008  # ... and so deep where the two may touch
 STANDS = 0.008  # what stands flat and alone stays where it is written [m]
+DROPS = 0.014  # what is no higher above the table comes to stand on it [m]
 TURNS = 0.033  # what is gripped and let go turns no farther than this in all [rad]
 STAYS = 0.05  # what stands on something is no farther aside than this from where it is written [m]
 FAR = 0.01  # what is so far away carries nothing [m]
@@ -109,9 +110,15 @@ def _too_low(world: World) -> str | None:
 
 
 def _stands_flat(world: World, name: str) -> bool:
-    """Whether an object stands on a broad face on the table, its middle well over that, and nothing is near it."""
-    body, T = world.bodies[name], world.poses[name]
+    """Whether an object stands on a broad face on the table, its middle well over that, and nothing is near it.
+
+    What is a little above the table drops onto it.
+    """
+    body, T = world.bodies[name], world.poses[name].copy()
     points = body.points @ T[:3, :3].T + T[:3, 3]
+    if 0.0 < (gap := float(points[:, 2].min())) < DROPS:
+        T[2, 3] -= gap
+        points[:, 2] -= gap
     low = points[np.abs(points[:, 2]) < 5e-4, :2]
     if len(low) < 8 or points[:, 2].min() < -5e-4:
         return False
