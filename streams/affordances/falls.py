@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import in_equilibrium, touching
+from tamp.streams.affordances.friction_cones import NEAR, in_equilibrium, touching
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.affordances.stack_balance import contacts
@@ -33,6 +33,7 @@ LEFT = 0.002  # share of a fall that lifts what has come down, where it tips or 
 ROCKING = 0.01  # and the most of that as a share of the height of its centre of mass
 SURE = 1.25  # so many times as far inside what carries it the centre of mass is as it needs to be ...
 GIVEN = 0.002  # ... and a little farther: where it is carried is known as well as its surface is felt [m]
+CERTAIN = 0.002  # what holds against a blow holds too where surface only so near to it does [m]
 RESTS = 0.002  # surface so near to what carries rests on it [m]
 
 Fall = tuple[Pose, ...]
@@ -113,7 +114,10 @@ def _withstood(
             rises = min(LEFT * energy / onto.mass, ROCKING * up)
             rocks = SURE * math.sqrt((up + rises) ** 2 - up**2) + GIVEN
             others = {other: place for other, place in below.items() if other not in onto.pile}
-            held = len(blow.pile[name].on) == 1 and in_equilibrium(workspace, onto.pile, others, rocks)
+            struck, at = {lower: below[lower]}, {lower: onto.center}
+            held = len(blow.pile[name].on) == 1 and all(
+                in_equilibrium(workspace, struck, others, rocks, at, near) for near in (NEAR, CERTAIN)
+            )
             if onto.inside < rocks and not held:
                 return False
             coming.append(onto)

@@ -45,6 +45,8 @@ def in_equilibrium(
     places: Mapping[str, Placement],
     fixed: Mapping[str, Placement] = MappingProxyType({}),
     margin: float = 0.0,
+    centers: Mapping[str, Array] = MappingProxyType({}),
+    near: float = NEAR,
 ) -> bool:
     """Whether forces within the friction cones of all contacts balance the weights of bodies at these placements.
 
@@ -53,17 +55,20 @@ def in_equilibrium(
         places: where those are that must be at rest.
         fixed: other bodies, which do not give way.
         margin: how far along x and y their centres of mass may shift, all alike [m].
+        centers: body -> where its centre of mass is with all that it bears, (3,), if not where its own is.
+        near: surface this near to another body may press on it [m].
     """
     names = sorted(places)
     row = {name: 6 * index for index, name in enumerate(names)}
     mass = np.array([workspace.task.object(name).mass for name in names])
+    at = {name: centers.get(name, _center(workspace, name, places[name])) for name in names}
     pushes = []
     standing = {**fixed, **places}
     for a, b in (*combinations(names, 2), *product(names, (*sorted(fixed), TABLE))):
-        points, normals = touching(workspace, a, places[a], b, standing.get(b))
+        points, normals = touching(workspace, a, places[a], b, standing.get(b), near)
         if len(points):
             forces = _cones(normals, friction_of(workspace, a) * friction_of(workspace, b))
-            pushes.append(_wrenches(workspace, places, row, {a: 1.0, b: -1.0}, points, forces))
+            pushes.append(_wrenches(at, row, {a: 1.0, b: -1.0}, points, forces))
     contacts = np.hstack([np.zeros((6 * len(names), 0)), *pushes]).reshape(6 * len(names), -1, EDGES)
     shifts, cost = np.zeros((6 * len(names), 4 * len(names))), np.repeat(LENGTH * mass.mean() / mass, 4)
     for index in range(len(names)):
@@ -94,7 +99,9 @@ def least(cost: Array, columns: Array, wanted: Array) -> float:
     return float(found.fun) if found.status == 0 else np.inf
 
 
-def touching(workspace: Workspace, a: str, at: Placement, b: str, there: Placement | None) -> tuple[Array, Array]:
+def touching(
+    workspace: Workspace, a: str, at: Placement, b: str, there: Placement | None, near: float = NEAR
+) -> tuple[Array, Array]:
     """Where two bodies press on each other: points, and unit normals into the first, each of shape (n, 3), world.
 
     Args:
@@ -103,28 +110,31 @@ def touching(workspace: Workspace, a: str, at: Placement, b: str, there: Placeme
         at: where it stands.
         b: the second.
         there: where that stands; None for the table.
+        near: how far apart they may be [m].
     """
 
     def found() -> tuple[Array, Array]:
         if there is None:
-            return _on_table(workspace, a, at)
-        onto, back = _pressing(workspace, a, at, b, there), _pressing(workspace, b, there, a, at)
+            return _on_table(workspace, a, at, near)
+        onto, back = _pressing(workspace, a, at, b, there, near), _pressing(workspace, b, there, a, at, near)
         points, normals = np.vstack([onto[0], back[0]]), np.vstack([onto[1], -back[1]])
         kept = _outermost(points, normals)
         return points[kept], normals[kept]
 
-    return workspace.cache.value(("presses on", a, at, b, there), found)
+    return workspace.cache.value(("presses on", a, at, b, there, near), found)
 
 
-def _on_table(workspace: Workspace, name: str, at: Placement) -> tuple[Array, Array]:
+def _on_table(workspace: Workspace, name: str, at: Placement, near: float) -> tuple[Array, Array]:
     points = workspace.points(name) @ at.pose.matrix[:3, :3].T + at.pose.matrix[:3, 3]
-    points = points[points[:, 2] < NEAR]
+    points = points[points[:, 2] < near]
     normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
     kept = _outermost(points, normals)
     return points[kept], normals[kept]
 
 
-def _pressing(workspace: Workspace, one: str, at: Placement, other: str, there: Placement) -> tuple[Array, Array]:
+def _pressing(
+    workspace: Workspace, one: str, at: Placement, other: str, there: Placement, gap: float
+) -> tuple[Array, Array]:
     """Points of a body on faces of another that part it from a convex part of the first, and the faces' normals."""
     T, T_other = at.pose.matrix, there.pose.matrix
     R, t = T_other[:3, :3].T @ T[:3, :3], (T[:3, 3] - T_other[:3, 3]) @ T_other[:3, :3]
@@ -135,14 +145,14 @@ def _pressing(workspace: Workspace, one: str, at: Placement, other: str, there: 
         A, b = half_spaces(part)
         beside = local[around(part, local)]
         beyond = beside @ A.T - b
-        within = (beyond < NEAR).all(axis=1)
+        within = (beyond < gap).all(axis=1)
         beside, beyond = beside[within], beyond[within]
         if not len(beside):
             continue
         lowest = np.stack([(A @ corner.T).min(axis=1) for corner in corners])
-        parting = (lowest > b - NEAR).any(axis=0) & (beyond > -NEAR).any(axis=0)
+        parting = (lowest > b - gap).any(axis=0) & (beyond > -gap).any(axis=0)
         for face in np.flatnonzero(parting):
-            above = np.flatnonzero(beyond[:, face] > -NEAR)
+            above = np.flatnonzero(beyond[:, face] > -gap)
             onto = beyond[above] - np.outer(beyond[above, face], A @ A[face])  # moved onto the face
             on = beside[above[(onto < AROUND).all(axis=1)]]
             near.append(on @ T_other[:3, :3].T + T_other[:3, 3])
@@ -187,23 +197,23 @@ def _cones(normals: Array, friction: float) -> Array:
 
 
 def _wrenches(
-    workspace: Workspace,
-    places: Mapping[str, Placement],
-    row: Mapping[str, int],
-    signs: Mapping[str, float],
-    points: Array,
-    forces: Array,
+    centers: Mapping[str, Array], row: Mapping[str, int], signs: Mapping[str, float], points: Array, forces: Array
 ) -> Array:
     """What unit pushes add to the balance of each body: forces and scaled moments about its centre of mass."""
     block = np.zeros((6 * len(row), forces.shape[0] * EDGES))
     for name, sign in signs.items():
         if name in row:
-            T = places[name].pose.matrix
-            center = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
-            moments = np.cross((points - center)[:, None], forces) / LENGTH
+            moments = np.cross((points - centers[name])[:, None], forces) / LENGTH
             wrench = np.concatenate([forces, moments], axis=2).reshape(-1, 6).T
             block[row[name] : row[name] + 6] = sign * wrench
     return block
+
+
+def _center(workspace: Workspace, name: str, place: Placement) -> Array:
+    """Where the centre of mass of a body is, shape (3,)."""
+    T = place.pose.matrix
+    center: Array = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
+    return center
 
 
 def pad_cone(workspace: Workspace, obj: str) -> float:

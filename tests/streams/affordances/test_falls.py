@@ -162,6 +162,24 @@ def test_nor_one_on_several_carriers_each_of_which_may_be_met_first(wide, tall, 
     assert [told for told in said if "tips over" in told] == []
 
 
+@example(reach=0.04, gap=0.0035)
+@given(reach=st.floats(0.0, 0.08), gap=st.floats(0.001, 0.006))
+@settings(max_examples=8, deadline=None)
+def test_nor_one_onto_what_only_walls_that_may_not_touch_it_keep_from_tipping(reach, gap):
+    """A slab on a post tips with the block that comes down on its end, though it nearly reaches from wall to wall."""
+    slab = Object("slab", Box((0.228 - 2 * gap, 0.05, 0.02)), Pose((0.10, -0.22, 0.049)))
+    place = Placement(Pose((0.10 + reach, -0.22, 0.079)), ("slab",))
+    block = Object("block", Box((0.03, 0.03, 0.04)), BLOCK.pose, At(place.pose))
+    on = {"post": ("crate",), "slab": ("post",)}
+    workspace = replace(workspace_of(block, CRATE, POST, slab, on=on), goals={"block": place})
+    standing = {body.name: body.pose.matrix for body in (CRATE, POST, slab)}
+    scene, said = Scene.of(workspace.task), []
+    for fall in drops(workspace, "block", place)[-1:]:
+        state = State({**standing, "block": fall[0].matrix}, np.array(workspace.world.robot.spec.home))
+        check_fall(scene, state, Fall("block", place.pose), DEFAULT, lambda kind, told, **more: said.append(told))
+    assert said == []
+
+
 def test_the_less_firmly_it_will_stand_the_lower_it_is_let_go():
     counts = [len(on_post(aside, 0.05)[2]) for aside in (0.003, 0.004, 0.012)]
     assert counts == sorted(counts)

@@ -91,3 +91,10 @@ def test_a_ladder_stays_just_where_friction_holds_it(steepness, friction):
     ladder = Object("ladder", Box((0.01, 0.08, 0.3)), pose, mass=0.2, friction=friction)
     places = {"wall": Placement(wall.pose, ("table",)), "ladder": Placement(pose, ("table",))}
     assert in_equilibrium(workspace_of(wall, ladder), places) == (steepness < 1.0)
+
+
+@pytest.mark.parametrize(("along", "stands"), [(0.0, True), (0.02, True), (0.03, False), (0.1, False)])
+def test_what_a_body_bears_may_shift_its_centre_of_mass(along, stands):
+    places = {body.name: Placement(body.pose, ("table",)) for body in (BLOCK, PLANK)}
+    borne = {"plank": np.array([along, 0.0, 0.08])}
+    assert in_equilibrium(workspace_of(BLOCK, PLANK), places, centers=borne) == stands

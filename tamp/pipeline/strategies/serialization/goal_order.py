@@ -323,8 +323,8 @@ class Ordering:
         if not effort.others_move and (against := self._barred(name)) is not None:
             self._left[name] = against
             return False
-        if not effort.hopeless_too:
-            prospects = self._prospects
+        prospects = self._prospects
+        if not effort.hopeless_too or (prospects.turned(name) and self._asker.stays_unturned(name)):
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self._left[name] = against

@@ -169,6 +169,24 @@ def test_that_two_grasps_do_not_turn_something_over_is_asked_once(monkeypatch, s
     assert found.asker.stays_unturned("red") == (status == "failed")
 
 
+@pytest.mark.parametrize(("unturned", "least"), [((), 12), (("red",), 8)])
+def test_what_two_grasps_do_not_turn_over_is_not_tried_in_the_end_either(monkeypatch, unturned, least):
+    asked = []
+
+    def ask(self, workspace, iterations, *_, **__):
+        asked.append(iterations)
+        return SimpleNamespace(
+            plan=None, status="failed", report=SimpleNamespace(skeletons=(), streams=(), total_s=0.0)
+        )
+
+    setup = prepare(Task("over", (replace(PROSPECTS_RED, goal=UPSIDE_DOWN),)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    monkeypatch.setattr(Asker, "ask", ask)
+    ordering = Ordering(attempt, 0, time.monotonic() + 60.0, "adaptive", {"red": "even alone"}, unturned)
+    ordering.run()
+    assert max(asked) == least
+
+
 def test_beyond_hope_is_also_what_shall_rest_on_what_is_hopeless():
     top = Object("top", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.05, 0.02)), At(Pose((0.05, -0.2, 0.1))))
     aside = Object("aside", Box((0.04, 0.04, 0.04)), Pose((0.15, 0.25, 0.02)), At(Pose((0.15, -0.3, 0.02))))
