@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 from tamp.planning.algorithms.costs import Costs
+from tamp.planning.algorithms.hidden_moves import constant, seen_by_search
 from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
 from tamp.planning.algorithms.lifting import Lifter
@@ -28,9 +28,7 @@ from tamp.planning.model.invariants import find_invariants, groups
 from tamp.planning.model.normal_form import Condition
 from tamp.planning.model.objects import Fact, Objects
 from tamp.planning.model.schema import Schema
-from tamp.planning.model.separation import separated, separations
 from tamp.planning.model.state import State
-from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.options import Limits, Options, Restart
 from tamp.planning.problem import Problem
 from tamp.planning.sampling.evaluation import Evaluator
@@ -48,32 +46,6 @@ class Known:
     facts: tuple[Fact, ...]
     state: tuple[Fact, ...]
     brought: tuple[Fact, ...] = ()
-
-
-def _seen(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
-    """A problem as the search sees it, and the moves that are left out of it.
-
-    Below a cost all moves must be seen that cost different things; until there is a plan to improve on, none need be.
-    """
-    by_values = options.max_cost < math.inf and not options.unit_costs and schema.domain.uses_costs
-    forbidden = {str(p[0]).lower() for p in options.constraints.forbidden}
-    plain = Connectors(schema, options.connectors)
-    made = [(schema, plain)]
-    if options.connectors and not plain.connectors:
-        given = list(initial_facts(schema, objects, None))
-        parts = [separated(schema, part, given) for part in separations(schema, given)]
-        made = [(part, Connectors(part)) for part in parts] + made
-    for part, connectors in made:
-        hidden = [c.schema for c in connectors.connectors]
-        barred = any(action.name in forbidden or (by_values and not _constant(action.cost)) for action in hidden)
-        if hidden and not barred:
-            return part, connectors
-    return schema, Connectors(schema, enabled=False)
-
-
-def _constant(cost: tuple[Any, ...] | None) -> bool:
-    """Whether an action costs the same whatever its arguments are, so that the search knows what it leaves out."""
-    return all(isinstance(term, int | float) for term in cost or ())
 
 
 MOVES_IN_SEARCH = 4000
@@ -99,7 +71,7 @@ class Session:
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.objects = Objects()
-        self.schema, self.connectors = _seen(Schema(problem, self.objects), self.objects, options)
+        self.schema, self.connectors = seen_by_search(Schema(problem, self.objects), self.objects, options)
         self.knowledge = Knowledge(self.schema, self.objects)
         self.sampling = Sampling(self.knowledge, options.seed, started + options.timeout)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
@@ -367,7 +339,7 @@ class Session:
 
     def _moves_cost_alike(self) -> bool:
         """Whether the search knows what the moves cost that it leaves out."""
-        return self.costs.unit or all(_constant(c.schema.cost) for c in self.connectors.connectors)
+        return self.costs.unit or all(constant(c.schema.cost) for c in self.connectors.connectors)
 
     def attempt(self, skeleton: Skeleton, budget: Budget) -> Attempt:
         """Try to bind a skeleton, keep the plan where it is better, and learn from it where it fails.
