@@ -11,15 +11,19 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from benchmarks.harness import Row, main
-from tamp.execution.mujoco.simulator import MuJoCoSimulator
 from tamp.execution.simulator import STEP
+from tamp.execution.simulators import load_simulator
 from tamp.task import Box, Object, Pose, RobotSpec, load_robot
 from tamp.task.robot import GENTLE_FORCE
 from tamp.world.robot.linkage import linkage, pad_points
+
+if TYPE_CHECKING:
+    from tamp.execution.mujoco.simulator import MuJoCoSimulator
 
 ASKED = "off by less than 0.5 mm"
 WAIT_S = 1.5
@@ -56,8 +60,12 @@ def _off(spec: RobotSpec, opening: float, pads: np.ndarray) -> float:
     return float(np.linalg.norm(pads - meant, axis=1).max())
 
 
+def _world(objects: Sequence[Object], spec: RobotSpec) -> MuJoCoSimulator:
+    return cast("MuJoCoSimulator", load_simulator("mujoco")(objects, robot=spec))
+
+
 def _empty(spec: RobotSpec, width: float) -> Held:
-    with MuJoCoSimulator((), robot=spec) as world:
+    with _world((), spec) as world:
         assert world.robot is not None
         world.robot.open_to(width)
         world.step(round(WAIT_S / STEP))
@@ -69,7 +77,7 @@ def _holding(spec: RobotSpec, width: float, force: float) -> Held:
     sides = [LENGTH_M] * 3
     sides[int(np.abs(spec.gripper.axis).argmax())] = float(width)
     block = Object("block", Box((sides[0], sides[1], sides[2])), Pose(), mass=0.1)
-    with MuJoCoSimulator((block,), robot=spec) as world:
+    with _world((block,), spec) as world:
         assert world.robot is not None
         middle = Pose((0.0, 0.0, float(linkage(spec).depth(width))))
         world.robot.squeeze(force)
