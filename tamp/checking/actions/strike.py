@@ -5,6 +5,7 @@ A narrow thing falls at a touch. What presses on it takes it along as far as it 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,7 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.perching import ASIDE, rolls_on, tilting_axes
 from tamp.checking.physics.support import carriers
-from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches, travelled
+from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches
 from tamp.checking.scene import GRAVITY
 
 if TYPE_CHECKING:
@@ -133,13 +134,13 @@ def _knocks_over(
         return False
     at = patch.points.mean(axis=0)
     place = (mover.T @ inverse(T) @ np.append(at, 1.0))[:, :3]
-    during = pressed[1:] | pressed[:-1]
-    speeds = np.linalg.norm(np.diff(place, axis=0), axis=1) / np.diff(times)
-    taken = deep + float(travelled(mover.solid, mover.T)[pressed[1:] & pressed[:-1]].sum())
-    ahead = _aside(patch.normals.mean(axis=0))
-    for way in np.diff(place, axis=0)[during]:
-        ahead += _aside(way)
-    return _tips(scene, state, still.solid.name, at, ahead, taken, float(speeds[during].max(initial=0.0)), allow)
+    during, throughout = pressed[1:] | pressed[:-1], pressed[1:] & pressed[:-1]
+    ways = np.diff(place, axis=0)
+    push = Push(at, deep, ways[throughout], (ways / np.diff(times)[:, None])[during])
+    blows = _aside(patch.normals.mean(axis=0))
+    for way in ways[during]:
+        blows += _aside(way)
+    return _tips(scene, state, still.solid.name, blows, push, allow)
 
 
 def _aside(way: Array) -> list[Array]:
@@ -148,10 +149,33 @@ def _aside(way: Array) -> list[Array]:
     return [way * (1.0, 1.0, 0.0) / level] if level > ASIDE * length else []
 
 
-def _tips(
-    scene: Scene, state: State, name: str, at: Array, blows: list[Array], taken: float, speed: float, allow: Tolerances
-) -> bool:
-    """Whether an object tips over that is taken along so far [m] and struck so fast [m/s] at a place, shape (3,)."""
+@dataclass(frozen=True, eq=False)
+class Push:
+    """How something that moves presses on an object.
+
+    Attributes:
+        at: where, shape (3,).
+        deep: how deep it is in the object [m].
+        ways: how it goes on there, between two looks at which it presses, shape (n, 3) [m].
+        velocities: with which it comes, presses or leaves, shape (k, 3) [m/s].
+    """
+
+    at: Array
+    deep: float
+    ways: Array
+    velocities: Array
+
+    def taken(self, ahead: Array) -> float:
+        """How far it takes the object along a unit vector, shape (3,), at most [m]."""
+        return self.deep + float(np.maximum(self.ways @ ahead, 0.0).sum())
+
+    def speed(self, ahead: Array) -> float:
+        """How fast, at most [m/s]."""
+        return float((self.velocities @ ahead).max(initial=0.0))
+
+
+def _tips(scene: Scene, state: State, name: str, blows: list[Array], push: Push, allow: Tolerances) -> bool:
+    """Whether an object tips over as something presses on it, and on ahead along some level unit vectors, (3,)."""
     touching, middle = carriers(scene, state, name, allow), scene.center_of_mass(name, state.poses[name])
     base = np.concatenate([np.zeros((0, 3)), *touching.points.values()])
     if not len(base) or not blows:
@@ -163,10 +187,10 @@ def _tips(
             continue
         edge = base[(base @ ahead).argmax()]
         height = float(middle[2] - edge[2])
-        lever = max(float(at[2] - edge[2]), height)
-        inside = max(float((edge - middle) @ ahead) - taken * height / max(lever, 1e-9), 0.0)
+        lever = max(float(push.at[2] - edge[2]), height)
+        inside = max(float((edge - middle) @ ahead) - push.taken(ahead) * height / max(lever, 1e-9), 0.0)
         around = inertia(scene, state, name, np.cross((0.0, 0.0, 1.0), ahead), middle - edge)
-        energy = around * (REBOUND * speed / max(lever, 1e-9)) ** 2 / 2
+        energy = around * (REBOUND * push.speed(ahead) / max(lever, 1e-9)) ** 2 / 2
         if energy >= scene.task.object(name).mass * GRAVITY * (np.hypot(inside, height) - height):
             return True
     return False

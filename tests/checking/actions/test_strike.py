@@ -146,3 +146,20 @@ def test_what_is_struck_fast_enough_tips_over(thick, tall, height, speed, falls)
     state = State({"card": card.pose.matrix}, np.array(HOME))
     found = list(pushed_over(scene, state, pressed, set(), times, DEFAULT))
     assert found == ([("hammer", "card")] if falls else [])
+
+
+@pytest.mark.parametrize(("aside", "falls"), [(0.0, False), (0.02, True)])
+def test_what_is_drawn_up_along_a_flank_takes_it_along_no_farther_than_it_goes_aside(aside, falls):
+    """A book is drawn out beside another one that stands, 0.8 mm in it."""
+    board = Object("board", Box((0.03, 0.2, 0.15)), Pose((0.0, 0.0, 0.075)))
+    scene = Scene.of(Task("drawn", (board, Object("book", Box((0.02, 0.2, 0.15)), Pose((0.3, 0.0, 0.075))))))
+    times = np.linspace(0.0, 1.0, 201)
+    poses = np.tile(np.eye(4), (len(times), 1, 1))
+    poses[:, 0, 3] = 0.0008 - 0.015 - 0.01 + aside * times
+    poses[:, 2, 3] = 0.076 + 0.1 * times
+    pressed = [
+        (Mover(scene.solids["board"], board.pose.matrix[None].copy()), Mover(scene.solids["book"], poses), 0.001)
+    ]
+    state = State({"board": board.pose.matrix}, np.array(HOME))
+    found = list(pushed_over(scene, state, pressed, set(), times, DEFAULT))
+    assert found == ([("book", "board")] if falls else [])
