@@ -37,6 +37,37 @@ SLIDING = 2e-4
 """What is deeper than that presses [m]."""
 
 
+@dataclass(frozen=True, eq=False)
+class Push:
+    """How something that moves presses on an object.
+
+    Attributes:
+        at: where it first does, shape (3,).
+        deep: how deep it is in the object [m].
+        ways: how it goes on there, from one look to the next, shape (n, 3) [m].
+        turns: how much farther any other point of it may go meanwhile, since it turns, shape (n,) [m].
+        durations: of these, shape (n,) [s].
+        throughout: at which of them it presses from one look to the next, shape (n,).
+        during: the same, and those before and after.
+    """
+
+    at: Array
+    deep: float
+    ways: Array
+    turns: Array
+    durations: Array
+    throughout: NDArray[np.bool_]
+    during: NDArray[np.bool_]
+
+    def taken(self, ahead: Array) -> float:
+        """How far it takes the object along a unit vector, shape (3,), at most [m]."""
+        return self.deep + float(np.maximum(self.ways @ ahead + self.turns, 0.0)[self.throughout].sum())
+
+    def speed(self, ahead: Array) -> float:
+        """How fast, at most [m/s]."""
+        return float(((self.ways @ ahead + self.turns) / self.durations)[self.during].max(initial=0.0))
+
+
 def pushed_over(
     scene: Scene,
     state: State,
@@ -135,8 +166,9 @@ def _knocks_over(
     at = patch.points.mean(axis=0)
     place = (mover.T @ inverse(T) @ np.append(at, 1.0))[:, :3]
     during, throughout = pressed[1:] | pressed[:-1], pressed[1:] & pressed[:-1]
-    ways = np.diff(place, axis=0)
-    push = Push(at, deep, ways[throughout], (ways / np.diff(times)[:, None])[during])
+    ways, turned = np.diff(place, axis=0), np.diff(mover.T[:, :3, :3], axis=0)
+    turns = np.sqrt((turned**2).sum(axis=(1, 2)) / 2.0) * 2.0 * mover.solid.radius
+    push = Push(at, deep, ways, turns, np.diff(times), throughout, during)
     blows = _aside(patch.normals.mean(axis=0))
     for way in ways[during]:
         blows += _aside(way)
@@ -147,31 +179,6 @@ def _aside(way: Array) -> list[Array]:
     """The level unit vector along a vector of shape (3,), where that points aside at all."""
     length, level = float(np.linalg.norm(way)), float(np.hypot(way[0], way[1]))
     return [way * (1.0, 1.0, 0.0) / level] if level > ASIDE * length else []
-
-
-@dataclass(frozen=True, eq=False)
-class Push:
-    """How something that moves presses on an object.
-
-    Attributes:
-        at: where, shape (3,).
-        deep: how deep it is in the object [m].
-        ways: how it goes on there, between two looks at which it presses, shape (n, 3) [m].
-        velocities: with which it comes, presses or leaves, shape (k, 3) [m/s].
-    """
-
-    at: Array
-    deep: float
-    ways: Array
-    velocities: Array
-
-    def taken(self, ahead: Array) -> float:
-        """How far it takes the object along a unit vector, shape (3,), at most [m]."""
-        return self.deep + float(np.maximum(self.ways @ ahead, 0.0).sum())
-
-    def speed(self, ahead: Array) -> float:
-        """How fast, at most [m/s]."""
-        return float((self.velocities @ ahead).max(initial=0.0))
 
 
 def _tips(scene: Scene, state: State, name: str, blows: list[Array], push: Push, allow: Tolerances) -> bool:
