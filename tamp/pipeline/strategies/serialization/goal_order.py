@@ -324,7 +324,8 @@ class Ordering:
             self._left[name] = against
             return False
         prospects = self._prospects
-        if not effort.hopeless_too or (prospects.turned(name) and self._asker.stays_unturned(name)):
+        # The questions for what is hopeless too are about one grasp, which turns nothing over.
+        if not effort.hopeless_too or (self._asker.stays_unturned(name) and prospects.turned(name)):
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self._left[name] = against
