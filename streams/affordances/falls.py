@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import NEAR, in_equilibrium, touching
+from tamp.streams.affordances.friction_cones import NEAR, center_at, in_equilibrium, touching
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.affordances.stack_balance import contacts
@@ -158,8 +158,7 @@ def _passed_on(workspace: Workspace, blow: _Blow, name: str, lower: str, below: 
 
 def _weight(workspace: Workspace, name: str, place: Placement) -> tuple[float, NDArray[np.float64]]:
     """Mass of a body [kg], and where its centre of mass is, shape (3,)."""
-    T, center = place.pose.matrix, workspace.world.geometries[name].center_of_mass
-    return workspace.task.object(name).mass, T[:3, :3] @ center + T[:3, 3]
+    return workspace.task.object(name).mass, center_at(workspace, name, place)
 
 
 def _raised(pose: Pose, height: float) -> Pose:

@@ -61,7 +61,7 @@ def in_equilibrium(
     names = sorted(places)
     row = {name: 6 * index for index, name in enumerate(names)}
     mass = np.array([workspace.task.object(name).mass for name in names])
-    at = {name: centers.get(name, _center(workspace, name, places[name])) for name in names}
+    at = {name: centers.get(name, center_at(workspace, name, places[name])) for name in names}
     pushes = []
     standing = {**fixed, **places}
     for a, b in (*combinations(names, 2), *product(names, (*sorted(fixed), TABLE))):
@@ -209,8 +209,8 @@ def _wrenches(
     return block
 
 
-def _center(workspace: Workspace, name: str, place: Placement) -> Array:
-    """Where the centre of mass of a body is, shape (3,)."""
+def center_at(workspace: Workspace, name: str, place: Placement) -> Array:
+    """Where the centre of mass of a body is that stands at a placement, shape (3,)."""
     T = place.pose.matrix
     center: Array = T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3]
     return center

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import around, in_equilibrium, least
+from tamp.streams.affordances.friction_cones import around, center_at, in_equilibrium, least
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
@@ -99,7 +99,7 @@ def _each_on_one(
 ) -> bool:
     """The same where each body rests on one other: the centre of all that it carries is over what carries it."""
     load = {name: [workspace.task.object(name).mass] for name in places}
-    middle = {name: load[name][0] * _center(workspace, name, places[name]) for name in places}
+    middle = {name: load[name][0] * center_at(workspace, name, places[name])[:2] for name in places}
     waiting = dict(touching)
     while waiting:
         free = sorted(pair for pair in waiting if all(lower != pair[0] for _, lower in waiting))
@@ -127,7 +127,7 @@ def _program(
     for (name, lower), found in touching.items():
         for body, sign in ((name, 1.0), (lower, -1.0)):
             if body in row:
-                lever = found - _center(workspace, body, places[body])
+                lever = found - center_at(workspace, body, places[body])[:2]
                 block = np.vstack([np.ones(len(found)), lever.T])
                 columns[row[body] : row[body] + 3, first : first + len(found)] = sign * block
         first += len(found)
@@ -137,12 +137,6 @@ def _program(
         columns[start + 1 : start + 3, shifts] = [[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]
         cost[shifts] = mass.mean() / mass[index]
     return cost, columns, wanted
-
-
-def _center(workspace: Workspace, name: str, placement: Placement) -> Array:
-    T = placement.pose.matrix
-    center: Array = (T[:3, :3] @ workspace.world.geometries[name].center_of_mass + T[:3, 3])[:2]
-    return center
 
 
 def contacts(workspace: Workspace, name: str, placement: Placement, lower: str, below: Placement | None) -> Array:

@@ -19,7 +19,7 @@ from tamp.streams.affordances.neighbours import enclosed, upon_carriers, within
 from tamp.streams.affordances.stable_poses import amid, resting
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.cache import Draw, recalled, stepwise
-from tamp.streams.context import Context
+from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.container import roomy_pinches
 from tamp.streams.grasping.hand_clearance import HINDERED, neighbour_cost
 from tamp.streams.grasping.ranking import over_table, placement_cost, untwisted
@@ -62,7 +62,7 @@ def grasps(context: Context, obj: str, places: tuple[Placement, ...]) -> Iterato
     yield from recalled(context, "grasps", (obj, places), *_ranked(context.scene, obj, places))
 
 
-def serving_at_a_glance(context: Context, obj: str, places: tuple[Placement, ...]) -> int:
+def serving_at_a_glance(context: Detached, obj: str, places: tuple[Placement, ...]) -> int:
     """How many of a few grasps would serve all placements, were nothing there but what carries the object."""
     _, cost, _ = next(_pinches(context, obj, places))
     return int((cost < HINDERED).sum())

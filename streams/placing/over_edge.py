@@ -18,7 +18,7 @@ from tamp.streams.affordances.neighbours import upon_carriers
 from tamp.streams.affordances.slide_path import LEAST_OVERHANG, OVERHANGS, STEADY
 from tamp.streams.affordances.stable_poses import amid, resting, turned
 from tamp.streams.affordances.support import inside_support
-from tamp.streams.cache import recalled
+from tamp.streams.cache import recalled, stepwise
 from tamp.streams.collisions import overlap
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import serving_at_a_glance
@@ -86,9 +86,12 @@ def regrasps_over_edges(
 def _drawn(
     context: Detached, obj: str, start: Placement, goal: Placement, grasps: Grasps, many: bool
 ) -> Iterator[Regrasp | None]:
-    """The same whatever else stands there; None after each grasp that does not serve."""
+    """The same whatever else stands there; None after each place or grasp that is looked at."""
     looked = partial(_looked_at, obj=obj, start=start, goal=goal, grasps=grasps)
-    seen = [*recalled(context, "places over edges", (obj, start, goal, _By(grasps)), context.scene, looked)]
+    seen = list[tuple[int, Placement]]()
+    for glance in stepwise(context, "places over edges", (obj, start, goal, _By(grasps)), context.scene, looked):
+        seen += [] if glance is None else [glance]
+        yield None
     seen.sort(key=lambda pair: -pair[0])
     found = False
     for place in [place for hands, place in seen if hands and (hands >= MANY) == many][:TRIED]:

@@ -22,10 +22,10 @@ BAR = Object("bar", Box((LENGTH, 0.03, HEIGHT)), Pose.from_rpy((0.1, 0.2, HEIGHT
 WALL = Object("wall", Box((0.06, 0.5, 0.1)), Pose((-0.51, 0.3, 0.05)))
 
 
-def regrasps(workspace, bound=(), count=3):
+def regrasps(workspace, bound=(), count=3, many=False):
     context = ToldContext(workspace, bound=bound)
     ends = (workspace.start["bar"], workspace.goals["bar"])
-    found = regrasps_over_edges(context, "bar", *ends, lambda context, obj, *at: grasps(context, obj, at), many=False)
+    found = regrasps_over_edges(context, "bar", *ends, lambda context, obj, *at: grasps(context, obj, at), many=many)
     return list(islice(found, count))
 
 
@@ -74,10 +74,11 @@ def test_same_seed_same_regrasps(workspace, regrasp):
     assert regrasps(workspace, count=1) == [regrasp]
 
 
-def test_places_that_many_hands_serve_are_others(workspace, regrasp):
-    context, ends = ToldContext(workspace), (workspace.start["bar"], workspace.goals["bar"])
-    many = regrasps_over_edges(context, "bar", *ends, lambda context, obj, *at: grasps(context, obj, at), many=True)
-    assert {place for _, place, _ in many}.isdisjoint(place for _, place, _ in regrasps(workspace, count=None))
+@pytest.mark.parametrize("many", [True, False])
+def test_places_are_those_that_many_hands_serve_or_the_others(monkeypatch, many):
+    monkeypatch.setattr("tamp.streams.placing.over_edge.MANY", 1 if many else 1000)
+    assert regrasps(workspace_of(BAR), many=many)
+    assert not regrasps(workspace_of(BAR), many=not many)
 
 
 def test_they_come_after_those_amid_the_table():
