@@ -11,6 +11,7 @@ import numpy as np
 
 from tamp import clock
 from tamp.execution.log import Deviation
+from tamp.execution.monitor import deviation
 from tamp.execution.recovery import can_carry
 from tamp.execution.simulators import DEFAULT
 from tamp.perception.belief.absence import absent
@@ -21,6 +22,8 @@ from tamp.perception.cameras.camera import Camera, Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.in_hand import estimate_held
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
+from tamp.perception.estimation.nearby import estimate_nearby
+from tamp.perception.evaluation import pose_error
 from tamp.perception.perceiver import Perceiver, ask
 from tamp.perception.rendering.surface import Surface
 from tamp.perception.workcell.moving import go_to
@@ -39,6 +42,14 @@ AT_ONCE = 2
 
 SURE = 0.5
 """What is known with this confidence is not sought anew."""
+
+MISPLACED = 0.012
+"""What is seen farther than this from where it was let go or pushed to (EDE over its symmetries) is misplaced [m].
+
+Glances err by 5 mm, and by 9 seldom."""
+
+GLANCED = 0.8
+"""Only a glance of this confidence ends a plan."""
 
 
 @dataclass
@@ -90,11 +101,31 @@ class Observer:
             belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table), belief)
         return Belief(at_rest(self.task, self.world, belief.estimates, self.simulator), tuple(frames))
 
-    def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
-        """A glance by the cameras that stand: something that is clearly not where it is expected."""
-        frames = [self.cell.frame(camera.name) for camera in self.cell.cameras if not camera.viewpoints]
-        gone = absent(frames, self.looks, expected, self.task.table)
-        return Deviation(min(gone), "disturbed", math.nan, math.nan) if gone else None
+    def watch(self, expected: Mapping[str, Pose], moved: Collection[str] = ()) -> Deviation | None:
+        """A glance by all cameras from where they are: something that is clearly not where it is expected.
+
+        Args:
+            expected: object -> where it should be (world frame).
+            moved: objects that were just let go of or pushed; they are looked for, around where they should be.
+        """
+        frames = {camera: self.cell.frame(camera.name) for camera in self.cell.cameras}
+        standing = [frame for camera, frame in frames.items() if not camera.viewpoints]
+        gone = absent(standing, self.looks, expected, self.task.table)
+        if gone:
+            return Deviation(min(gone), "disturbed", math.nan, math.nan)
+        began = clock.now()
+        found = {
+            name: estimate_nearby(tuple(frames.values()), self._models, expected, name, self.task.table)
+            for name in moved
+        }
+        self.spent_s += clock.now() - began
+        for name, estimate in found.items():
+            if estimate.pose is not None and estimate.confidence >= GLANCED:
+                beside, _ = pose_error(self._models[name], estimate.pose, expected[name])
+                if beside > MISPLACED:
+                    turned = nearest_turn(self._models[name], estimate.pose, expected[name])
+                    return deviation(name, "misplaced", expected[name], turned)
+        return None
 
     def in_hand(self, held: Attachment, expected: Mapping[str, Pose]) -> Pose | None:
         """Where a held object lies in the tool frame, by what all cameras see from where they are; None: not told."""

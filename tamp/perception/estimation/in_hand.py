@@ -10,15 +10,9 @@ import numpy as np
 
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.candidates import Candidate, fitted
-from tamp.perception.estimation.estimator import AHEAD, FEWEST
-from tamp.perception.estimation.fit import explained, polished
-from tamp.perception.estimation.fusion import fuse, level
+from tamp.perception.estimation.candidates import fitted
 from tamp.perception.estimation.models.object_model import ObjectModel
-from tamp.perception.estimation.registration import register
-from tamp.perception.estimation.selection import FREE
-from tamp.perception.estimation.verification import APART
-from tamp.perception.estimation.volume import Volume, survey
+from tamp.perception.estimation.nearby import best_of, unexplained
 from tamp.task.model import Table
 from tamp.task.pose import Pose
 from tamp.world.transforms import rotation
@@ -36,12 +30,6 @@ TILT, SLIDE = 0.35, 0.015
 
 BETWEEN = 0.025
 """The middle of the pads is at most this far from the surface of what they hold [m]: they are that wide."""
-
-OPEN = 0.03
-"""Poses that explain less by this share are as good: pictures leave open which it is, and it has hardly moved."""
-
-OTHERS = 0.5
-"""What another object explains better than this is not of the one that is held."""
 
 
 def estimate_held(
@@ -68,23 +56,19 @@ def estimate_held(
         Its pose in the world frame, turned as its symmetries allow; None where too little of it is seen to tell. What
         is found elsewhere than expected is trusted by how much more it explains than staying there would.
     """
-    volume, model = _about_hand(frames, models, poses, held, tool, table), models[held]
+    model, hand, expected = models[held], tool.matrix, poses[held].matrix
+    grip, placed = np.array(tool.xyz), models[held].points @ expected[:3, :3].T + expected[:3, 3]
+    reach = float(np.linalg.norm(placed - grip, axis=1).max()) + SLIDE
+    volume = unexplained(frames, models, poses, held, (grip, reach), table)
     if volume is None:
         return Estimate(None, 0.0)
-    hand, expected = tool.matrix, poses[held].matrix
     tried = np.stack([hand @ motion @ np.linalg.inv(hand) @ expected for motion in _motions(np.array(axis))])
     found = [c for c in fitted(volume, model, tried) if _between_pads(model, c.pose, tool)]
-    worths = [_worth(c) for c in found]
-    if not found or max(worths) < FEWEST:
-        return Estimate(None, 0.0)
-    worth = max(worths)
-    alike = [c for c, w in zip(found, worths, strict=True) if w > (1 - OPEN) * worth]
-    best = min(alike, key=lambda c: model.apart(c.pose, expected))
-    others = [w for c, w in zip(found, worths, strict=True) if model.apart(best.pose, c.pose) > APART]
-    ahead = (worth - max(others, default=0.0)) / worth / AHEAD
-    confidence = (1 - np.exp(-worth / 60)) * np.exp(-8 * best.violations) * (1 - np.exp(-max(0.0, ahead)))
-    pose = polished(volume.cloud, model, best.pose, best.points)
-    return Estimate(Pose.from_matrix(_centered(pose, expected, hand, np.array(axis))), float(confidence))
+    best = best_of(volume, model, found, expected)
+    if best.pose is None:
+        return best
+    centered = _centered(best.pose.matrix, expected, hand, np.array(axis))
+    return Estimate(Pose.from_matrix(centered), best.confidence)
 
 
 def _centered(pose: Array, expected: Array, hand: Array, axis: Array) -> Array:
@@ -110,35 +94,6 @@ def _motions(axis: Array) -> Iterator[Array]:
         yield T
 
 
-def _about_hand(
-    frames: Sequence[Frame],
-    models: Mapping[str, ObjectModel],
-    poses: Mapping[str, Pose],
-    held: str,
-    tool: Pose,
-    table: Table,
-) -> Volume | None:
-    """The space that an object could reach, turned about the pads, with those points in it that no other explains."""
-    if not frames:
-        return None
-    mended = register([level(frame, table) for frame in frames], table)
-    cloud, grip, T = fuse(mended, table), np.array(tool.xyz), poses[held].matrix
-    reach = float(np.linalg.norm(models[held].points @ T[:3, :3].T + T[:3, 3] - grip, axis=1).max()) + SLIDE
-    kept = np.linalg.norm(cloud.points - grip, axis=1) < reach
-    for name, pose in poses.items():
-        if name != held:
-            points, weights = explained(cloud, models[name], pose.matrix)
-            kept[points[weights > OTHERS]] = False
-    if kept.sum() < FEWEST:
-        return None
-    return survey(mended, cloud.at(kept), (grip - reach, grip + reach))
-
-
 def _between_pads(model: ObjectModel, pose: Array, tool: Pose) -> bool:
     grip = pose[:3, :3].T @ (np.array(tool.xyz) - pose[:3, 3])
     return bool(model.tree.query(grip)[0] < BETWEEN + model.spacing)
-
-
-def _worth(candidate: Candidate) -> float:
-    """What a pose explains, less what cameras saw through, in points."""
-    return float(candidate.weights.sum()) - FREE * candidate.free_area

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -33,8 +33,8 @@ REST_S = 0.15
 class Onlooker(Protocol):
     """Looks on while a plan is carried out; everywhere `expected` is object -> where it should be (world frame)."""
 
-    def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
-        """Something that clearly is not where it should be, the hand being empty."""
+    def watch(self, expected: Mapping[str, Pose], moved: Collection[str]) -> Deviation | None:
+        """Something that clearly is not where it should be, the hand being empty; what was just moved above all."""
 
     def in_hand(self, held: Attachment, expected: Mapping[str, Pose]) -> Pose | None:
         """Where a held object lies in the tool frame, by what is seen of it; None where that tells nothing."""
@@ -110,10 +110,10 @@ class Operation:
         )
 
     def _seen(self, action: Action, expected: Mapping[str, Pose]) -> Deviation | None:
-        moved = any(isinstance(s, Release | Fall) or (isinstance(s, Move) and s.pushed) for s in action.steps)
+        moved = dict.fromkeys(name for step in action.steps if (name := _moved(step)) is not None)
         if self.onlooker is None or self._hand.grip is not None or not moved:
             return None
-        return self.onlooker.watch(expected)
+        return self.onlooker.watch(expected, tuple(moved))
 
     def _perform(
         self, action: Action, expected: dict[str, Pose], after: Sequence[Step]
@@ -203,3 +203,10 @@ class Operation:
         self.cell.open_to(self._hand.opened)
         self._hand = _Hand()
         return Deviation(grip.attachment.object, kind, math.nan, math.nan)
+
+
+def _moved(step: Step) -> str | None:
+    """The object that a step lets go of or pushes."""
+    if isinstance(step, Move):
+        return None if step.pushed is None else step.pushed.object
+    return step.object if isinstance(step, Release | Fall) else None

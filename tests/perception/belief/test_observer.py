@@ -12,6 +12,7 @@ from tamp.perception.belief import observer
 from tamp.perception.belief.belief import Belief
 from tamp.perception.belief.observer import Observer
 from tamp.perception.cameras.camera import Frame, Intrinsics
+from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box, Object, Pose, Task, load_robot
@@ -25,6 +26,7 @@ SHAPE = Box((0.05, 0.05, 0.05))
 HERE = Pose((0.0, 0.1, 0.025))
 TASK = Task("one", (Object("a", SHAPE, Pose()),))
 LOOKS = {"a": plain(SHAPE)}
+WORLD = World(robot_model(load_robot("panda")), {o.name: geometry_of_object(o) for o in TASK.objects}, TASK.table)
 K = Intrinsics(1.0, 1.0, 0.5, 0.5, 1, 1)
 BLACK = Frame("c", K, np.eye(4), np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32), np.zeros((1, 1), bool))
 
@@ -46,9 +48,7 @@ def _look(expected: Belief | None, said: Sequence[Estimate], monkeypatch: pytest
         return {"a": next(answers)}
 
     monkeypatch.setattr(observer, "absent", lambda *_: set())
-    robot = load_robot("panda")
-    world = World(robot_model(robot), {o.name: geometry_of_object(o) for o in TASK.objects}, TASK.table)
-    dim = Dim(None, TASK, LOOKS, world, perceiver, 0, 100.0)  # type: ignore[arg-type]
+    dim = Dim(None, TASK, LOOKS, WORLD, perceiver, 0, 100.0)  # type: ignore[arg-type]
     return dim.look(expected, {"a"}).estimates["a"]
 
 
@@ -61,3 +61,25 @@ def test_what_was_not_found_is_doubted_once_a_look(monkeypatch: pytest.MonkeyPat
 def test_what_a_part_of_the_frames_has_shown_of_the_unknown_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     found = _look(None, [Estimate(HERE, 0.2), Estimate(None, 0.0), Estimate(None, 0.0)], monkeypatch)
     assert found.pose is not None
+
+
+class Still:
+    """A cell whose two cameras show nothing."""
+
+    cameras = load_setup()
+
+    def frame(self, camera: str) -> Frame:
+        return BLACK
+
+
+@pytest.mark.parametrize(("beside", "kind"), [(0.005, None), (0.016, "misplaced")])
+def test_what_was_let_go_and_is_seen_beside_its_place_ends_the_plan(
+    beside: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = Estimate(Pose((HERE.xyz[0] + beside, *HERE.xyz[1:])), 0.9)
+    monkeypatch.setattr(observer, "absent", lambda *_: set())
+    monkeypatch.setattr(observer, "estimate_nearby", lambda *_: seen)
+    eyes = Observer(Still(), TASK, LOOKS, WORLD, None, 0, 100.0)  # type: ignore[arg-type]
+    assert eyes.watch({"a": HERE}) is None, "nothing was moved"
+    found = eyes.watch({"a": HERE}, ("a",))
+    assert (None if found is None else found.kind) == kind

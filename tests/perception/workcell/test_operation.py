@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,7 +96,8 @@ class Eyes:
     watched: list[dict[str, Pose]] = field(default_factory=list)
     carried: list[Attachment] = field(default_factory=list)
 
-    def watch(self, expected: Mapping[str, Pose]) -> Deviation | None:
+    def watch(self, expected: Mapping[str, Pose], moved: Collection[str]) -> Deviation | None:
+        assert moved == ("box",), "what the hand has let go of"
         self.watched.append(dict(expected))
         return self.gone
 
