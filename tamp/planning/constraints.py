@@ -87,6 +87,10 @@ def is_variable(argument: Any) -> bool:
     return isinstance(argument, str) and argument.startswith("?")
 
 
+def _variables(patterns: Iterable[ActionPattern]) -> frozenset[str]:
+    return frozenset(arg for pattern in patterns for arg in pattern[1:] if is_variable(arg))
+
+
 def is_name(argument: Any, names: Iterable[str]) -> bool:
     """Whether an argument of a pattern, which may have no hash, is one of some names."""
     return isinstance(argument, str) and argument in names
@@ -165,6 +169,7 @@ class Course:
         self._groups = constraints.groups
         self._patterns: list[list[ActionPattern]] = []
         self._gaps: list[list[bool]] = []
+        self._later: list[list[frozenset[str]]] = []
         for skeleton in constraints.alternatives or ((...,),):
             patterns: list[ActionPattern] = []
             gaps = [False]
@@ -176,6 +181,7 @@ class Course:
                     gaps.append(False)
             self._patterns.append(patterns)
             self._gaps.append(gaps)
+            self._later.append([_variables(patterns[place:]) for place in range(len(patterns) + 1)])
         self.starts = tuple(Progress(number=number) for number in range(len(self._patterns)))
 
     @property
@@ -188,11 +194,16 @@ class Course:
         return progress.place == len(self._patterns[progress.number])
 
     def after(self, progress: Progress, name: str, args: Sequence[int], hopeful: bool) -> Iterator[Progress]:
-        """Where an action may lead; nowhere where it does not follow the skeleton."""
+        """Where an action may lead; nowhere where it does not follow the skeleton.
+
+        Variables that no later pattern has are forgotten: else there would be a way for each combination of all values.
+        """
         place, patterns = progress.place, self._patterns[progress.number]
         if self._gaps[progress.number][place]:
             yield progress
         if place < len(patterns):
             found = match(patterns[place], name, args, progress.bindings, self._objects, hopeful, self._groups)
             if found is not None:
-                yield Progress(place + 1, found, progress.number)
+                later = self._later[progress.number][place + 1]
+                kept = tuple(binding for binding in found if binding[0] in later)
+                yield Progress(place + 1, kept, progress.number)

@@ -143,9 +143,23 @@ def test_variables_in_forbidden_patterns_are_of_one_pattern():
 def test_placeholders_may_be_anything():
     objects = Objects()
     a, hash_1 = objects.intern("a"), objects.placeholder("#1", object())
-    course = Course(Constraints(skeleton=(("on", "?x", "b"),)), objects, frozenset())
+    course = Course(Constraints(skeleton=(("on", "?x", "b"), ("off", "?x", ...))), objects, frozenset())
     assert list(course.after(Progress(), "on", (a, hash_1), hopeful=True)) == [Progress(1, (("?x", a),))]
     assert list(course.after(Progress(), "on", (a, hash_1), hopeful=False)) == []
+
+
+def test_variables_that_come_no_more_are_forgotten():
+    """Else a chain of walks would have a way of its own for each sequence of places."""
+    objects = Objects()
+    places = [objects.intern(name) for name in "abcdef"]
+    chain = tuple(("walk", f"?{i}", f"?{i + 1}") for i in range(8))
+    course = Course(Constraints(skeleton=chain), objects, frozenset())
+    at = set(course.starts)
+    for _ in chain[:-1]:
+        at = {p for b in at for x in places for y in places for p in course.after(b, "walk", (x, y), hopeful=False)}
+        assert len(at) == len(places)
+    ends = [p for b in at for x in places for y in places for p in course.after(b, "walk", (x, y), hopeful=False)]
+    assert set(ends) == {Progress(8)} and len(ends) == len(places) ** 2
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
