@@ -23,6 +23,12 @@ SEARCHING, LEAST_SEARCHING = 0.25, 400
 ROUNDS = 12
 """How many other values each choice may be given."""
 
+TRIED_AGAIN, TRIES = 4, 3
+"""How many skeletons that failed are tried again, and how often each."""
+
+AGAIN = Budget(jumps=250)
+"""What the first attempt at one of them may spend; each after it spends twice as much."""
+
 BRIEF = Budget(values=3, draws=20, patience=2, jumps=40, barren=0)
 """What an attempt at a cheaper skeleton may spend."""
 
@@ -45,9 +51,28 @@ def improve(session: Session) -> None:
     session.costs.guess(True)
     try:
         _choose_anew(session, most)
+        _try_again(session, most)
         _search_below(session, enough, most)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
+
+
+def _try_again(session: Session, most: int) -> None:
+    """Try skeletons again that failed before a dearer one was bound, while there are less than `most` calls in all.
+
+    It may have been for want of luck: each attempt at one may spend twice as much as the last.
+    """
+    failed = [skeleton for skeleton, trial in session.lessons.tried.items() if trial.last.steps is None]
+    prices = [sum(map(session.costs.of_operator, skeleton.steps)) for skeleton in failed]
+    for number in sorted(range(len(failed)), key=prices.__getitem__)[:TRIED_AGAIN]:
+        cost, bound = session.found.cost, session.found.bound()
+        if session.sampling.calls >= most or bound is None or prices[number] >= bound:
+            return
+        for _ in range(TRIES):
+            session.attempt(failed[number], AGAIN)
+            if session.found.cost < cost:
+                _choose_anew(session, most)
+                break
 
 
 def _search_below(session: Session, enough: int, most: int) -> None:

@@ -7,7 +7,7 @@ from benchmarks.pddlstream_roads import logistics
 from benchmarks.pddlstream_shapes import shelf
 from benchmarks.pddlstream_shelf import carrying
 from benchmarks.pddlstream_trips import alley, survey
-from tamp.planning import solve
+from tamp.planning import Problem, solve
 from tests.planning.test_cheapest import offers
 from tests.planning.test_problems import ALGORITHMS, check
 
@@ -31,6 +31,50 @@ def test_things_are_put_where_the_way_is_short(algorithm):
         solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
         costs.append(solution.cost)
     assert sum(costs) / len(costs) < 28.0, costs
+
+
+PARKING = """
+(define (domain parking)
+  (:predicates (Car ?c) (Slot ?c ?s) (Free ?c ?s) (Card ?c ?k) (Ticket ?c ?t) (Parked ?c))
+  (:functions (total-cost))
+  (:action park
+    :parameters (?c ?s)
+    :precondition (and (Slot ?c ?s) (Free ?c ?s))
+    :effect (and (Parked ?c) (increase (total-cost) 1)))
+  (:action pay
+    :parameters (?c ?t) :precondition (Ticket ?c ?t) :effect (and (Parked ?c) (increase (total-cost) 30))))
+"""
+
+PARKING_STREAMS = """
+(define (stream parking)
+  (:stream find-slot :inputs (?c) :domain (Car ?c) :outputs (?s) :certified (Slot ?c ?s))
+  (:stream find-card :inputs (?c) :domain (Car ?c) :outputs (?k) :certified (Card ?c ?k))
+  (:stream buy-ticket :inputs (?c ?k) :domain (Card ?c ?k) :outputs (?t) :certified (Ticket ?c ?t))
+  (:stream test-free :inputs (?c ?s) :domain (Slot ?c ?s) :certified (Free ?c ?s)))
+"""
+
+
+def test_what_failed_for_want_of_luck_is_tried_again():
+    """One time in seven there was no free slot among the dozen that were looked at, and the car park was paid for."""
+
+    def find_slot(context, car):
+        while True:
+            yield context.rng.random()
+
+    problem = Problem(
+        domain=PARKING,
+        streams=PARKING_STREAMS,
+        samplers={
+            "find-slot": find_slot,
+            "find-card": lambda context, car: iter(["card"]),
+            "buy-ticket": lambda context, car, card: iter(["ticket"]),
+            "test-free": lambda context, car, slot: slot > 0.85,
+        },
+        init=[("Car", "car")],
+        goal=("Parked", "car"),
+    )
+    costs = [solve(problem, timeout=20.0, seed=seed).cost for seed in range(30)]
+    assert max(costs) == 1.0, costs
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
