@@ -339,3 +339,48 @@ def test_a_goal_at_the_end_of_a_long_chain(algorithm):
     problem = Problem(STEPS, CHAIN, samplers, [("place", 0), ("at", 0)], ("at", 45))
     solution = solve(problem, algorithm=algorithm, max_iterations=200, timeout=20.0)
     assert len(solution.plan) == 45
+
+
+TRAY = """
+(define (domain tray)
+  (:predicates (Cup ?c) (Load ?c ?t) (Level ?t) (Served ?c))
+  (:action serve :parameters (?c ?t) :precondition (and (Load ?c ?t) (Level ?t)) :effect (Served ?c)))
+"""
+
+TRAY_STREAMS = """
+(define (stream tray)
+  (:stream load :inputs (?c) :domain (Cup ?c) :outputs (?t) :certified (Load ?c ?t))
+  (:stream test-level :inputs (?c ?t) :domain (Load ?c ?t) :certified (Level ?t)))
+"""
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("start", [{"at": 0}, [0], {0}, [[0]]])
+def test_one_container_may_be_yielded_again_with_something_else_in_it(start, algorithm):
+    """All of it was one value, which was whatever came last."""
+
+    def load(cup):
+        tray, number = type(start)(start), 0
+        inner = tray[0] if isinstance(tray, list) and isinstance(tray[0], list) else None
+        while True:
+            number += 1
+            if isinstance(tray, dict):
+                tray["at"] = number
+            elif isinstance(tray, set):
+                tray.clear()
+                tray.add(number)
+            elif inner is not None:
+                inner[0] = number
+            else:
+                tray[0] = number
+            yield (tray,)
+
+    def number_of(tray):
+        inside = next(iter(tray.values() if isinstance(tray, dict) else tray))
+        return inside[0] if isinstance(inside, list) else inside
+
+    stream_map = {"load": from_gen_fn(load), "test-level": from_test(lambda cup, tray: number_of(tray) == 4)}
+    problem = Problem(TRAY, TRAY_STREAMS, from_stream_map(stream_map), [("Cup", "c")], ("Served", "c"))
+    solution = solve(problem, algorithm=algorithm, timeout=10.0)
+    assert solution.status == "solved", str(solution.report)
+    assert number_of(solution.plan[0].args[1]) == 4

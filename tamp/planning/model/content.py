@@ -20,6 +20,20 @@ def content(value: Any) -> Hashable | None:
         return None
 
 
+def own_copy(value: Any) -> Any:
+    """A value as it is now, whatever whoever gave it does with it later: copies of arrays and of containers in it."""
+    kind = type(value)
+    if kind in (np.ndarray, set, bytearray):
+        return value.copy()
+    if kind is dict:
+        return {name: own_copy(item) for name, item in value.items()}
+    if kind in (list, tuple):
+        return kind(map(own_copy, value))
+    if isinstance(value, tuple) and hasattr(kind, "_make"):  # of collections.namedtuple
+        return kind._make(map(own_copy, value))
+    return value
+
+
 def _key(value: Any) -> Hashable:
     """As `content`; raises TypeError where nobody can tell."""
     kind = type(value)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tamp.language import Constant
-from tamp.planning.model.content import content
+from tamp.planning.model.content import content, own_copy
 
 Fact = tuple[Any, ...]
 """A predicate's name in lower case, followed by handles."""
@@ -53,7 +53,8 @@ class Objects:
         """The handle of a value; equal values share one.
 
         Values without a hash, such as arrays, share one where streams gave them and they consist of the same; those
-        that the problem gives stand for themselves alone.
+        that the problem gives stand for themselves alone. What streams give is kept as it is now: a sampler may yield
+        one container again and again, each time with something else in it.
 
         Args:
             value: any object.
@@ -67,10 +68,11 @@ class Objects:
             handle = self._alike.get(inside) if inside is not None else None
             if handle is None:
                 given = value if isinstance(value, str) else f"given {len(self._values)}"
+                value = value if inside is None else own_copy(value)
                 handle = self._new(value, given if key is None else key, None)
             if inside is not None:
                 self._alike[inside] = handle
-            self._handles[constant] = handle
+            self._handles[Constant(self._values[handle])] = handle
         return handle
 
     def find(self, value: Any) -> int | None:
