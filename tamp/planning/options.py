@@ -53,6 +53,7 @@ class Options:
         connectors: whether moves may be left out of the search.
         lazy_tests: whether tests are only asked when a plan rests on them.
         every_stream: whether also streams are called whose promises no plan needs, as some certify more.
+        tame: streams of which it is known that they certify no more than they promise.
         hopes: whether the search may hope for what streams have not given yet, also with algorithm "incremental".
         constraints: what plans must look like.
         reuse: what to keep of an earlier plan.
@@ -69,6 +70,7 @@ class Options:
     connectors: bool = True
     lazy_tests: bool = True
     every_stream: bool = False
+    tame: frozenset[str] = frozenset()
     hopes: bool = False
     constraints: Constraints = field(default_factory=Constraints)
     reuse: Reuse | None = None

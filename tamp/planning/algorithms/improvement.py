@@ -69,9 +69,11 @@ def _try_again(session: Session, most: int) -> None:
         if session.sampling.calls >= most or bound is None or prices[number] >= bound:
             return
         for _ in range(TRIES):
+            calls = session.sampling.calls
             session.attempt(failed[number], AGAIN)
             if session.found.cost < cost:
                 _choose_anew(session, most)
+            if session.found.cost < cost or session.sampling.calls == calls:
                 break
 
 

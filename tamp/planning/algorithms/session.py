@@ -371,7 +371,8 @@ class Session:
         """
         rest = self.schema.externals.keys() - self.grounder.joined - self.connectors.streams
         if self.sampling.wild and rest and not self.options.every_stream:
-            raise Restart(replace(self.options, every_stream=True))
+            tame = frozenset(self.sampling.tame - self.sampling.wild)
+            raise Restart(replace(self.options, every_stream=True, tame=tame))
         if self.sampling.wild and self.schema.part is not None:
             raise Restart(replace(self.options, connectors=False))
 

@@ -51,7 +51,7 @@ class Grounder:
         self.limit = 1
         self._room: float = MANY_HOPES
         self.on_instance: Callable[[Instance], None] = lambda instance: None
-        self._visible = Visible(schema, connectors, options.lazy_tests, options.every_stream)
+        self._visible = Visible(schema, connectors, options.lazy_tests, options.every_stream, options.tame)
         self._pending: list[Instance] = []
         self._by_binding: dict[tuple[int, tuple[int, ...]], GroundOperator] = {}
         self._waiting: list[Fact] = []

@@ -8,6 +8,7 @@ import pytest
 from tamp.errors import DomainError, SamplerError
 from tamp.planning import Certified, Problem, StreamInfo, solve
 from tamp.planning.context import generator_for
+from tests.planning.test_problems import ALGORITHMS
 
 DOMAIN = """
 (define (domain shelf) (:requirements :strips)
@@ -187,3 +188,42 @@ def test_a_chain_without_end_does_not_keep_sampling_out(algorithm):
         goal=("at", 3),
     )
     assert len(solve(problem, algorithm=algorithm, timeout=20.0).plan) == 3
+
+
+CAVES = """
+(define (domain caves)
+  (:predicates (Cave ?c) (Way ?c1 ?c2) (Deep ?c) (Alike ?c1 ?c2) (At ?c) (Odd ?c))
+  (:action go :parameters (?c1 ?c2) :precondition (and (Way ?c1 ?c2) (At ?c1)) :effect (and (At ?c2) (not (At ?c1))))
+  (:derived (Odd ?c1) (exists (?c2) (and (Cave ?c1) (Cave ?c2) (not (Alike ?c1 ?c2)) (At ?c2)))))
+"""
+
+CAVE_STREAMS = """
+(define (stream caves)
+  (:stream look :inputs (?c) :domain (Cave ?c))
+  (:stream test-alike :inputs (?c1 ?c2) :domain (and (Cave ?c1) (Cave ?c2)) :certified (Alike ?c1 ?c2)))
+"""
+
+
+@pytest.mark.filterwarnings("ignore:.*certifies nothing")
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_tests_that_nothing_needs_are_not_asked_for_what_other_streams_bring(algorithm):
+    """That one stream certifies more than it promises says nothing of a test that has answered and did not."""
+    asked = []
+
+    def look(context, cave):
+        yield Certified((), (("Cave", cave + 1), ("Way", cave, cave + 1)))
+
+    def alike(context, cave1, cave2):
+        asked.append((cave1, cave2))
+        return True
+
+    problem = Problem(
+        domain=CAVES,
+        streams=CAVE_STREAMS,
+        samplers={"look": look, "test-alike": alike},
+        init=[("Cave", 0), ("At", 0)],
+        goal=("At", 12),
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved", str(solution.report)
+    assert len(solution.plan) == 12 and len(asked) <= 12
