@@ -26,7 +26,7 @@ ROUNDS = 12
 TRIED_AGAIN, TRIES = 4, 3
 """How many skeletons that failed are tried again, and how often each."""
 
-AGAIN = Budget(jumps=250)
+AGAIN = Budget(values=12, draws=120, jumps=250)
 """What the first attempt at one of them may spend; each after it spends twice as much."""
 
 BRIEF = Budget(values=3, draws=20, patience=2, jumps=40, barren=0)
@@ -65,22 +65,23 @@ def _try_again(session: Session, most: int) -> None:
     failed = [skeleton for skeleton, trial in session.lessons.tried.items() if trial.last.steps is None]
     prices = [sum(map(session.costs.of_operator, skeleton.steps)) for skeleton in failed]
     for number in sorted(range(len(failed)), key=prices.__getitem__)[:TRIED_AGAIN]:
-        cost, bound = session.found.cost, session.found.bound()
-        if session.sampling.calls >= most or bound is None or prices[number] >= bound:
-            return
-        for _ in range(TRIES):
-            calls = session.sampling.calls
-            session.attempt(failed[number], AGAIN)
-            if session.found.cost < cost:
+        for tries in range(TRIES):
+            bound, calls = session.found.bound(), session.sampling.calls
+            if calls >= most or bound is None or prices[number] >= bound:
+                return
+            session.limits.check()
+            attempt = session.binder.bind(failed[number], AGAIN.grown(tries), turn=tries)
+            better = session.found.take(failed[number], attempt)
+            if better:
                 _choose_anew(session, most)
-            if session.found.cost < cost or session.sampling.calls == calls:
+            if better or session.sampling.calls == calls:
                 break
 
 
 def _search_below(session: Session, enough: int, most: int) -> None:
     """Try skeletons below the cost of the best plan, while there is less work of searches than `enough` in all."""
     tried = {session.found.skeleton}
-    while session.searching < enough and (skeleton := session.cheaper()) is not None and skeleton not in tried:
+    while session.searching < enough and (skeleton := session.cheaper(enough)) is not None and skeleton not in tried:
         tried.add(skeleton)
         cost = session.found.cost
         session.attempt(skeleton, BRIEF)

@@ -273,8 +273,10 @@ class Session:
         self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL + looked
         self.looking += looked
 
-    def cheaper(self) -> Skeleton | None:
+    def cheaper(self, enough: int) -> Skeleton | None:
         """A skeleton that a brief search finds below the cost of the best plan; None where it finds none.
+
+        Where that would be more work of searches than `enough` in all, only values that are real are looked at.
 
         Raises:
             Ended: at a limit.
@@ -282,7 +284,8 @@ class Session:
         bound = self.found.bound()
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
-            task = self.symbolic.task(self.lessons.blames, EVERYTHING)
+            work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL
+            task = self.symbolic.task(self.lessons.blames, Scope(sure=self.searching + work > enough))
         if bound is None or not task.solvable:
             return None
         with self.stopwatch.timed("search"):
