@@ -294,6 +294,12 @@ class Session:
         self.limits.check()
         return None if result.plan is None else self.skeleton_of(result.plan)
 
+    def failed(self) -> list[Skeleton]:
+        """The skeletons that could not be bound when they were tried last, though they may be possible."""
+        self.knowledge.refresh()
+        tried = (skeleton for skeleton, trial in self.lessons.tried.items() if trial.last.steps is None)
+        return [skeleton for skeleton in tried if all(map(self._builder.is_possible, skeleton.steps))]
+
     def skeleton_of(self, plan: Iterable[TaskOperator]) -> Skeleton:
         """The skeleton of what a search found."""
         return self.skeleton(step.source for step in plan if step.source is not None)

@@ -297,6 +297,10 @@ class TaskBuilder:
                     made.append(replace(here, effects=(*op.effects, *step)))
         return made, ((*wanted[0], done), wanted[1])
 
+    def is_possible(self, op: GroundOperator) -> bool:
+        """Whether all that an operator rests on may hold, as far as it does not change."""
+        return self._holds(op.static, op.absent)
+
     def _thaws(self, effect: GroundEffect) -> bool:
         """Whether an effect deletes what holds of a frozen object."""
         return not effect.adds and len(effect.atom) > 1 and effect.atom[1] in self._frozen

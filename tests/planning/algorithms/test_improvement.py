@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.pddlstream_problems import packing
+from benchmarks.pddlstream_problems import packing, roadmap
 from benchmarks.pddlstream_roads import logistics
 from benchmarks.pddlstream_shapes import shelf
 from benchmarks.pddlstream_shelf import carrying
@@ -75,6 +75,15 @@ def test_what_failed_for_want_of_luck_is_tried_again():
     )
     costs = [solve(problem, timeout=20.0, seed=seed).cost for seed in range(30)]
     assert max(costs) == 1.0, costs
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_way_that_is_known_to_be_closed_is_not_priced(algorithm):
+    """A function of an edge was asked for its value after the edge had turned out not to be one."""
+    problem = roadmap(60)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert solution.status == "solved"
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
