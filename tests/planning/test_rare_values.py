@@ -33,3 +33,28 @@ def test_a_plan_is_given_up_only_after_many_values_from_which_nothing_goes_on(al
         check(problem, solution)
         searches.append(solution.report.counts["iterations"])
     assert sorted(searches)[2] <= 10, searches
+
+
+def seldom_solved(problem):
+    """The problem with a solver of which one call in eighty gives something, whatever it is called for."""
+
+    def inverse_kinematics(context, block, pose):
+        while True:
+            if context.rng.random() < 0.0125:
+                yield from continuous.inverse_kinematics(context, block, pose)
+            else:
+                yield None
+
+    return replace(problem, samplers={**problem.samplers, "inverse-kinematics": inverse_kinematics})
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding"])
+def test_a_stream_that_seldom_gives_anything_is_waited_for(algorithm):
+    """Each was given up after a few calls, for other plans with ever more values that needed it as well."""
+    problem = seldom_solved(continuous.line(4))
+    searches = []
+    for seed in range(3):
+        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
+        check(problem, solution)
+        searches.append(solution.report.counts["iterations"])
+    assert sorted(searches)[1] <= 12, searches

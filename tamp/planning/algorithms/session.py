@@ -276,7 +276,7 @@ class Session:
     def cheaper(self, enough: int) -> Skeleton | None:
         """A skeleton that a brief search finds below the cost of the best plan; None where it finds none.
 
-        Where that would be more work of searches than `enough` in all, only values that are real are looked at.
+        Where that would be far more work of searches than `enough` in all, only values that are real are looked at.
 
         Raises:
             Ended: at a limit.
@@ -285,7 +285,8 @@ class Session:
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL
-            task = self.symbolic.task(self.lessons.blames, Scope(sure=self.searching + work > enough))
+            dear = work > 4 * (enough - self.searching)
+            task = self.symbolic.task(self.lessons.blames, Scope(sure=dear))
         if bound is None or not task.solvable:
             return None
         with self.stopwatch.timed("search"):

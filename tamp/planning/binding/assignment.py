@@ -67,6 +67,7 @@ class Walk:
         states: item -> what holds when it is reached.
         attempt: what will be told of it.
         jumps: failed checks so far.
+        spared: how many of its calls do not count, as their streams seldom give anything.
         turn: how many attempts at the same choices there were before.
         begin: which results are tried first, where those are not the first ones.
         following: choice -> what an optimizer has found for it together with an earlier choice.
@@ -92,6 +93,7 @@ class Walk:
         self.attempt = Attempt()
         self.following: dict[int, tuple[int, ...]] = {}
         self.jumps = 0
+        self.spared = 0.0
         self.turn = turn
         self.begin = begin or {}
         self.surveying = False
@@ -108,7 +110,7 @@ class Walk:
 
     def spent(self) -> bool:
         """Whether it may go on no longer."""
-        draws = self._sampling.draws - self._first_draw
+        draws = self._sampling.draws - self._first_draw - self.spared
         over = draws > self.budget.draws + 4 * len(self.items) or self.jumps > self.budget.jumps
         return over or clock.now() > self._deadline
 

@@ -18,6 +18,9 @@ from tamp.planning.sampling.stream_calls import Sampling
 STEP = 6
 """By how many values later each further attempt begins among those that are known."""
 
+SELDOM = 1 / 3
+"""The share of calls that succeed below which a call counts for less of what an attempt may spend."""
+
 
 def turned(number: int, known: int, turn: int) -> int:
     """Which value comes as the given one in an attempt: the `known` ones from elsewhere in each `turn`, then new ones.
@@ -87,7 +90,7 @@ class Chooser:
 
         What was sampled before suited other circumstances: each visit may try one more value than the last. A value
         from which a stream cannot go on, such as a pose that the arm does not reach, says little of the others: there
-        may be one more for it.
+        may be one more for it. A miss says little where a stream seldom gives anything.
         """
         budget = walk.budget
         more = min(frame.barren, budget.barren)
@@ -97,8 +100,10 @@ class Chooser:
         while frame.cursor >= len(instance.results):
             if instance.exhausted:
                 return None
-            if misses >= budget.patience or walk.spent():
+            worth = min(1.0, self._sampling.counted(instance.external.name).odds / SELDOM)
+            if misses * worth >= budget.patience or walk.spent():
                 return None
+            walk.spared += 1.0 - worth
             bound = tuple(self._around(walk, item.step, state))
             misses += not self._sampling.draw(instance, bound)
         frame.tried += 1

@@ -118,6 +118,11 @@ class Count:
         finally:
             self.seconds += time.perf_counter() - before
 
+    @property
+    def odds(self) -> float:
+        """The share of calls that gave something; 1 as long as none did, of which nothing can be told."""
+        return self.successes / self.calls if self.successes else 1.0
+
     def report(self, name: str) -> StreamReport:
         """The counts for the report, the most frequent reason first."""
         reasons = tuple(sorted(self.failures.items(), key=lambda item: (-item[1], item[0])))
