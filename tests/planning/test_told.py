@@ -107,3 +107,50 @@ def test_what_a_test_told_of_real_values_is_searched_with_before_more_are_drawn(
     solution = solve(problem, algorithm=algorithm, max_iterations=500, timeout=60.0)
     assert solution.status == "solved"
     check(problem, solution)
+
+
+HOLD = """
+(define (domain hold)
+  (:predicates (Crate ?c) (Hatch ?h) (Spot ?c ?s) (Route ?c ?s ?r) (Ashore ?c) (Stowed ?c) (Covered ?h))
+  (:action stow
+    :parameters (?c ?s ?r)
+    :precondition (and (Spot ?c ?s) (Route ?c ?s ?r) (Ashore ?c))
+    :effect (and (Stowed ?c) (not (Ashore ?c))))
+  (:action uncover :parameters (?h) :precondition (and (Hatch ?h) (Covered ?h)) :effect (not (Covered ?h))))
+"""
+
+HOLD_STREAMS = """
+(define (stream hold)
+  (:stream find-spot :inputs (?c) :domain (Crate ?c) :outputs (?s) :certified (Spot ?c ?s))
+  (:stream find-route
+    :inputs (?c ?s) :domain (Spot ?c ?s) :fluents (Covered Ashore) :outputs (?r) :certified (Route ?c ?s ?r)))
+"""
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding", "focused"])
+@pytest.mark.parametrize("hatches", [1, 3])
+def test_what_bars_many_values_is_taken_to_bar_those_that_are_hoped_for(hatches, algorithm):
+    """There were always other spots to hope for, with a route to each through what is covered."""
+
+    def find_spot(context, crate):
+        while True:
+            yield context.rng.random()
+
+    def find_route(context, crate, spot):
+        if not any(fact[0] == "covered" for fact in context.fluents):
+            yield ("route", spot)
+
+    problem = Problem(
+        domain=HOLD,
+        streams=HOLD_STREAMS,
+        samplers={"find-spot": find_spot, "find-route": find_route},
+        init=[
+            *((word, crate) for crate in "abc" for word in ("Crate", "Ashore")),
+            *((word, number) for number in range(hatches) for word in ("Hatch", "Covered")),
+        ],
+        goal=("and", *(("Stowed", crate) for crate in "abc")),
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert len(solution.plan) == 3 + hatches
+    assert solution.report.counts["iterations"] <= 160, str(solution.report)

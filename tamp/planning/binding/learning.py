@@ -80,7 +80,10 @@ class Lessons:
         for nogood in attempt.nogoods:
             template = self._knowledge.instance(nogood.external, nogood.inputs)
             facts = self._changing(nogood.facts)
-            self._knowledge.version += facts not in template.nogoods
+            new = facts not in template.nogoods
+            self._knowledge.version += new
+            if new and not nogood.named:
+                template.record.refuse(facts)
             template.nogoods[facts] = template.nogoods.get(facts, False) or nogood.named
             if not nogood.named:
                 self.guessed = True

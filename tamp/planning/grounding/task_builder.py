@@ -355,9 +355,15 @@ class TaskBuilder:
 
 
 def _nogoods(instance: Instance, number: Numbering, exact: bool) -> Iterator[Fact]:
-    """Atoms that hold where a stream with fluents is known to have nothing to give, or guessed, unless `exact`."""
+    """Atoms that hold where a stream with fluents is known to have nothing to give, or guessed, unless `exact`.
+
+    What most inputs of a kind failed for is guessed to be in the way of them all, also of those that are hoped for.
+    """
     for facts, named in instance.nogoods.items():
         if named or not exact:
+            yield number.nogood(facts)
+    for facts in instance.record.suspects if not exact else ():
+        if facts not in instance.nogoods:
             yield number.nogood(facts)
     for told in instance.refusals if exact else ():
         yield number.nogood(told, instance.external.fluents)

@@ -176,6 +176,8 @@ class Knowledge:
             self._sources.setdefault(handle, (instance, len(instance.results)))
             self._givers.setdefault(handle, []).append((instance, len(instance.results)))
         instance.results.append(outputs)
+        if instance.fluents:
+            instance.record.acquit(instance.fluents)
         for fact in instance.certified(outputs) if not instance.external.is_state_test else ():
             self.certify(fact, active=False)
         return True

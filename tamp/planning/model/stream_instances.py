@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,16 +17,38 @@ LEAST_ODDS = 0.02
 IN_VAIN = 60
 """Calls without a success after which more of their kind are hardly worth a try."""
 
+SUSPECTED = 8
+"""Inputs for which there is nothing in a state after which none is expected in it for others of their kind."""
+
 
 @dataclass(eq=False, slots=True)
 class Record:
     """How calls of a stream went whose inputs came from the same streams.
 
     What one of them fails for, such as that no pose of a region can be reached, the others mostly fail for as well.
+
+    Attributes:
+        refused: facts where they held there was nothing -> for how many inputs; minus infinity where that is disproved.
     """
 
     calls: int = 0
     successes: int = 0
+    refused: dict[tuple[Fact, ...], float] = field(default_factory=dict)
+
+    def refuse(self, facts: tuple[Fact, ...]) -> None:
+        """Count inputs for which there was nothing where some facts held, for no reason that was named."""
+        self.refused[facts] = self.refused.get(facts, 0.0) + 1.0
+
+    def acquit(self, told: tuple[Fact, ...]) -> None:
+        """Note that there was something where these facts held: they are not why others failed."""
+        for facts in self.refused:
+            if set(facts).issubset(told):
+                self.refused[facts] = -math.inf
+
+    @property
+    def suspects(self) -> Iterator[tuple[Fact, ...]]:
+        """What held where there was nothing for so many inputs that there may be nothing for any others."""
+        return (facts for facts, count in self.refused.items() if count >= SUSPECTED)
 
     @property
     def odds(self) -> float:
