@@ -37,22 +37,35 @@ def Minimize(function: Any) -> tuple[str, Any]:
     return (MINIMIZE, function)
 
 
+class SatisfactionProblem(NamedTuple):
+    """Streams, facts that hold, and terms for which values are wanted."""
+
+    stream_pddl: Any
+    stream_map: Any
+    init: Iterable[Any]
+    terms: Iterable[Any]
+
+
 def constraint_satisfaction(
-    stream_pddl: Any, stream_map: Any, init: Iterable[Any], terms: Iterable[Any], **options: Any
+    stream_pddl: Any, stream_map: Any = None, init: Iterable[Any] = (), terms: Iterable[Any] = (), **options: Any
 ) -> Assignment:
     """Values such that all terms hold.
 
     Args:
-        stream_pddl: the streams' text, or a list of such texts.
+        stream_pddl: the streams' text, or a list of such texts; or a `SatisfactionProblem`, in place of all four.
         stream_map: their samplers, wrapped.
         init: facts that hold.
         terms: facts with variables such as "?p" and values, formulas of them with `And`, `Or`, `Not`, `Imply` and
             `Equal`, and `Minimize(("Distance", "?p", "?q"))`.
-        options: as for `solve`.
+        options: as for `solve`; `costs=False` for any values.
 
     Raises:
         DomainError: where a term cannot be read.
     """
+    if isinstance(stream_pddl, tuple):
+        stream_pddl, stream_map, init, terms = stream_pddl
+    if options.pop("costs", True) is False:
+        options["unit_costs"] = True
     reader = _Reader()
     wanted: list[str] = []
     costs: list[str] = []
@@ -86,9 +99,9 @@ def constraint_satisfaction(
 
 def solve_pddlstream_satisfaction(
     stream_pddl: Any,
-    stream_map: Any,
-    init: Iterable[Any],
-    constraints: Iterable[Any],
+    stream_map: Any = None,
+    init: Iterable[Any] = (),
+    constraints: Iterable[Any] = (),
     incremental: bool = False,
     **options: Any,
 ) -> Assignment:

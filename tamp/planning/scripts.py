@@ -6,14 +6,18 @@ import argparse
 import cProfile
 import pstats
 import random
+import shutil
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from tamp.planning.keywords import ALGORITHMS, SERIALIZED
 
 T = TypeVar("T")
+
+FOCUSED_ALGORITHMS = ["focused", "binding", "adaptive"]
+"""The algorithms that search under hopes."""
 
 NAMES = ("adaptive", "binding", "focused", "incremental", SERIALIZED, *ALGORITHMS)
 """What `--algorithm` may say."""
@@ -35,6 +39,34 @@ def read(filename: Any) -> str:
 def read_pddl(file: Any, filename: Any) -> str:
     """The text of what lies beside a file."""
     return read(get_file_path(file, filename))
+
+
+def read_pddlstream_pair(file: Any) -> list[str]:
+    """The texts of domain.pddl and stream.pddl beside a file."""
+    return [read_pddl(file, name) for name in ("domain.pddl", "stream.pddl")]
+
+
+def write(filename: Any, string: str) -> None:
+    """Write a text to a file."""
+    Path(filename).write_text(string, encoding="utf-8")
+
+
+def ensure_dir(file: Any) -> None:
+    """Make the folder that a file lies in; of "folder/", that folder."""
+    path = str(file)
+    (Path(path) if path.endswith("/") else Path(path).parent).mkdir(parents=True, exist_ok=True)
+
+
+def safe_rm_dir(folder: Any) -> None:
+    """Remove a folder with all that is in it, where there is one."""
+    if Path(folder).exists():
+        shutil.rmtree(folder)
+
+
+VISUALIZATIONS_DIR = "visualizations/"
+"""Where scripts put their pictures."""
+
+user_input = input
 
 
 def get_file_path(file: Any, rel_path: Any) -> str:
@@ -169,6 +201,78 @@ def randomize(iterable: Iterable[T]) -> list[T]:
     elements = list(iterable)
     random.shuffle(elements)
     return elements
+
+
+class DurativeAction(NamedTuple):
+    """An action of a plan with the time that it begins, and how long it takes [s]."""
+
+    name: str
+    args: tuple[Any, ...]
+    start: float
+    duration: float
+
+
+def retime_plan(plan: Any, duration: float = 1.0) -> list[DurativeAction] | None:
+    """A plan whose actions take equally long [s], one after the other; None where there is no plan."""
+    if not is_plan(plan):
+        return None
+    return [DurativeAction(name, tuple(args), i * duration, duration) for i, (name, args) in enumerate(plan)]
+
+
+def get_end(action: DurativeAction) -> float:
+    """When an action ends [s]."""
+    return action.start + action.duration
+
+
+def compute_duration(plan: Iterable[DurativeAction] | None) -> float:
+    """When the last action of a plan ends [s]; 0 where there is none."""
+    return max(map(get_end, plan or ()), default=0.0)
+
+
+MAX_FD_COST = 1e8
+"""The most that an action may cost in PDDLStream's search, which knows whole numbers only."""
+
+
+def get_cost_scale() -> float:
+    """What costs are multiplied by before PDDLStream rounds them; here they are not rounded."""
+    return 1e3
+
+
+def set_cost_scale(cost_scale: float = 1e3) -> None:
+    """Has no effect: costs are not rounded."""
+
+
+def safe_zip(first: Sequence[Any], second: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+    """Pairs of two sequences.
+
+    Raises:
+        ValueError: where one is longer.
+    """
+    return zip(first, second, strict=True)
+
+
+def get_mapping(first: Sequence[Any], second: Sequence[Any]) -> dict[Any, Any]:
+    """A dictionary from the elements of one sequence to those of another.
+
+    Raises:
+        ValueError: where one is longer.
+    """
+    return dict(safe_zip(first, second))
+
+
+def find(test: Callable[[T], bool], sequence: Iterable[T]) -> T | None:
+    """The first element that a test holds for; None where there is none."""
+    return next(filter(test, sequence), None)
+
+
+def str_eq(first: str, second: str, ignore_case: bool = True) -> bool:
+    """Whether two strings are equal."""
+    return first.lower() == second.lower() if ignore_case else first == second
+
+
+def sorted_str_from_list(values: Iterable[Any]) -> str:
+    """Values for people to read, in order."""
+    return f"[{', '.join(sorted(map(str, values)))}]"
 
 
 def str_from_object(value: Any) -> str:

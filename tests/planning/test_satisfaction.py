@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tamp.errors import DomainError
+from tamp.planning import pddlstream
 from tamp.planning.pddlstream import (
     Equal,
     Minimize,
@@ -115,3 +116,32 @@ def test_what_scripts_use_around_a_call(tmp_path, capsys):
         find_unique(lambda number: number > 1, [1, 2, 3])
     assert (implies(False, False), implies(True, False), sorted(randomize([2, 1]))) == (True, False, [1, 2])
     assert (get_prefix(("Pose", "a")), get_args(("Pose", "a"))) == ("pose", ("a",))
+
+
+def test_what_scripts_use_around_files_and_times(tmp_path):
+    folder = tmp_path / "pictures"
+    pddlstream.ensure_dir(folder / "first.png")
+    pddlstream.write(folder / "domain.pddl", "(define)")
+    pddlstream.write(folder / "stream.pddl", "(define streams)")
+    assert pddlstream.read_pddlstream_pair(folder / "run.py") == ["(define)", "(define streams)"]
+    pddlstream.safe_rm_dir(folder)
+    pddlstream.safe_rm_dir(folder)
+    assert not folder.exists()
+    plan = pddlstream.retime_plan([("pick", ("a", 1)), ("place", ("a",))], duration=2.0)
+    assert [(*action,) for action in plan] == [("pick", ("a", 1), 0.0, 2.0), ("place", ("a",), 2.0, 2.0)]
+    assert (pddlstream.get_end(plan[0]), pddlstream.compute_duration(plan)) == (2.0, 4.0)
+    assert (pddlstream.retime_plan(None), pddlstream.compute_duration(None)) == (None, 0.0)
+    assert pddlstream.get_mapping("ab", [1, 2]) == {"a": 1, "b": 2}
+    with pytest.raises(ValueError, match="shorter"):
+        pddlstream.get_mapping("ab", [1])
+    assert (pddlstream.find(lambda x: x > 1, [1, 2, 3]), pddlstream.find(bool, [])) == (2, None)
+    assert (pddlstream.str_eq("Pose", "pose"), pddlstream.str_eq("Pose", "pose", ignore_case=False)) == (True, False)
+    assert pddlstream.sorted_str_from_list([2, 1]) == "[1, 2]"
+    pddlstream.set_cost_scale(10.0)
+    assert pddlstream.MAX_FD_COST / pddlstream.get_cost_scale() == 1e5
+
+
+def test_a_problem_of_values_may_be_given_as_one():
+    problem = pddlstream.SatisfactionProblem(STREAMS, STREAM_MAP, INIT, terms())
+    assert constraint_satisfaction(problem, costs=False)[0] is not None
+    assert solve_pddlstream_satisfaction(problem, incremental=True)[0] is not None
