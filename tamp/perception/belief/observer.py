@@ -99,7 +99,7 @@ class Observer:
                 break
             left, frames = left - len(taken), frames + taken
             belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table), belief)
-        return Belief(at_rest(self.task, self.world, belief.estimates, self.simulator), tuple(frames))
+        return Belief(at_rest(self.task, self.world, belief.estimates, self.simulator, before.poses), tuple(frames))
 
     def watch(self, expected: Mapping[str, Pose], moved: Collection[str] = ()) -> Deviation | None:
         """A glance by all cameras from where they are: something that is clearly not where it is expected.

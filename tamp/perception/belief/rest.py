@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from tamp.execution.monitor import angle_between
 from tamp.execution.settling.settle import settle
@@ -30,7 +31,11 @@ HIGHER = 0.002
 
 
 def at_rest(
-    task: Task, world: World, estimates: Mapping[str, Estimate], simulator: str = DEFAULT
+    task: Task,
+    world: World,
+    estimates: Mapping[str, Estimate],
+    simulator: str = DEFAULT,
+    expected: Mapping[str, Pose] = MappingProxyType({}),
 ) -> dict[str, Estimate]:
     """The estimates as the objects come to rest where they are said to be.
 
@@ -41,11 +46,12 @@ def at_rest(
         world: the objects' geometry.
         estimates: object -> estimate.
         simulator: in which it settles.
+        expected: object -> where a plan has brought it, or where it stood before; known objects at rest.
     """
     kept = dict(estimates)
     while True:
         poses = {name: e.pose for name, e in kept.items() if e.pose is not None}
-        settled = _settled(task, world, poses, simulator) if poses else {}
+        settled = _settled(task, world, poses, expected, simulator) if poses else {}
         doubtful = [name for name in poses if kept[name].confidence < SURE and _strays(poses[name], settled[name])]
         if not doubtful:
             break
@@ -58,18 +64,33 @@ def at_rest(
     }
 
 
-def _settled(task: Task, world: World, poses: Mapping[str, Pose], simulator: str) -> Mapping[str, Pose]:
-    """Where everything comes to rest, from where it strays least: as it is, or raised out of what it is in.
+def _settled(
+    task: Task, world: World, poses: Mapping[str, Pose], expected: Mapping[str, Pose], simulator: str
+) -> Mapping[str, Pose]:
+    """Where everything comes to rest from where it strays least: as it is, raised out of what it is in, as expected.
 
     Physics throws apart what is in each other. What stands side by side it parts well; what is stacked or nested it
-    does not, and estimates of such things are off by as much as their walls are thick.
+    does not, and estimates of such things are off by as much as their walls are thick. Where they were expected near
+    by, they were expected clear of each other.
     """
-    settled = settle(task, poses, simulator=simulator).poses
-    straying = _straying(poses, settled)
-    if not straying:
-        return settled
-    above = settle(task, lifted_apart(world, poses), simulator=simulator).poses
-    return above if _straying(poses, above) < straying else settled
+    best = settle(task, poses, simulator=simulator).poses
+    starts: tuple[Callable[[], Mapping[str, Pose]], ...] = (
+        lambda: lifted_apart(world, poses),
+        lambda: _as_expected(poses, expected),
+    )
+    for start in starts:
+        if _straying(poses, best):
+            other = settle(task, start(), simulator=simulator).poses
+            best = other if _straying(poses, other) < _straying(poses, best) else best
+    return best
+
+
+def _as_expected(poses: Mapping[str, Pose], expected: Mapping[str, Pose]) -> dict[str, Pose]:
+    """The scene with everything where it was expected that is seen near there."""
+    return {
+        name: expected[name] if name in expected and not _strays(pose, expected[name]) else pose
+        for name, pose in poses.items()
+    }
 
 
 def lifted_apart(world: World, poses: Mapping[str, Pose]) -> dict[str, Pose]:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from tamp.perception.belief import rest
 from tamp.perception.belief.absence import absent
 from tamp.perception.belief.next_view import Unseen, next_views, unseen
 from tamp.perception.belief.rest import at_rest, lifted_apart
@@ -100,6 +104,25 @@ def test_things_are_lifted_out_of_what_is_below_them_and_not_out_of_what_is_besi
     apart = lifted_apart(world, said)
     assert (apart["a"], apart["c"]) == (said["a"], said["c"])
     assert 0.118 < apart["b"].xyz[2] < 0.122
+
+
+def test_what_physics_throws_apart_stands_as_it_was_expected_near_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stacked things that are seen a little inside each other, however they are lifted."""
+    task = Task("stack", tuple(Object(name, Box((0.1, 0.1, 0.1)), Pose()) for name in ("low", "high")))
+    expected = {"low": Pose((0.0, 0.1, 0.05)), "high": Pose((0.0, 0.1, 0.15))}
+    seen = {name: Pose((0.005, 0.1, pose.xyz[2] - 0.004)) for name, pose in expected.items()}
+    thrown = {name: Pose((0.3, 0.1, 0.05)) for name in expected}
+
+    def explosive(_: Task, poses: Mapping[str, Pose], **__: Any) -> Any:
+        return SimpleNamespace(poses=expected if poses == expected else thrown)
+
+    monkeypatch.setattr(rest, "settle", explosive)
+    estimates = {name: Estimate(pose, 0.9) for name, pose in seen.items()}
+    found = at_rest(task, _world(task), estimates, expected=expected)
+    assert {name: e.pose for name, e in found.items()} == expected
+    far = {name: Pose((0.4, 0.1, pose.xyz[2])) for name, pose in expected.items()}
+    found = at_rest(task, _world(task), estimates, expected=far)
+    assert {name: e.pose for name, e in found.items()} == thrown, "what was expected elsewhere says nothing"
 
 
 def test_behind_a_wall_is_unseen_and_the_next_view_looks_there() -> None:
