@@ -164,7 +164,6 @@ def _info(given: Any) -> StreamInfo:
         eager=bool(getattr(given, "eager", False)),
         p_success=odds if isinstance(odds, int | float) else 1.0,
         overhead=overhead if isinstance(overhead, int | float) else None,
-        defer_fn=getattr(given, "defer_fn", None),
     )
 
 

@@ -171,29 +171,38 @@ def solve_from_pddl(domain: PDDL, problem: PDDL, **options: Any) -> tuple[Any, f
     return solution.plan, solution.cost
 
 
-def never_defer(result: Any) -> bool:
-    """A stream's outputs are bound with everything else."""
+def never_defer(result: Any, *more: Any, **options: Any) -> bool:
+    """For `StreamInfo(defer_fn=)`: has no effect, as the others."""
     return False
 
 
-def defer_unique(result: Any) -> bool:
-    """A stream's outputs are bound after everything else; so with `defer_shared`."""
+def defer_unique(result: Any, *more: Any, **options: Any) -> bool:
+    """For `StreamInfo(defer_fn=)`: has no effect, as a plan is bound as a whole; so with `defer_shared`.
+
+    PDDLStream puts off nothing either but what comes after one of its `replan_actions`.
+    """
     return True
 
 
 defer_shared = defer_unique
 
 
-def get_defer_any_unbound(unique: bool = False) -> Callable[[Any], bool]:
-    """What defers a stream whose inputs are hoped for: as `defer_unique` does, whatever its inputs."""
+def get_defer_any_unbound(unique: bool = False) -> Callable[..., bool]:
+    """For `StreamInfo(defer_fn=)`: has no effect, as `defer_unique`."""
     return defer_unique
 
 
-get_defer_all_unbound = get_defer_any_unbound
+def get_defer_all_unbound(inputs: str = "", unique: bool = False) -> Callable[..., bool]:
+    """For `StreamInfo(defer_fn=)`: has no effect, as `defer_unique`, whatever the `inputs`, such as "?p ?g"."""
+    return defer_unique
 
 
-def FunctionInfo(opt_fn: Any = None, eager: bool = False, p_success: Any = None, overhead: Any = None) -> StreamInfo:
+def FunctionInfo(
+    opt_fn: Any = None, eager: bool = False, p_success: Any = None, overhead: Any = None, **options: Any
+) -> StreamInfo:
     """What the planner may know of a function; `opt_fn` has no effect, give `StreamInfo(bound=)` a lower bound.
+
+    `options`, such as `defer_fn` and `effort`, have no effect: a function is asked as soon as its arguments are known.
 
     Raises:
         DomainError: where a value cannot be used.

@@ -105,10 +105,10 @@ class StreamInfo:
             from a continuum, or tries so often, ends without proof: no problem is called infeasible for it.
         bound: what a function is assumed to return before it was called, a lower bound.
         overhead: the cost by its name in PDDLStream; None for what `cost` says.
-        defer_fn: what PDDLStream has for `defer`, which it sets unless it is called `never_defer`.
-        opt_gen_fn, use_unique, negate, effort, effort_fn, simultaneous, verbose: accepted for PDDLStream's sake, and
-            without effect, as a warning says where it matters: what is hoped for needs no value here and belongs to one
-            instance, every test may be planned with negated, and efforts are learnt.
+        opt_gen_fn, use_unique, negate, effort, effort_fn, estimate, simultaneous, verbose, defer_fn: accepted for
+            PDDLStream's sake, and without effect, as a warning says where it matters: what is hoped for needs no value
+            here and belongs to one instance, every test may be planned with negated, efforts are learnt, and a plan is
+            bound as a whole, where PDDLStream puts off what comes after one of its `replan_actions`.
     """
 
     eager: bool = False
@@ -125,6 +125,7 @@ class StreamInfo:
     defer_fn: Any = None
     effort: float | None = None
     effort_fn: Any = None
+    estimate: bool = False
     simultaneous: bool = False
     verbose: bool = True
 
@@ -133,11 +134,10 @@ class StreamInfo:
             object.__setattr__(self, "cost", self.overhead)
         if self.p_success is None:
             object.__setattr__(self, "p_success", 1.0)
-        if self.defer is None and getattr(self.defer_fn, "__name__", "never_defer") != "never_defer":
-            object.__setattr__(self, "defer", True)
         without = [name for name in ("opt_gen_fn", "effort", "effort_fn") if getattr(self, name) is not None]
         if without:
-            message = f"StreamInfo: no effect here has {', '.join(without)}; p_success and cost are what is looked at"
+            names = ", ".join(without)
+            message = f"StreamInfo: without effect here: {names}; p_success and overhead are what is looked at"
             warnings.warn(message, DomainWarning, stacklevel=3)
         if not 0.0 <= self.p_success <= 1.0:
             raise DomainError(f"StreamInfo: p_success must lie in [0, 1], found {self.p_success!r}")

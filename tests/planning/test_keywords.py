@@ -21,6 +21,7 @@ from tamp.planning.pddlstream import (
     defer_shared,
     from_gen_fn,
     from_test,
+    get_defer_all_unbound,
     get_defer_any_unbound,
     never_defer,
     print_solution,
@@ -136,14 +137,14 @@ def test_what_is_known_of_streams_may_be_given_to_solve():
 
 
 def test_options_of_streams_without_effect_are_said_once():
-    with pytest.warns(DomainWarning, match="no effect here has opt_gen_fn, effort_fn;") as said:
+    with pytest.warns(DomainWarning, match="without effect here: opt_gen_fn, effort_fn;") as said:
         StreamInfo(opt_gen_fn=PartialInputs("?x", unique=True), effort_fn=len, negate=True, verbose=False)
     assert len(said) == 1
     with pytest.warns(DomainWarning, match="opt_gen_fn"):
         FunctionInfo(opt_fn=lambda *args: 1.0)
-    assert StreamInfo(defer_fn=defer_shared).defer is True
-    assert StreamInfo(defer_fn=never_defer).defer is None
-    assert StreamInfo(defer_fn=get_defer_any_unbound()).defer is True
+    FunctionInfo(eager=False, defer_fn=get_defer_any_unbound())  # nothing is put off there either, by itself
+    for defer in (defer_shared, never_defer, get_defer_any_unbound(), get_defer_all_unbound(inputs="?x")):
+        assert StreamInfo(defer_fn=defer, estimate=True).defer is None
 
 
 @pytest.mark.parametrize("exact", [True, False])
