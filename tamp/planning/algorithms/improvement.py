@@ -62,7 +62,7 @@ def _try_again(session: Session, most: int) -> None:
 
     It may have been for want of luck: each attempt at one may spend twice as much as the last.
     """
-    failed = session.failed()
+    failed = [] if session.sampling.wild else session.failed()  # what streams bring besides is for the search to use
     prices = [sum(map(session.costs.of_operator, skeleton.steps)) for skeleton in failed]
     for number in sorted(range(len(failed)), key=prices.__getitem__)[:TRIED_AGAIN]:
         for tries in range(TRIES):
