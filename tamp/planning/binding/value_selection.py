@@ -103,9 +103,10 @@ class Chooser:
             worth = min(1.0, self._sampling.counted(instance.external.name).odds / SELDOM)
             if misses * worth >= budget.patience or walk.spent():
                 return None
-            walk.spared += 1.0 - worth
             bound = tuple(self._around(walk, item.step, state))
-            misses += not self._sampling.draw(instance, bound)
+            if not self._sampling.draw(instance, bound):
+                misses += 1
+                walk.spared += 0.0 if instance.exhausted else 1.0 - worth
         frame.tried += 1
         frame.cursor += 1
         return instance.results[turned(frame.cursor - 1, frame.known, walk.turn)]
