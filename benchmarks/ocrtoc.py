@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ from tamp.task import Task
 from tamp.task.files.load import load_task
 
 DATA = Path(__file__).parents[2] / "shared" / "ocrtoc"
+FOUND = ("reached", "no goal")
+"""What becomes of an object that is not lost."""
+
 QUICK = {2020: ("1-24", "1-26", "1-241"), 2021: ("0-0", "1-1-1", "6-1-1")}
 
 
@@ -92,10 +96,35 @@ def _row(result: Result) -> Row:
 
 def _sight(result: Result) -> Row:
     """What perceiving cost, the error over the meshes' own symmetries, and what became of what is lost."""
-    told = [f"{o['name']}: {o['fate']}" for o in result.perception if o["fate"] not in ("reached", "no goal")]
-    ends = [min(o["end_m"], u["ueb_m"]) for o in result.perception for u in result.objects if o["name"] == u["name"]]
-    mean = 100 * sum(ends) / len(ends) if ends else "-"
-    return {"see_s": result.perceiving_s, "symmetric_cm": mean, "lost": ", ".join(told)}
+    told = [f"{o['name']}: {o['fate']}" for o in result.perception if o["fate"] not in FOUND]
+    mean = _symmetric(result)
+    return {
+        "see_s": result.perceiving_s,
+        "symmetric_cm": "-" if mean is None else 100 * mean,
+        "lost": ", ".join(told),
+    }
+
+
+def _symmetric(result: Result) -> float | None:
+    """A task's mean error over the meshes' own symmetries [m]; None where nothing has a goal pose."""
+    ends = [
+        min(o["end_m"], u["ueb_m"])
+        for o in result.perception
+        for u in result.objects
+        if o["name"] == u["name"] and o["end_m"] is not None
+    ]
+    return sum(ends) / len(ends) if ends else None
+
+
+def _sights(results: Sequence[Result]) -> Row:
+    """The same of many tasks: what all perceiving cost, the mean error, and how many objects each fate has."""
+    fates = Counter(o["fate"] for result in results for o in result.perception if o["fate"] not in FOUND)
+    means = [mean for result in results if (mean := _symmetric(result)) is not None]
+    return {
+        "see_s": max(result.perceiving_s for result in results),
+        "symmetric_cm": 100 * sum(means) / len(means) if means else "-",
+        "lost": ", ".join(f"{count} {fate}" for fate, count in fates.most_common()),
+    }
 
 
 def _means(name: str, results: Sequence[Result]) -> Row:
@@ -112,6 +141,7 @@ def _means(name: str, results: Sequence[Result]) -> Row:
         "ede_cm": 100 * sum(error) / max(len(error), 1),
         "idle_cm": 100 * sum(idle) / max(len(idle), 1),
         "improvement": f"{1 - sum(error) / sum(idle):.1%}" if sum(idle) > 0 else "-",
+        **(_sights(seen) if (seen := [r for r in results if r.perceived]) else {}),
     }
 
 
