@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Draw = Callable[[Detached], Iterator[T | None]]
 """Begins a sampler, with a context that knows no plan and no deadline; None stands for a pause."""
+
+
+WORK = 4  # steps without an output between two pauses
 
 
 class SampleCache:
@@ -124,6 +127,26 @@ def stepwise(
             return
         yield item
         index += 1
+
+
+def pausing(context: Context, steps: Iterable[T | None]) -> Iterator[T]:
+    """The items of a sampler that stands None for work done without one, until the deadline of a search.
+
+    Where no plan waits for an item, it pauses after some of that work, and None is yielded: so a round through all
+    streams does not wait for the dearest of them.
+    """
+    worked = 0
+    for item in steps:
+        if item is not None:
+            worked = 0
+            yield item
+            continue
+        if clock.now() > context.deadline:
+            return
+        worked += 1
+        if context.brief and worked % WORK == 0:
+            context.pause()
+            yield cast("T", None)  # whoever is brief knows of it
 
 
 def generator_of(key: Hashable) -> np.random.Generator:

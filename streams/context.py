@@ -20,6 +20,7 @@ class Context(Protocol):
         deadline: when to stop, on the clock of tamp.clock.now() [s].
         fluents: facts that hold where the output will be used, for streams with `:fluents`.
         bound: facts that the plan under construction has already settled.
+        brief: whether no plan waits for an output, so that a sampler that works long may pause now and then.
     """
 
     @property
@@ -34,12 +35,17 @@ class Context(Protocol):
     def fluents(self) -> Any: ...  # noqa: D102
     @property
     def bound(self) -> Any: ...  # noqa: D102
+    @property
+    def brief(self) -> bool: ...  # noqa: D102
 
     def fail(self, reason: str, because: Any = (), proven: bool = True) -> None:
         """Say why nothing comes: a reason for the report and, where known, the facts that suffice for it.
 
         `proven`: False where more tries might have found something.
         """
+
+    def pause(self) -> None:
+        """Say that the None that is yielded next stands for work without an output yet."""
 
 
 @dataclass
@@ -58,11 +64,15 @@ class Detached:
     deadline: float = math.inf
     fluents: tuple[Any, ...] = ()
     bound: tuple[Any, ...] = ()
+    brief: bool = False
     reasons: list[str] = field(default_factory=list)
 
     def fail(self, reason: str, because: Any = (), proven: bool = True) -> None:
         """Remember a reason, for all who ask."""
         self.reasons.append(reason)
+
+    def pause(self) -> None:
+        """Nothing: who draws with it waits for an output."""
 
     @staticmethod
     def of(context: Context, deadline: float = math.inf) -> Detached:

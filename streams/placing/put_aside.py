@@ -20,7 +20,7 @@ from tamp.streams.affordances.detour import ends
 from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import amid, resting, turned
-from tamp.streams.cache import recalled
+from tamp.streams.cache import pausing, stepwise
 from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps_in_steps
@@ -28,8 +28,8 @@ from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.hand.clearance import hand_above_table, reach_of_hand
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics, reaches
 from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
-from tamp.streams.pushing.grasp_after_push import can_grip
-from tamp.streams.pushing.slide import plan_sliding
+from tamp.streams.pushing.grasp_after_push import grippable
+from tamp.streams.pushing.slide import slides_in_steps
 from tamp.streams.releasing.tilted_release import lays
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
@@ -47,7 +47,8 @@ EDGES = 2  # places over those for each heading
 ROUNDS = 4  # through the grasps that serve
 FAMILIAR = 0.985  # cosine of the angle between two faces that count as one
 
-Serve = Callable[[Context, str, Grasp], Placement | None]
+Serve = Callable[[Context, str, Grasp], Generator[None, None, Placement | None]]
+"""Finds a place for an object that is held by a grasp, and pauses after each that is none."""
 
 
 def sample_put_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
@@ -59,7 +60,7 @@ def sample_put_aside(context: Context, obj: str, start: Placement) -> Iterator[t
     if len(flat_faces(context.scene, obj)) == len(resting(context.scene, obj)):
         context.fail(f"{obj} would lie flat on every face")
         return
-    yield from _aside(context, obj, start, _put)
+    yield from pausing(context, _aside(context, obj, start, _put))
 
 
 def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
@@ -67,7 +68,7 @@ def sample_laid_aside(context: Context, obj: str, start: Placement) -> Iterator[
 
     Grasps by which the hand meets nothing that stands there by then come first.
     """
-    yield from _aside(context, obj, start, _laid)
+    yield from pausing(context, _aside(context, obj, start, _laid))
 
 
 def sample_exposed_aside(context: Context, obj: str, start: Placement) -> Iterator[tuple[Grasp, Placement]]:
@@ -78,16 +79,20 @@ def sample_exposed_aside(context: Context, obj: str, start: Placement) -> Iterat
     if not lies_flat(context.scene, obj):
         context.fail(f"{obj} need not hang over the table's edge to be taken up again")
         return
-    yield from _aside(context, obj, start, _exposed)
+    yield from pausing(context, _aside(context, obj, start, _exposed))
 
 
-def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[tuple[Grasp, Placement]]:
+def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterator[tuple[Grasp, Placement] | None]:
+    """Grasps with places that they serve; None for work done without any."""
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     free, blocked = list[Grasp](), list[Grasp]()
     reads = within(context.scene, obj, reach_of_hand(context.scene), start, context.scene.start[obj])
     draw = partial(_taking, obj=obj, start=start, serve=serve)
     came = 0
-    for handling in islice(recalled(context, f"takers{serve.__name__}", (obj, start), reads, draw), TAKERS):
+    for handling in stepwise(context, f"takers{serve.__name__}", (obj, start), reads, draw):
+        if handling is None:
+            yield None
+            continue
         if handling_hits(context.scene, handling, around):
             blocked.append(handling.grasp)
         else:
@@ -95,6 +100,8 @@ def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterat
             came += yield from _each(context, obj, [handling.grasp], serve)
             if len(free) == FUTILE and not came:
                 return
+        if len(free) + len(blocked) == TAKERS:
+            break
     hopeful = came > 0 or not free
     for _ in range(ROUNDS):
         if not hopeful:  # what came to nothing for every grasp will not in another round
@@ -104,11 +111,11 @@ def _aside(context: Context, obj: str, start: Placement, serve: Serve) -> Iterat
 
 def _each(
     context: Context, obj: str, grasps: Sequence[Grasp], serve: Serve
-) -> Generator[tuple[Grasp, Placement], None, int]:
+) -> Generator[tuple[Grasp, Placement] | None, None, int]:
     """Yield each of the grasps for which there is a place, with it; return how many there were."""
     count = 0
     for grasp in grasps:
-        place = serve(context, obj, grasp)
+        place = yield from serve(context, obj, grasp)
         if place is not None:
             count += 1
             yield grasp, place
@@ -129,7 +136,7 @@ def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Itera
             yield next((handling for _, _, handling in found), None)
 
 
-def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+def _put(context: Context, obj: str, grasp: Grasp) -> Generator[None, None, Placement | None]:
     """Of a few places where the arm can put an object down by a grasp that which is nearest to its goal."""
     faces = _upright(context.scene, obj, grasp)
     for place in _places(context, obj, faces, grasp):
@@ -137,11 +144,12 @@ def _put(context: Context, obj: str, grasp: Grasp) -> Placement | None:
             return None
         if reaches(Detached.of(context, context.deadline), obj, place, grasp):
             return place
+        yield None
     context.fail(f"no place was found where the arm can put {obj} down")
     return None
 
 
-def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+def _laid(context: Context, obj: str, grasp: Grasp) -> Generator[None, None, Placement | None]:
     """Its goal, or of a few places where the arm can lay an object down by a grasp that which is nearest to it.
 
     What lies flat on every face can be taken up again only where it hangs over the table's edge, or is slid there:
@@ -152,34 +160,40 @@ def _laid(context: Context, obj: str, grasp: Grasp) -> Placement | None:
         if clock.now() > context.deadline:
             break
         if lays(Detached.of(context, context.deadline), obj, place, grasp):
-            if place == context.scene.goals.get(obj) or _taken_up_again(context, obj, place):
+            if place == context.scene.goals.get(obj) or (yield from _taken_up_again(context, obj, place)):
                 return place
             second_best = second_best or place
+        yield None
     if second_best is None:
         context.fail(f"no place was found where the arm can lay {obj} down")
     return second_best
 
 
-def _exposed(context: Context, obj: str, grasp: Grasp) -> Placement | None:
+def _exposed(context: Context, obj: str, grasp: Grasp) -> Generator[None, None, Placement | None]:
     """A place over the table's edge where the arm can lay an object down by a grasp, and take it up by another one."""
     for place in _over_edges(context, obj):
         if clock.now() > context.deadline:
             return None
         detached = Detached.of(context, context.deadline)
-        if lays(detached, obj, place, grasp) and can_grip(detached, obj, place):
+        if lays(detached, obj, place, grasp) and (yield from grippable(detached, obj, place)):
             return place
+        yield None
     context.fail(f"no place over an edge was found where the arm can lay {obj} down and take it up again")
     return None
 
 
-def _taken_up_again(context: Context, obj: str, place: Placement) -> bool:
+def _taken_up_again(context: Context, obj: str, place: Placement) -> Generator[None, None, bool]:
     """Whether an object that was laid down can be gripped as it lies, or be slid to where it can."""
     if not lies_flat(context.scene, obj):
         return True
     detached = Detached.of(context, context.deadline)
     if hangs_over(context.scene, obj, place):
-        return can_grip(detached, obj, place)
-    return next(plan_sliding(detached, obj, place), None) is not None
+        return (yield from grippable(detached, obj, place))
+    for slide in slides_in_steps(detached, obj, place):
+        if slide is not None:
+            return True
+        yield None
+    return False
 
 
 def _flat_places(context: Context, obj: str) -> Iterator[Placement]:

@@ -38,27 +38,15 @@ def grippable(context: Context, obj: str, placement: Placement, *others: Placeme
     return False
 
 
-def can_grip(context: Context, obj: str, placement: Placement) -> bool:
-    """The same, worked out at once."""
-    found = list[bool]()
-
-    def steps() -> Iterator[None]:
-        found.append((yield from grippable(context, obj, placement)))
-
-    for _ in steps():
-        pass
-    return found[0]
-
-
-def free_first(context: Context, obj: str, found: Iterable[Pushes]) -> Iterator[Pushes]:
+def free_first(context: Context, obj: str, found: Iterable[Pushes | None]) -> Iterator[Pushes | None]:
     """Yield pushes of an object that follow each other, those first that are free of what the plan has standing there.
 
-    The others may serve when that has moved.
+    The others may serve when that has moved. None stands for work done without any, as in what is given.
     """
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
-    blocked = []
+    blocked = list[Pushes]()
     for pushes in found:
-        if all(push_hits(context.scene, push, around) is None for push in pushes):
+        if pushes is None or all(push_hits(context.scene, push, around) is None for push in pushes):
             yield pushes
         else:
             blocked.append(pushes)
@@ -69,6 +57,16 @@ def offer(slide: Slide) -> Offer:
     """A slide with where it ends and the configurations that it begins and ends at."""
     before = Configuration(tuple(slide.approach[0].tolist()), slide.opening)
     return slide.end, before, Configuration(tuple(slide.retreat[-1].tolist()), slide.opening), slide
+
+
+def singly(found: Iterable[Slide | None]) -> Iterator[tuple[Slide] | None]:
+    """Each push by itself; None as it is."""
+    yield from (None if slide is None else (slide,) for slide in found)
+
+
+def offers(found: Iterable[tuple[Slide] | None]) -> Iterator[Offer | None]:
+    """The `offer` of each; None as it is."""
+    yield from (None if pushes is None else offer(pushes[0]) for pushes in found)
 
 
 def table_alone(workspace: Workspace, obj: str) -> Workspace:

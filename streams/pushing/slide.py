@@ -8,9 +8,18 @@ from itertools import islice
 
 from tamp.streams.affordances.detour import End, detours, ends
 from tamp.streams.affordances.slide_path import Way, directions, ways
-from tamp.streams.cache import recalled
+from tamp.streams.cache import pausing, stepwise
 from tamp.streams.context import Context
-from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offer, table_alone
+from tamp.streams.pushing.grasp_after_push import (
+    Offer,
+    free_first,
+    goal_of,
+    grippable,
+    offer,
+    offers,
+    singly,
+    table_alone,
+)
 from tamp.streams.pushing.hand_contact import barred
 from tamp.streams.pushing.push_motion import push_hits, pushes
 from tamp.streams.values import Configuration, Placement, Slide
@@ -30,25 +39,29 @@ def plan_sliding(context: Context, obj: str, placement: Placement) -> Iterator[O
     may serve when that has moved. As it takes long to find out where the arm can grip it, ways that are barred for the
     hand alone are only looked at after all others.
     """
+    yield from pausing(context, slides_in_steps(context, obj, placement))
+
+
+def slides_in_steps(context: Context, obj: str, placement: Placement) -> Iterator[Offer | None]:
+    """The same with None for work done without any, so that whoever waits for one can give up."""
     around = {name: place for name, place in standing(context.bound).items() if name != obj}
     all_ways = ways(context.scene, obj, placement)[:TRIED]
     blocked = [way for way in all_ways if barred(context.scene, obj, placement, way, around)]
     clear = [way for way in all_ways if way not in blocked]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
         found = _slides(context, obj, placement, clear, serving)
-        for (slide,) in free_first(context, obj, ((each,) for each in found)):
-            yield offer(slide)
-        yield from map(offer, _slides(context, obj, placement, blocked, serving))
+        yield from offers(free_first(context, obj, singly(found)))
+        yield from offers(singly(_slides(context, obj, placement, blocked, serving)))
 
 
 def _slides(
     context: Context, obj: str, placement: Placement, chosen: Sequence[Way], serving: tuple[Placement, ...]
-) -> Iterator[Slide]:
-    """Slides along some ways, to ends where a grasp serves some other placements too."""
+) -> Iterator[Slide | None]:
+    """Slides along some ways, to ends where a grasp serves some other placements too; None for work without any."""
     for way in chosen:
         inputs = (obj, placement, tuple(way.behind.tolist()), tuple(way.shift.tolist()), serving)
         draw = partial(_alone, obj=obj, placement=placement, way=way, serving=serving)
-        yield from recalled(context, "slides", inputs, table_alone(context.scene, obj), draw)
+        yield from stepwise(context, "slides", inputs, table_alone(context.scene, obj), draw)
 
 
 def plan_detour(context: Context, obj: str, placement: Placement) -> Iterator[Detour]:
@@ -56,22 +69,29 @@ def plan_detour(context: Context, obj: str, placement: Placement) -> Iterator[De
 
     There are none where a straight slide leads to any grasp, were nothing else on the table.
     """
-    if any(_slides(context, obj, placement, ways(context.scene, obj, placement)[:TRIED], ())):
-        return
+    yield from pausing(context, _offers_by_detour(context, obj, placement))
+
+
+def _offers_by_detour(context: Context, obj: str, placement: Placement) -> Iterator[Detour | None]:
+    """The same with None for work done without any."""
+    for slide in _slides(context, obj, placement, ways(context.scene, obj, placement)[:TRIED], ()):
+        if slide is not None:
+            return
+        yield None
     all_ends = ends(context.scene, obj, placement)[:TRIED]
     for serving in dict.fromkeys((goal_of(context, obj), ())):
-        for first, second in free_first(context, obj, _pairs(context, obj, placement, all_ends, serving)):
-            yield *offer(first), *offer(second)
+        for pair in free_first(context, obj, _pairs(context, obj, placement, all_ends, serving)):
+            yield None if pair is None else (*offer(pair[0]), *offer(pair[1]))
 
 
 def _pairs(
     context: Context, obj: str, placement: Placement, chosen: Sequence[End], serving: tuple[Placement, ...]
-) -> Iterator[tuple[Slide, Slide]]:
-    """Two slides each to some ends, where a grasp serves some other placements too."""
+) -> Iterator[tuple[Slide, Slide] | None]:
+    """Two slides each to some ends, where a grasp serves some other placements too; None for work without any."""
     for end in chosen:
         inputs = (obj, placement, end.placement, serving)
         draw = partial(_twice_alone, obj=obj, placement=placement, end=end, serving=serving)
-        yield from recalled(context, "detours", inputs, table_alone(context.scene, obj), draw)
+        yield from stepwise(context, "detours", inputs, table_alone(context.scene, obj), draw)
 
 
 def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, standing: Placement) -> bool:

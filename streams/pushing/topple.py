@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.topple_path import Topple, topples
-from tamp.streams.cache import recalled
+from tamp.streams.cache import pausing, stepwise
 from tamp.streams.context import Context
 from tamp.streams.motion.payload import push_too_heavy
-from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offer, table_alone
+from tamp.streams.pushing.grasp_after_push import Offer, free_first, goal_of, grippable, offers, singly, table_alone
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import drawn_back, push_hits
 from tamp.streams.values import Placement, Slide
@@ -38,9 +38,8 @@ def plan_toppling(context: Context, obj: str, placement: Placement) -> Iterator[
     the plan has standing there come first; the others may serve when that has moved.
     """
     reads = table_alone(context.scene, obj)
-    found = recalled(context, "topples", (obj, placement), reads, lambda first: _alone(first, obj, placement))
-    for (topple,) in free_first(context, obj, ((each,) for each in found)):
-        yield offer(topple)
+    found = stepwise(context, "topples", (obj, placement), reads, lambda first: _alone(first, obj, placement))
+    yield from pausing(context, offers(free_first(context, obj, singly(found))))
 
 
 def _alone(context: Context, obj: str, placement: Placement) -> Iterator[Slide | None]:

@@ -26,6 +26,9 @@ class Context:
         sees_fluents: whether the stream has `:fluents` at all; there may be times when none of them holds.
         bound: fluent facts that hold in the plan while this output will be in use, as far as they are settled: first
             those of later states, last those that hold at once. Advice only: it changes between two outputs.
+        brief: whether no plan waits for this output, as all streams are drawn from in turn. A sampler that works long
+            without one may then `pause` now and then, and goes on when it is asked again.
+        paused: whether it has.
     """
 
     def __init__(
@@ -44,6 +47,7 @@ class Context:
         self.fluents = fluents or ()
         self.sees_fluents = fluents is not None
         self.bound: tuple[Any, ...] = ()
+        self.brief = self.paused = False
         self.failures: list[tuple[str, tuple[Any, ...]]] = []
         self.gave_up = False
 
@@ -62,6 +66,10 @@ class Context:
         """
         self.failures.append((reason, tuple(because)))
         self.gave_up |= not proven
+
+    def pause(self) -> None:
+        """Say that the None that is yielded next is no failure: there was work without an output, and more is left."""
+        self.paused = True
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,11 @@ class ToldContext:
     seed: int = 0
     fluents: tuple[Any, ...] = ()
     bound: tuple[Any, ...] = ()
+    brief: bool = False
     seconds: float = 60.0
     reasons: list[str] = field(default_factory=list)
     causes: list[tuple[Any, ...]] = field(default_factory=list)
+    pauses: int = 0
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
@@ -49,6 +51,9 @@ class ToldContext:
     def fail(self, reason: str, because: Any = (), proven: bool = True) -> None:
         self.reasons.append(reason)
         self.causes.append(tuple(because))
+
+    def pause(self) -> None:
+        self.pauses += 1
 
 
 @cache

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tamp.streams.cache import SampleCache, recalled, stepwise
+from tamp.streams.cache import WORK, SampleCache, pausing, recalled, stepwise
 
 
 def scene(cache, **standing):
@@ -163,3 +163,20 @@ def test_a_value_is_worked_out_once():
 
     assert [cache.value("nothing", work_out) for _ in range(3)] == [None] * 3
     assert len(asked) == 1
+
+
+def pauses_of(steps, **given):
+    """What `pausing` gives, and how often it said that it paused."""
+    said = []
+    reader = SimpleNamespace(**{"deadline": math.inf, **given}, pause=lambda: said.append(1))
+    return list(pausing(reader, steps)), len(said)
+
+
+def test_a_sampler_pauses_where_no_plan_waits_for_it():
+    steps = [*[None] * (2 * WORK + 1), "found", *[None] * WORK]
+    assert pauses_of(steps, brief=True) == ([None, None, "found", None], 3)
+    assert pauses_of(steps, brief=False) == (["found"], 0)
+
+
+def test_whoever_pauses_minds_the_deadline():
+    assert pauses_of(["found", None, "late"], brief=False, deadline=-math.inf) == (["found"], 0)

@@ -146,8 +146,10 @@ class Sampling:
         self.tame: set[str] = set()  # streams that are known not to
         self.news = 0  # facts beyond what streams promise
 
-    def draw(self, instance: Instance, bound: tuple[Fact, ...] = ()) -> bool:
+    def draw(self, instance: Instance, bound: tuple[Fact, ...] = (), *, brief: bool = False) -> bool:
         """Ask a stream for its next output, or a test for its answer; whether there is a new result.
+
+        `brief`: nobody waits for it, so that a sampler that works long may pause.
 
         Raises:
             SamplerError: where the output does not fit the stream.
@@ -159,10 +161,13 @@ class Sampling:
         self.calls += 1
         context = self._context(instance)
         context.bound = tuple(map(self._knowledge.objects.values_of, bound))
+        context.brief, context.paused = brief, False
         counter = self._counts[external.name]
         instance.calls += 1
         with counter.calling():
             output = self._call(instance, context)
+        if context.paused and output is None:
+            return False
         if output is _END:
             if external.outputs and clock.now() > self.deadline:  # it may have ended for that: next time, from anew
                 instance.generator = None

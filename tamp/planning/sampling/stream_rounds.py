@@ -120,7 +120,7 @@ class Rounds:
                 continue  # it would bring them along
             self._limits.check()
             if not instance.exhausted:
-                self._sampling.draw(instance)
+                self._sampling.draw(instance, brief=True)
             self._refute(instance)
             with self._stopwatch.timed("grounding"):
                 self._knowledge.activate(instance, SHOWN + self.count)

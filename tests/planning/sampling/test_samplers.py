@@ -63,6 +63,34 @@ def test_generators_that_never_yield_run_into_the_timeout():
     assert solve(shelf(never), timeout=0.5).status == "timeout"
 
 
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+def test_a_sampler_may_pause_where_no_plan_waits_for_it(algorithm):
+    paused = []
+
+    def slow(context, obj):
+        for _ in range(40):
+            if context.brief:
+                paused.append(obj)
+                context.pause()
+                yield None
+        yield 7
+
+    solution = solve(shelf(slow), algorithm=algorithm, timeout=20.0)
+    assert solution.plan[0].args == ("cup", 7)
+    assert bool(paused) == (algorithm == "incremental")  # the others have a plan first, which waits
+
+
+def test_pauses_are_no_failures():
+    def resting(context, obj):
+        if context.brief:
+            context.fail("not told yet")
+            context.pause()
+            yield None
+
+    (spots, _) = solve(shelf(resting), algorithm="incremental", timeout=20.0).report.streams
+    assert (spots.calls, spots.failures) == (2, (("not told yet", 1),))
+
+
 def test_wild_facts_are_certified():
     def sure(context, obj):
         yield Certified(7, facts=(("good", 7),))
