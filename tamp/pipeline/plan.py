@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from numbers import Integral
-from types import MappingProxyType
 from typing import Any
 
 from typing_extensions import Unpack
@@ -16,6 +15,7 @@ from tamp.pipeline.loading import load_samplers
 from tamp.pipeline.options.settings import Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.prepare import Setup, prepare
+from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.named import STRATEGIES
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import Report
@@ -105,8 +105,7 @@ class Planning:
         seed: decides every random choice.
         deadline: on the clock of tamp.clock.now() [s].
         settings: how it is planned.
-        hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
-        unturned: objects that two grasps do not turn over from where they are, likewise.
+        known: of single objects.
         facts: symbolic facts that hold; None for those that the task starts with.
 
     Raises:
@@ -122,14 +121,13 @@ class Planning:
         seed: int,
         deadline: float,
         settings: Settings,
-        hopeless: Mapping[str, str] = MappingProxyType({}),
-        unturned: Collection[str] = (),
+        known: Known = NOTHING,
         facts: tuple[SymbolicFact, ...] | None = None,
     ) -> None:
         self._begin, self._seed = Attempt.of(setup, poses, q, settings.samplers, deadline, facts), seed
         end = now() + SEARCH_SHARE * (deadline - now())
         strategy = STRATEGIES[setup.settings.strategy or setup.domain.strategy]
-        self._search = strategy(self._begin, seed, end, settings.algorithm, hopeless, unturned)
+        self._search = strategy(self._begin, seed, end, settings.algorithm, known)
 
     @property
     def report(self) -> Report:

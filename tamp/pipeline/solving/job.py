@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from tamp.pipeline.prepare import Setup
 from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.solving.repair import Resuming
 from tamp.pipeline.solving.risk import worth_its_risk
+from tamp.pipeline.strategies.known import Known
 from tamp.planning import Report
 from tamp.scoring import score
 from tamp.scoring.ede import ede, mean_edge
@@ -147,14 +149,27 @@ class Job:
                 deadline=clock.now() + share * (self.settings.tuning.punctual_share * self.limit - self.planning_s),
                 settings=self.settings,
                 facts=self.facts,
-                hopeless={name: why for name, (pose, why) in self.hopeless.items() if self._is_at(name, pose, poses)},
-                unturned=[name for name, pose in self.unturned.items() if self._is_at(name, pose, poses)],
+                known=self._known(poses),
             )
             found = search.run()
             self.reports.append(search.report)
             self.hopeless |= search.hopeless
             self.unturned |= search.unturned
             return search, found
+
+    def _known(self, poses: Mapping[str, Pose]) -> Known:
+        """What is known of single objects as long as they are about where they were."""
+        return Known(
+            hopeless={name: why for name, (pose, why) in self.hopeless.items() if self._is_at(name, pose, poses)},
+            unturned=[name for name, pose in self.unturned.items() if self._is_at(name, pose, poses)],
+            unsteady=self.unsteady,
+        )
+
+    @property
+    def unsteady(self) -> list[str]:
+        """Objects at which executions have stopped more than once."""
+        stopped = Counter(execution.deviation.object for execution in self.executions if execution.deviation)
+        return [name for name, times in stopped.items() if times > 1]
 
     def forget(self) -> None:
         """Let the next search try again what single objects did not reach: other seeds draw other samples."""

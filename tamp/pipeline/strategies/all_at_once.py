@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from types import MappingProxyType
+from collections.abc import Mapping
 
+from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.goal_graph import all_goals
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
@@ -24,7 +24,7 @@ class AllAtOnce:
         seed: decides every random choice.
         deadline: on the clock of tamp.clock.now() [s].
         algorithm: of the stream planner.
-        hopeless, unturned: by earlier searches; it does not look at single objects.
+        known: of single objects, which it does not look at.
     """
 
     strategy = "all-at-once"
@@ -37,8 +37,7 @@ class AllAtOnce:
         seed: int,
         deadline: float,
         algorithm: str,
-        hopeless: Mapping[str, str] = MappingProxyType({}),
-        unturned: Collection[str] = (),
+        known: Known = NOTHING,
     ) -> None:
         self._asker = Asker(Progress(attempt), seed, deadline, algorithm)
         self.left = dict.fromkeys(all_goals(attempt.workspace), "no time was left to plan for it")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from types import MappingProxyType
+from collections.abc import Mapping
 from typing import Protocol
 
 from tamp.pipeline.strategies.all_at_once import AllAtOnce, NetBenefit
+from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.planning import Report
@@ -53,8 +53,7 @@ class Strategy(Protocol):
         seed: int,
         deadline: float,
         algorithm: str,
-        hopeless: Mapping[str, str] = MappingProxyType({}),
-        unturned: Collection[str] = (),
+        known: Known = NOTHING,
     ) -> Search:
         """A search from an attempt's state, until a deadline on the clock of tamp.clock.now() [s]."""
 

@@ -19,6 +19,7 @@ from tamp.pipeline.plan import Planning, plan
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.solving.job import Job
 from tamp.pipeline.solving.solve import carry_out
+from tamp.pipeline.strategies.known import Known
 from tamp.scoring import score
 from tamp.task import At, Box, Object, Plan, Pose, Task
 from tamp.task.files.plan_file import plan_sha256
@@ -115,15 +116,15 @@ def test_what_a_hurried_plan_leaves_is_planned_for_with_the_time_that_was_kept(m
 
 
 def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monkeypatch):
-    known = []
+    told = []
 
     class InVain:
         cut_short, rejections, left = False, (), {"red": "no grasp"}
         report, hopeless = SimpleNamespace(status="failed"), {"red": (RED.pose, "no grasp")}
         unturned: ClassVar = {"red": RED.pose}
 
-        def __init__(self, *_, hopeless, unturned, **__):
-            known.append((dict(hopeless), list(unturned)))
+        def __init__(self, *_, known: Known, **__):
+            told.append((dict(known.hopeless), list(known.unturned)))
 
         def run(self):
             return None
@@ -132,7 +133,12 @@ def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monk
     job = Job(Task("vain", (RED,)), 0, 100.0, Settings())
     for off in (0.0, 0.001, 0.05):
         assert not job.plan(None, {"red": shifted(RED.pose, off)}, ())
-    assert known == [({}, []), ({"red": "no grasp"}, ["red"]), ({}, [])]
+    assert told == [({}, []), ({"red": "no grasp"}, ["red"]), ({}, [])]
+
+
+def test_whatever_executions_have_stopped_at_twice_is_unsteady():
+    stopped = [SimpleNamespace(deviation=name and SimpleNamespace(object=name)) for name in ("a", "b", None, "a", None)]
+    assert Job(Task("vain", (RED,)), 0, 100.0, Settings(), executions=stopped).unsteady == ["a"]
 
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 from tamp import clock
 from tamp.pipeline.situation import left_at
+from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
 from tamp.pipeline.strategies.serialization.goal_graph import (
@@ -40,12 +40,14 @@ class Ledger:
 
     Attributes:
         asker: the plan so far.
+        unsteady: objects that did not end where they were put.
         left: objects whose goals it does not reach -> why.
         facts: symbolic goals that it does not reach, as PDDL writes them -> why.
         reached: the other objects with a goal.
     """
 
     asker: Asker
+    unsteady: Collection[str] = ()
     left: dict[str, str] = field(init=False)
     facts: dict[str, str] = field(init=False)
     reached: set[str] = field(default_factory=set)
@@ -76,16 +78,17 @@ class Ledger:
                 self.reach(name)
         return len(self.left) < before
 
-    def reach_hard_to_grasp(self) -> None:
-        """Let what is near its goal count as there while others are far from theirs, if it is hard to get hold of.
+    def reach_troublesome(self) -> None:
+        """Let what is near its goal count as there while others are far from theirs, if it is hard to get there.
 
         It takes long to find hands that have room in a container, or ways to the table's edge for what no hand can
-        grasp as it lies, and less is gained.
+        grasp as it lies, and less is gained. What is unsteady would be put there again and again before the others.
         """
         workspace = self.asker.workspace
         if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
             places = [(workspace, name, workspace.start[name]) for name in self.left]
-            self.reach_near([place[1] for place in places if enclosed(*place) or to_be_pushed(*place)])
+            hard = {place[1] for place in places if enclosed(*place) or to_be_pushed(*place)}
+            self.reach_near([place[1] for place in places if place[1] in hard | {*self.unsteady}])
 
 
 FAR = 0.15  # from its goal (EDE) is what is brought near before all else was tried [m]
@@ -136,8 +139,7 @@ class Ordering:
         seed: decides every random choice.
         deadline: on the clock of tamp.clock.now() [s].
         algorithm: of the stream planner.
-        hopeless: objects that do not reach their goals even alone from where they stand, by earlier searches -> why.
-        unturned: objects that two grasps do not turn over from there, likewise.
+        known: of single objects.
     """
 
     def __init__(
@@ -146,15 +148,14 @@ class Ordering:
         seed: int,
         deadline: float,
         algorithm: str,
-        hopeless: Mapping[str, str] = MappingProxyType({}),
-        unturned: Collection[str] = (),
+        known: Known = NOTHING,
     ) -> None:
         self._midst = (clock.now() + deadline) / 2
         start = attempt.workspace.start
-        known = {name: start[name] for name in unturned}
-        self._asker = Asker(Progress(attempt), seed, deadline, algorithm, unturned=known)
-        self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in hopeless.items()})
-        self._ledger = Ledger(self._asker)
+        unturned = {name: start[name] for name in known.unturned}
+        self._asker = Asker(Progress(attempt), seed, deadline, algorithm, unturned=unturned)
+        self._prospects = Prospects(self._asker, {name: (start[name], why) for name, why in known.hopeless.items()})
+        self._ledger = Ledger(self._asker, known.unsteady)
         self._early = Early(self._prospects)
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
@@ -220,7 +221,7 @@ class Ordering:
             with self._asker.within(self._asker.tuning.together_share):
                 if self._all_together(self._asker.tuning.together_iterations):
                     return
-        self._ledger.reach_hard_to_grasp()
+        self._ledger.reach_troublesome()
         with self._asker.within(1.0 if persistent else self._asker.tuning.goals_share):
             while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self._left)):
                 pass
@@ -348,6 +349,8 @@ class Ordering:
         if solution.plan is None:
             if not effort.others_move:
                 self._vain[name] = self._surroundings(name)
+            elif solution.status == "failed":  # all samples were of no use: with others it may be a matter of a moment
+                self._asker.refusals[name] += 1
             return False
         unsteady = name in self._asker.workspace.goals and len(self.progress.rejections) > rejected
         if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from tamp.pipeline.prepare import prepare
+from tamp.pipeline.strategies.known import Known
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first, in_the_way
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
@@ -124,7 +125,7 @@ def test_what_is_known_to_be_hopeless_is_not_tried_before_all_else(attempt, monk
         raise AskedError(*(obj.name for obj in workspace.task.objects if obj.goal is not None))
 
     monkeypatch.setattr(Asker, "ask", ask)
-    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", hopeless)
+    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", Known(hopeless))
     with pytest.raises(AskedError) as asked:
         ordering.run()
     assert asked.value.args == (first,)
@@ -144,7 +145,7 @@ def test_what_two_grasps_do_not_turn_over_is_not_asked_to_be(monkeypatch, unturn
     setup = prepare(Task("over", (replace(PROSPECTS_RED, goal=UPSIDE_DOWN),)))
     attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
     monkeypatch.setattr(Asker, "ask", ask)
-    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", unturned=unturned)
+    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", Known(unturned=unturned))
     with pytest.raises(KeyboardInterrupt):
         ordering.run()
     assert asked == [regrasped]
@@ -182,7 +183,7 @@ def test_what_two_grasps_do_not_turn_over_is_not_tried_in_the_end_either(monkeyp
     setup = prepare(Task("over", (replace(PROSPECTS_RED, goal=UPSIDE_DOWN),)))
     attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
     monkeypatch.setattr(Asker, "ask", ask)
-    ordering = Ordering(attempt, 0, time.monotonic() + 60.0, "adaptive", {"red": "even alone"}, unturned)
+    ordering = Ordering(attempt, 0, time.monotonic() + 60.0, "adaptive", Known({"red": "even alone"}, unturned))
     ordering.run()
     assert max(asked) == least
 
