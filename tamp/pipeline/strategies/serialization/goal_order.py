@@ -1,131 +1,29 @@
-"""A search for the order of goals, and the status of each goal: reached, left and why, or brought near."""
+"""A search for the order of goals: which is asked for next, and how hard it is tried."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Container, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from tamp import clock
-from tamp.pipeline.situation import left_at
 from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
-from tamp.pipeline.strategies.serialization.goal_graph import (
-    all_goals,
-    asking_for,
-    away,
-    goal_names,
-    goal_supports,
-    nearly_there,
-    supports_first,
-)
+from tamp.pipeline.strategies.serialization.goal_graph import asking_for, goal_supports, supports_first
+from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
-from tamp.scoring.score import SOLVED_WITHIN_M
-from tamp.streams.affordances.neighbours import enclosed, within
-from tamp.streams.affordances.topple_path import to_be_pushed
+from tamp.streams.affordances.neighbours import within
 from tamp.streams.hand.clearance import reach_of_hand
 from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Goal, In, On
 
-
-@dataclass
-class Ledger:
-    """The goals of a plan in the making.
-
-    Attributes:
-        asker: the plan so far.
-        unsteady: objects that did not end where they were put.
-        left: objects whose goals it does not reach -> why.
-        facts: symbolic goals that it does not reach, as PDDL writes them -> why.
-        reached: the other objects with a goal.
-    """
-
-    asker: Asker
-    unsteady: Collection[str] = ()
-    left: dict[str, str] = field(init=False)
-    facts: dict[str, str] = field(init=False)
-    reached: set[str] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        names, why = goal_names(self.asker.workspace), "no time was left to plan for it"
-        self.left = dict.fromkeys(names, why)
-        self.facts = {name: why for name in all_goals(self.asker.workspace) if name not in self.left}
-
-    def clear(self) -> None:
-        """Count everything as reached."""
-        self.left.clear()
-        self.facts.clear()
-
-    def reach(self, name: str) -> None:
-        """Count an object as there."""
-        del self.left[name]
-        self.reached.add(name)
-
-    def reach_near(self, names: Sequence[str]) -> bool:
-        """Let objects that cannot be brought nearer count as there if their goals are near; others may rest on them."""
-        before = len(self.left)
-        for name in supports_first(self.asker.workspace, names):
-            workspace = self.asker.workspace
-            if nearly_there(workspace, name):
-                progress = self.asker.progress
-                progress.now = replace(progress.now, workspace=left_at(workspace, name))
-                self.reach(name)
-        return len(self.left) < before
-
-    def reach_troublesome(self) -> None:
-        """Let what is near its goal count as there while others are far from theirs, if it is hard to get there.
-
-        It takes long to find hands that have room in a container, or ways to the table's edge for what no hand can
-        grasp as it lies, and less is gained. What is unsteady would be put there again and again before the others.
-        """
-        workspace = self.asker.workspace
-        if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
-            places = [(workspace, name, workspace.start[name]) for name in self.left]
-            hard = {place[1] for place in places if enclosed(*place) or to_be_pushed(*place)}
-            self.reach_near([place[1] for place in places if place[1] in hard | {*self.unsteady}])
-
-
-FAR = 0.15  # from its goal (EDE) is what is brought near before all else was tried [m]
-
-
-@dataclass
-class Early:
-    """Objects without hope, or without the time that it takes to tell, each brought near once.
-
-    Where such a one lies near its goal, among others, hands have less room to take it up again than where it was.
-
-    Attributes:
-        prospects: tell who has no hope.
-        since: when anything may be brought merely near, on the clock of tamp.clock.now() [s].
-    """
-
-    prospects: Prospects
-    since: float = math.inf
-    _tried: set[str] = field(default_factory=set)
-
-    def bring(self, name: str, left: Collection[str], kept: Collection[str]) -> bool:
-        """Bring an object near if it has no hope and is far, but not to where those shall be that have; whether it was.
-
-        Args:
-            name: the object.
-            left: all objects that are not at their goals.
-            kept: objects that must stay at theirs.
-        """
-        asker = self.prospects.asker
-        goals, hopeless = asker.workspace.goals.keys(), self.prospects.beyond_hope(left) | self.prospects.unknown
-        if clock.now() < self.since or name not in hopeless & goals - self._tried:
-            return False
-        self._tried.add(name)
-        return away(asker.workspace, name) > FAR and bring_near(asker, {name}, kept, (goals & {*left}) - hopeless)
-
-
 UNLIMITED = 1_000_000
+REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
 
 Placements = tuple[tuple[tuple[str, Placement], ...], ...]
@@ -227,7 +125,7 @@ class Ordering:
                 pass
         if not self._left:
             return
-        with self._asker.within(self._asker.tuning.together_share):
+        with self._asker.within(REST * self._asker.tuning.together_share):
             # What is at its goal stays there if it can: plans that take it away again are long, and much may go wrong.
             staying = set() if persistent else self._ledger.reached
             iterations = 1 if stuck(begin.workspace, self._left) else self._asker.tuning.together_iterations

@@ -11,9 +11,10 @@ from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.plan import Planning
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.solving.job import Job
-from tamp.pipeline.strategies.serialization import goal_order as early
+from tamp.pipeline.strategies.serialization import ledger as early
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
-from tamp.pipeline.strategies.serialization.goal_order import Early, Ledger, Ordering
+from tamp.pipeline.strategies.serialization.goal_order import Ordering
+from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Report, Solution
