@@ -168,7 +168,7 @@ class Effort:
 
 
 EFFORTS = (Effort(4, False), Effort(8, True), Effort(12, True))
-LAST = (Effort(30, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
+LAST = (Effort(12, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
 
 
 def reason(solution: Solution) -> str:
