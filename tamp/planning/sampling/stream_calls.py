@@ -167,6 +167,7 @@ class Sampling:
         with counter.calling():
             output = self._call(instance, context)
         if context.paused and output is None:
+            counter.calls -= 1  # it is the same call that goes on the next time
             return False
         if output is _END:
             if external.outputs and clock.now() > self.deadline:  # it may have ended for that: next time, from anew
