@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import replace
 
@@ -57,6 +58,7 @@ class Ordering:
         self._early = Early(self._prospects)
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
+        self._tries = Counter[str]()
 
     @property
     def left(self) -> dict[str, str]:
@@ -190,6 +192,7 @@ class Ordering:
     def _sweep(self, effort: Effort, spared: Container[str] = ()) -> bool:
         """Try every goal that is left once; whether any was reached. The dearer ones end with the first that is.
 
+        Those come first that were tried least: one that fails again and again shall not take the time of all.
         While no other object moves, what failed is not tried again before something is moved near it or its goal.
         """
         asker, progress = self._asker, False
@@ -197,6 +200,7 @@ class Ordering:
         names = supports_first(workspace, [name for name in self._left if name not in spared])
         if effort.others_move:
             names = clearest_first(workspace, names, samplers, asker.drawn_seed, asker.deadline)
+            names.sort(key=self._tries.__getitem__)
         share = self._share(names, effort)
         for name in names:
             if asker.late:
@@ -233,6 +237,7 @@ class Ordering:
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
+        self._tries[name] += effort.others_move
         solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name)
         return self._take(name, effort, solution, turned)
 

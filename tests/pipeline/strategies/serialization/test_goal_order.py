@@ -180,6 +180,22 @@ def test_what_no_sample_was_of_use_for_is_asked_again_with_others(monkeypatch, s
     assert len(seeds) == drawn
 
 
+def test_goals_that_were_tried_least_come_first(monkeypatch):
+    asked = []
+
+    def ask(self, *_, about="", **__):
+        asked.append(about)
+        return Solution(None, math.inf, "timeout", (), Report("adaptive", "timeout", 0.0, math.inf, {}, (), ()))
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    monkeypatch.setattr(Prospects, "against", lambda self, name: None if name != "cube" or len(asked) > 1 else "time")
+    ordering = Ordering(attempt(Task("three", (RED, CUBE, CLOSE))), 0, time.monotonic() + 600.0, "adaptive")
+    for _ in range(2):
+        ordering._sweep(EFFORTS[-1])
+    assert sorted(asked[:2]) == ["close", "red"]
+    assert asked[2] == "cube"
+
+
 def test_what_shall_rest_on_an_object_that_is_left_near_its_goal_is_put_on_it():
     def only_top(context, obj):
         yield from from_above(context, obj) if obj == "top" else no_grasp(context, obj)
