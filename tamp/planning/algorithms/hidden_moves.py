@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Any
 
 from tamp.planning.algorithms.initial_facts import initial_facts
+from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.model.objects import Objects
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.separation import separated, separations
 from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.options import Options
+
+MOVES_IN_SEARCH = 4000
+"""How many moves between values the search may see where leaving them out has failed."""
 
 
 def seen_by_search(schema: Schema, objects: Objects, options: Options) -> tuple[Schema, Connectors]:
@@ -37,3 +42,16 @@ def seen_by_search(schema: Schema, objects: Objects, options: Options) -> tuple[
 def constant(cost: tuple[Any, ...] | None) -> bool:
     """Whether an action costs the same whatever its arguments are, so that the search knows what it leaves out."""
     return all(isinstance(term, int | float) for term in cost or ())
+
+
+def few_moves(connectors: Connectors, operators: Collection[GroundOperator]) -> bool:
+    """Whether the search could as well see the moves that were left out of it, by the values that operators want."""
+    hidden = connectors.connectors
+    wanted = {
+        (op.schema.name, p[hidden[0].position])
+        for op in operators
+        for p in op.schema.condition.positive
+        if p[0] == connectors.fluent
+    }
+    values = {op.binding.get(str(t), t) for op in operators for n, t in wanted if n == op.schema.name}
+    return len(values) ** 2 * len(hidden) <= MOVES_IN_SEARCH

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from tamp.planning.algorithms.costs import Costs
-from tamp.planning.algorithms.hidden_moves import constant, seen_by_search
+from tamp.planning.algorithms.hidden_moves import constant, few_moves, seen_by_search
 from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
 from tamp.planning.algorithms.lifting import Lifter
@@ -46,10 +46,6 @@ class Known:
     facts: tuple[Fact, ...]
     state: tuple[Fact, ...]
     brought: tuple[Fact, ...] = ()
-
-
-MOVES_IN_SEARCH = 4000
-"""How many moves between values the search may see where leaving them out has failed."""
 
 
 ALIKE = 4
@@ -343,7 +339,7 @@ class Session:
             self.found.check()
             if self.connectors.fluent and not self._moves_cost_alike():
                 raise Restart(replace(self.options, connectors=False))
-        if attempt.steps is None and self.lessons.puzzling and self.few_values():
+        if attempt.steps is None and self.lessons.puzzling and few_moves(self.connectors, self.grounder.operators):
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
 
@@ -385,18 +381,6 @@ class Session:
             raise Restart(replace(self.options, every_stream=True, tame=tame))
         if self.sampling.wild and self.schema.part is not None:
             raise Restart(replace(self.options, connectors=False))
-
-    def few_values(self) -> bool:
-        """Whether the search could as well see the moves that were left out of it."""
-        connectors = self.connectors.connectors
-        wanted = {
-            (op.schema.name, p[connectors[0].position])
-            for op in self.grounder.operators
-            for p in op.schema.condition.positive
-            if p[0] == self.connectors.fluent
-        }
-        values = {op.binding.get(str(t), t) for op in self.grounder.operators for n, t in wanted if n == op.schema.name}
-        return len(values) ** 2 * len(connectors) <= MOVES_IN_SEARCH
 
     def check_prospects(self, seen: bool = False) -> None:
         """End the run where the goal is out of reach, unless the search has just seen a plan.
