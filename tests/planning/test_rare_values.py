@@ -12,6 +12,14 @@ from tests.planning.problems import continuous
 from tests.planning.test_problems import check
 
 
+def counted(problem, algorithm, seeds):
+    """How many searches each of some seeds takes to a plan, the fewest first."""
+    solutions = [solve(problem, algorithm=algorithm, timeout=20.0, seed=seed) for seed in range(seeds)]
+    for solution in solutions:
+        check(problem, solution)
+    return sorted(solution.report.counts["iterations"] for solution in solutions)
+
+
 def seldom_reached(problem):
     """The problem with a configuration for the poses of its start, and for one in ten others."""
     starts = [fact[2] for fact in problem.init if fact[0] == "AtPose"]
@@ -26,13 +34,8 @@ def seldom_reached(problem):
 @pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
 def test_a_plan_is_given_up_only_after_many_values_from_which_nothing_goes_on(algorithm):
     """Six, or two, were tried, and the search asked again and again for the same plan with what had failed."""
-    problem = seldom_reached(continuous.line(4))
-    searches = []
-    for seed in range(6):
-        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
-        check(problem, solution)
-        searches.append(solution.report.counts["iterations"])
-    assert sorted(searches)[2] <= 10, searches
+    searches = counted(seldom_reached(continuous.line(4)), algorithm, seeds=6)
+    assert searches[2] <= 10, searches
 
 
 def seldom_solved(problem):
@@ -51,10 +54,5 @@ def seldom_solved(problem):
 @pytest.mark.parametrize("algorithm", ["adaptive", "binding"])
 def test_a_stream_that_seldom_gives_anything_is_waited_for(algorithm):
     """Each was given up after a few calls, for other plans with ever more values that needed it as well."""
-    problem = seldom_solved(continuous.line(4))
-    searches = []
-    for seed in range(3):
-        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
-        check(problem, solution)
-        searches.append(solution.report.counts["iterations"])
-    assert sorted(searches)[1] <= 12, searches
+    searches = counted(seldom_solved(continuous.line(4)), algorithm, seeds=3)
+    assert searches[1] <= 12, searches
