@@ -20,9 +20,9 @@ from tamp.perception.belief.next_view import next_views, unseen
 from tamp.perception.belief.rest import at_rest
 from tamp.perception.cameras.camera import Camera, Frame
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.in_hand import estimate_held
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
-from tamp.perception.estimation.nearby import estimate_nearby
+from tamp.perception.estimation.tracking.in_hand import estimate_held
+from tamp.perception.estimation.tracking.nearby import estimate_nearby
 from tamp.perception.evaluation import pose_error
 from tamp.perception.perceiver import Perceiver, ask
 from tamp.perception.rendering.surface import Surface

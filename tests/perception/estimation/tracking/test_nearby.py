@@ -9,7 +9,7 @@ from tamp.perception.cameras.capture import View, shoot
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.models.object_model import object_model
-from tamp.perception.estimation.nearby import estimate_nearby
+from tamp.perception.estimation.tracking.nearby import estimate_nearby
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Pose, Table, load_robot
 

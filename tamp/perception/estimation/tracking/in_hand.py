@@ -12,7 +12,7 @@ from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import fitted
 from tamp.perception.estimation.models.object_model import ObjectModel
-from tamp.perception.estimation.nearby import best_of, unexplained
+from tamp.perception.estimation.tracking.nearby import best_of, unexplained
 from tamp.task.model import Table
 from tamp.task.pose import Pose
 from tamp.world.transforms import rotation

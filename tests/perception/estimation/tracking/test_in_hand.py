@@ -10,8 +10,8 @@ from tamp.perception.cameras.camera import Frame
 from tamp.perception.cameras.capture import View, shoot
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.in_hand import estimate_held
 from tamp.perception.estimation.models.object_model import object_model
+from tamp.perception.estimation.tracking.in_hand import estimate_held
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Pose, Table, load_robot
 from tamp.world.robot.model import robot_model
