@@ -70,8 +70,7 @@ class Ledger:
         workspace = self.asker.workspace
         if any(away(workspace, name) > SOLVED_WITHIN_M for name in self.left if name in workspace.goals):
             places = [(workspace, name, workspace.start[name]) for name in self.left]
-            hard = {place[1] for place in places if enclosed(*place) or to_be_pushed(*place)}
-            self.reach_near([place[1] for place in places if place[1] in hard | {*self.unsteady}])
+            self.reach_near([p[1] for p in places if p[1] in self.unsteady or enclosed(*p) or to_be_pushed(*p)])
 
 
 FAR = 0.15  # from its goal (EDE) is what is brought near before all else was tried [m]
