@@ -117,7 +117,7 @@ def _symmetric(result: Result) -> float | None:
 
 
 def _sights(results: Sequence[Result]) -> Row:
-    """The same of many tasks: what all perceiving cost, the mean error, and how many objects each fate has."""
+    """The same of many tasks: the most that perceiving cost, the mean error, and how many objects have each fate."""
     fates = Counter(o["fate"] for result in results for o in result.perception if o["fate"] not in FOUND)
     means = [mean for result in results if (mean := _symmetric(result)) is not None]
     return {
