@@ -1,4 +1,4 @@
-"""Where an object that no hand can grasp as it lies is pushed to: over an edge of the table, to be gripped there.
+"""Where an object that no hand can grasp as it lies is pushed to: over an edge of the table, or nearer to its goal.
 
 Two fingers, apart as far as the side of the object is wide, push it straight ahead: it neither turns nor leaves them,
 as its centre of mass is between the two contacts and the way goes into their cone of friction (Lynch and Mason, Stable
@@ -41,6 +41,8 @@ SIDE = 0.003  # how far behind its outermost points a side of an object reaches 
 ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the one in its middle, if it is curved [rad]
 LEAST_EDGE = 1e-9  # corners nearer to each other are one, and have no edge between them [m]
 DIGITS = 6  # of slants in radians: what differs by less is the same
+LEVEL, TURN = 0.002, 0.01  # placements that differ by less differ by a level shift alone [m], [rad]
+STRAIGHT = np.cos(0.002)  # of the angle between a way and the direction that it is taken for
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -94,6 +96,19 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
     distance = {way: float(np.linalg.norm(way.end.pose.xyz[:2] - base)) for way in _ways(workspace, obj, placement)}
     near = [way for way in distance if distance[way] < spec.reach[1] and stands(workspace, obj, way.end)]
     return sorted(near, key=lambda way: (-way.hanging, round(way.slant, DIGITS), distance[way]))
+
+
+def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) -> list[Way]:
+    """Straight ways of an object that no hand can grasp as it lies to a placement on the table, unturned."""
+    *level_shift, rise = np.subtract(end.pose.xyz, start.pose.xyz)
+    shift = np.array(level_shift)
+    length = float(np.linalg.norm(shift))
+    level = start.on == end.on == (TABLE,) and abs(rise) < LEVEL
+    unturned = abs(np.dot(start.pose.quat, end.pose.quat)) > np.cos(TURN / 2)
+    if not (level and unturned and 0.0 < length < LONGEST and slidable(workspace, obj, start)):
+        return []
+    among = [one for one in directions(workspace, obj, start) if one.ahead @ shift > STRAIGHT * length]
+    return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in among]
 
 
 def stands(workspace: Workspace, obj: str, end: Placement) -> bool:

@@ -1,13 +1,13 @@
-"""Sliding: what no hand can grasp as it lies is pushed over the table's edge and gripped where it hangs over."""
+"""Sliding: what no hand can grasp as it lies is pushed over the table's edge and gripped there, or straight on."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 
 from tamp.streams.affordances.detour import End, detours, ends
-from tamp.streams.affordances.slide_path import Way, directions, ways
+from tamp.streams.affordances.slide_path import Way, directions, ways, ways_to
 from tamp.streams.cache import pausing, stepwise
 from tamp.streams.context import Context
 from tamp.streams.pushing.grasp_after_push import (
@@ -82,6 +82,19 @@ def _offers_by_detour(context: Context, obj: str, placement: Placement) -> Itera
     for serving in dict.fromkeys((goal_of(context, obj), ())):
         for pair in free_first(context, obj, _pairs(context, obj, placement, all_ends, serving)):
             yield None if pair is None else (*offer(pair[0]), *offer(pair[1]))
+
+
+def plan_sliding_to(
+    context: Context, obj: str, start: Placement, end: Placement
+) -> Iterator[tuple[Configuration, Configuration, Slide]]:
+    """Yield (first configuration, last configuration, slide) for an object that shall be pushed straight to a place.
+
+    Slides that are also free of what the plan has standing there come first.
+    """
+    gap = context.scene.hand.push_gap
+    found = (pushes(context, obj, start, way, gap) for way in ways_to(context.scene, obj, start, end))
+    for (slide,) in filter(None, free_first(context, obj, singly(chain.from_iterable(found)))):
+        yield offer(slide)[1:]
 
 
 def _pairs(

@@ -68,6 +68,7 @@ SCENARIOS_OF = {
     "regrasp-kinematics": "regrasp_into_box",
     "plan-sliding": "slide_box",
     "plan-detour": "slide_twice",
+    "plan-sliding-to": "slide_to_goal",
     "plan-toppling": "topple_pail",
     "sample-exposed-grasp": "slide_box",
     "test-cfree-slide": "slide_box",

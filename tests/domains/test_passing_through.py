@@ -30,6 +30,7 @@ USED = {
     "sample-exposed-aside": "lay_over_edge",
     "plan-sliding": "slide_box",
     "plan-detour": "slide_twice",
+    "plan-sliding-to": "slide_to_goal",
     "plan-toppling": "topple_pail",
     "sample-exposed-grasp": "topple_pail",
     "plan-nudging": "nudge_in_crate",

@@ -36,7 +36,7 @@ NO_HANDS = {
 """Of every stream that draws grasps."""
 
 
-def no_slide(context, obj, placement):
+def no_slide(context, obj, placement, end=None):
     """Yield no slide of anything."""
     context.fail(f"nobody slides {obj}")
     yield from ()

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from tamp.streams.affordances.slide_path import directions, ways
+from tamp.streams.affordances.slide_path import directions, shifted, ways, ways_to
 from tamp.streams.collisions import approach_contact
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
 from tamp.streams.pushing.hand_contact import barred, hands_at
 from tamp.streams.pushing.push_motion import push_hits, pushes
-from tamp.streams.pushing.slide import plan_sliding, test_cfree_slide
+from tamp.streams.pushing.slide import plan_sliding, plan_sliding_to, test_cfree_slide
 from tamp.streams.values import Placement
 from tamp.task import Box, Mesh, Object, Pose
 from tamp.world.scene import Scene
@@ -54,6 +54,33 @@ def test_the_hand_takes_the_object_straight_to_where_it_is_gripped(workspace, of
     beside = (path - path[0]) - np.outer((path - path[0]) @ ahead, ahead)
     assert np.abs(beside).max() < 1e-3
     assert before.q == tuple(slide.approach[0]) and after.q == tuple(slide.retreat[-1])
+
+
+def test_a_slide_to_a_place_straight_ahead_ends_there_as_the_object_lies(workspace):
+    start = workspace.start["box"]
+    ahead = directions(workspace, "box", start)[0].ahead
+    end = shifted(start, 0.15 * ahead)
+    for before, after, slide in plan_sliding_to(ToldContext(workspace), "box", start, end):
+        T = workspace.world.robot.forward(slide.push[-1]) @ slide.T_tool_object.matrix
+        np.testing.assert_allclose(T, end.pose.matrix, atol=1e-4)
+        assert before.q == tuple(slide.approach[0]) and after.q == tuple(slide.retreat[-1])
+        break
+    else:
+        pytest.fail("no slide")
+
+
+def test_no_straight_way_leads_aside_nor_to_where_an_object_is_turned_or_raised(workspace):
+    start = workspace.start["box"]
+    direction = directions(workspace, "box", start)[0]
+    aside = direction.behind[::-1] * (1.0, -1.0)
+    (x, y, z), yaw = shifted(start, 0.15 * direction.ahead).pose.xyz, 0.3
+    assert ways_to(workspace, "box", start, shifted(start, 0.15 * direction.ahead))
+    assert not ways_to(workspace, "box", start, start)
+    assert not ways_to(workspace, "box", start, shifted(start, 0.15 * direction.ahead + 0.05 * aside))
+    assert not ways_to(workspace, "box", start, Placement(Pose((x, y, z + 0.01), start.pose.quat), ("table",)))
+    turned = Pose.from_rpy((x, y, z), (0.0, 0.0, yaw + 0.05))
+    assert not ways_to(workspace, "box", start, Placement(turned, ("table",)))
+    assert not ways_to(workspace, "peg", workspace.start["peg"], shifted(workspace.start["peg"], 0.1 * direction.ahead))
 
 
 def test_the_hand_comes_down_clear_of_the_object_and_then_touches_it(workspace, offer):

@@ -1,4 +1,4 @@
-"""Sliding: what no hand can grasp as it lies is pushed over the table's edge, to be gripped where it hangs over."""
+"""Sliding: what no hand can grasp as it lies is pushed over the table's edge, to be gripped there, or to its goal."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ from pathlib import Path
 
 from tamp.domains.skill import SAMPLED, Fact, Question, Skill
 from tamp.domains.tabletop.skills.push import effect, steps
-from tamp.streams.affordances.slide_path import slidable
+from tamp.streams.affordances.slide_path import slidable, ways_to
 from tamp.streams.workspace import Workspace
 
 FOLDER = Path(__file__).parent
 
 
 def affordances(workspace: Workspace, question: Question) -> Iterator[Fact]:
-    """Which objects need it where they are, or would need it where they shall be."""
+    """Which objects need it where they are, and which it may bring straight to their goals."""
     for name, placement in workspace.start.items():
         if question.may_move(name) and slidable(workspace, name, placement):
             yield ("Slidable", name, placement)
+            if name in workspace.goals and ways_to(workspace, name, placement, workspace.goals[name]):
+                yield ("SlidableTo", name, placement, workspace.goals[name])
 
 
 SLIDE = Skill(
@@ -28,8 +30,9 @@ SLIDE = Skill(
     samplers={
         "plan-sliding": "tamp.streams.pushing.slide:plan_sliding",
         "plan-detour": "tamp.streams.pushing.slide:plan_detour",
+        "plan-sliding-to": "tamp.streams.pushing.slide:plan_sliding_to",
     },
-    info={"plan-sliding": SAMPLED, "plan-detour": SAMPLED},
+    info={"plan-sliding": SAMPLED, "plan-detour": SAMPLED, "plan-sliding-to": SAMPLED},
     affordances=affordances,
     steps=steps,
     effect=effect,

@@ -1,6 +1,7 @@
-; The hand pushes an object along the table until it hangs over the edge, where it can be gripped.
+; The hand pushes an object along the table until it hangs over the edge, where it can be gripped, or to its goal.
 (define (domain slide)
   (:predicates
+    (SlidableTo ?o ?p ?p2)         ; (Slidable ?o ?p), and ?p2 is straight ahead, ?o turned as it is
     (Slide ?o ?p ?p2 ?a ?l ?w))
 
   (:action slide

@@ -16,6 +16,7 @@ from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.situation import placements, raised
 from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
+from tamp.streams.affordances.slide_path import LONGEST, directions, shifted
 from tamp.streams.affordances.stable_poses import righted, stands, steady_faces
 from tamp.streams.collisions import overlap
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
@@ -104,6 +105,7 @@ UNSEEN = 3  # of those, the nearest, that are tried whether they seem worth it o
 UNFIT = 30  # beginnings that are looked at, the nearest, of those in which no hand has room
 APART = 0.02  # EDE between two that are tried [m]
 ALIKE = 0.02  # orientations whose entries differ by less are one
+PUSHED = 0.04  # between places that an object is pushed to [m]
 ABOVE = 0.005  # where an object begins on its way down, above everything below it [m]
 
 
@@ -216,6 +218,27 @@ def on_table(workspace: Workspace, name: str, fits: Callable[[Array], bool]) -> 
     errors = [_error(workspace, name, pose) for pose in poses]
     nearest = sorted((error, number) for number, error in enumerate(errors) if error < enough)
     return [Placement(poses[number], (TABLE,)) for _, number in nearest]
+
+
+def straight_ahead(workspace: Workspace, name: str) -> list[Placement]:
+    """Places to which an object on the table could be pushed straight, nearer to its goal by `GAIN`, the nearest first.
+
+    The whole object is on the table there, and nothing is above it or in its place.
+    """
+    here, others = workspace.start[name], [other for other in workspace.start if other != name]
+    boxes = np.array([workspace.bounds(other, workspace.start[other].pose) for other in others]).reshape(-1, 2, 3)
+    lower, upper = (bound[:2] for bound in workspace.bounds(name, here.pose))
+    middle, half = np.array(workspace.task.table.center), np.array(workspace.task.table.size) / 2
+    enough, found = _error(workspace, name, here.pose) - GAIN, list[tuple[float, int, Placement]]()
+    for direction in directions(workspace, name, here):
+        for length in np.arange(PUSHED, LONGEST, PUSHED):
+            shift = length * direction.ahead
+            whole = (lower + shift > middle - half).all() and (upper + shift < middle + half).all()
+            taken = ((lower + shift < boxes[:, 1, :2]) & (upper + shift > boxes[:, 0, :2])).all(axis=1).any()
+            end = shifted(here, shift)
+            if whole and not taken and (error := _error(workspace, name, end.pose)) < enough:
+                found.append((error, len(found), end))
+    return [end for _, _, end in sorted(found)]
 
 
 def _lowered(workspace: Workspace, name: str, start: _Start) -> _Lowered | Placement | None:

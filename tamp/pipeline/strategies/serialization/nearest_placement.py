@@ -12,7 +12,7 @@ import numpy as np
 
 from tamp import clock
 from tamp.pipeline.situation import raised
-from tamp.pipeline.strategies.serialization.candidate_placements import on_table, settled, substitutes
+from tamp.pipeline.strategies.serialization.candidate_placements import on_table, settled, straight_ahead, substitutes
 from tamp.pipeline.strategies.serialization.feasibility import turned_over
 from tamp.pipeline.strategies.serialization.goal_graph import (
     asking_for,
@@ -24,6 +24,7 @@ from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.falls import drops
+from tamp.streams.affordances.slide_path import slidable
 from tamp.streams.affordances.stable_poses import amid
 from tamp.streams.affordances.tilts import layable
 from tamp.streams.affordances.topple_path import to_be_pushed
@@ -136,6 +137,7 @@ TRIES = 6  # of those it reaches, for which the planner is asked
 UNSEEN = 1  # and of those where it might be laid down or dropped by another grasp, once no other has come of it
 VAIN = 2  # places on one face to which the arm brings it by none of the grasps, after which no more are looked at
 BESIDE = 0.04  # places on the table that are nearer than this to one to which the arm brings it not are not tried [m]
+AHEAD = 0.1  # the same for places that it is pushed to [m]
 ALIKE = 0.985  # cosine of the angle between two faces that count as one
 WHEREVER = 2  # places tried for what is slid or turned over before it is put there: by which grasp nobody knows before
 ITERATIONS, SLIDING = 4, 8  # of the stream planner for one place, and for one that begins with a slide
@@ -164,8 +166,9 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
     workspace, samplers = asker.workspace, asker.progress.now.samplers
     grips = Grips(workspace, name, samplers, asker.drawn_seed(name), asker.deadline)
     if not grips.grasps:
-        pushed = to_be_pushed(workspace, name, workspace.start[name])
-        return pushed and _put_wherever(asker, name, kept, free, SLIDING)
+        if not to_be_pushed(workspace, name, workspace.start[name]):
+            return False
+        return _put_wherever(asker, name, kept, free, SLIDING) or _push_near(asker, name, kept, free)
     with asker.within(CAREFUL):
         if _turn_over(asker, name, kept, free):
             return True
@@ -187,6 +190,21 @@ def _turn_over(asker: Asker, name: str, kept: Collection[str], free: Collection[
         return True
     if any(report.status == "failed" for report in asker.reports[before:]):
         asker.unturned[name] = asker.workspace.start[name]
+    return False
+
+
+def _push_near(asker: Asker, name: str, kept: Collection[str], free: Collection[str]) -> bool:
+    """Push an object straight to the nearest place that the arm brings it to; whether it was."""
+    workspace, vain = asker.workspace, list[Placement]()
+    for place in straight_ahead(workspace, name) if slidable(workspace, name, workspace.start[name]) else ():
+        if asker.late or len(vain) == TRIES:
+            break
+        beside = any(math.dist(place.pose.xyz, other.pose.xyz) < AHEAD for other in vain)
+        if beside or _covers(workspace, name, place, free):
+            continue
+        if _put(asker, name, place, kept, ()):
+            return True
+        vain.append(place)
     return False
 
 

@@ -144,7 +144,8 @@ def test_what_can_be_done_leaves_nothing():
 def test_what_would_stand_on_something_that_is_left_is_brought_near():
     on_board = Object("red", RED.shape, Pose((0.1, -0.1, 0.04)), At(Pose((-0.05, 0.3, 0.06))))
     board = Object("board", Box((0.2, 0.2, 0.02)), Pose((-0.15, -0.25, 0.01)), At(Pose((-0.05, 0.3, 0.01))))
-    planning = search(Task("brought", (board, on_board)), 300.0, {"plan-sliding": no_slide})
+    slides = dict.fromkeys(("plan-sliding", "plan-sliding-to"), no_slide)
+    planning = search(Task("brought", (board, on_board)), 300.0, slides)
     plan = planning.run()
     assert set(planning.left) == {"board", "red"}
     assert planning.left["red"] == "its goal rests on board, which is not at its own"

@@ -108,6 +108,16 @@ TALL = Box((0.05, 0.05, 0.1))
 TURNED = Object("tall", TALL, Pose((0.0, -0.2, 0.05)), At(Pose.from_rpy((0.1, 0.0, 0.15), (np.pi, 0.0, 0.0))))
 
 
+def test_what_no_hand_gets_hold_of_anywhere_is_pushed_near():
+    """All of its sides are wider than the hand opens."""
+    goal = At(Pose.from_rpy((0.0, 0.2, 0.05), (math.pi, 0.0, 0.3)))
+    asker = asker_of(Object("huge", Box((0.16, 0.16, 0.1)), Pose((0.0, -0.2, 0.05)), goal))
+    before = ede(0.16, asker.workspace.start["huge"].pose, goal.pose)
+    assert bring_near(asker, {"huge"}, ())
+    assert {action.name for action in asker.progress.actions} == {"move", "slide"}
+    assert ede(0.16, asker.workspace.start["huge"].pose, goal.pose) < before - 0.1
+
+
 def test_what_two_grasps_have_to_turn_over_is_turned_over_on_its_way_near():
     asker = asker_of(BLOCK, TURNED)
     assert bring_near(asker, {"tall"}, set())
