@@ -77,7 +77,7 @@ HOMES = {
     "matplotlib": {"report.plots"},
     "coal": {"world.geometry.convex_union"},
     "fcl": {"checking.geometry.solids"},
-    "mujoco": {"execution.mujoco.bodies", "execution.mujoco.robot", "execution.mujoco.simulator"},
+    "mujoco": {f"execution.mujoco.{module}" for module in ("bodies", "friction", "robot", "simulator")},
     "numba": {"compiled"},
     "ompl": {"world.motion.ompl"},
     "PIL": {

@@ -5,21 +5,23 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tamp.errors import TampError
+from tamp.execution.controller import Operator
 from tamp.execution.executor import execute
 from tamp.execution.pybullet.simulator import PyBulletSimulator
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulator import GRAVITY, STEP, TABLE, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
-from tamp.task import Box, Mesh, Object, Pose, Task, load_robot
+from tamp.task import Attachment, Box, Mesh, Object, Pose, Task, load_robot
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.linkage import linkage
-from tests.checking.handmade import alone
+from tests.checking.handmade import alone, timed
 from tests.task.swinging import ARM, ROBOT, write
 
 SINGLE = 1e-6  # engines may count in single precision
@@ -253,3 +255,40 @@ def test_fingers_hold_in_mujoco_what_is_ten_times_as_heavy_as_they_are(mass, fri
     task, plan = alone(Box((0.05, 0.05, 0.06)), start, end, 0.05, 0.005, aside, mass=mass, friction=friction)
     done = execute(task, plan, monitor=None, simulator="mujoco")
     assert math.dist(done.final_poses["red"].xyz, end.xyz) < 0.0025
+
+
+def test_what_slides_down_a_ramp_in_mujoco_stays_on_it_and_gets_as_fast_as_friction_lets_it(tmp_path):
+    """The friction of two objects is the product of their coefficients."""
+    pytest.importorskip("mujoco")
+    angle, high = 0.6, 0.6 * math.tan(0.6)
+    corners = [(x, y, z) for y in (-0.1, 0.1) for x, z in ((0.0, 0.0), (0.6, 0.0), (0.0, high))]
+    trimesh.convex.convex_hull(corners).export(tmp_path / "ramp.obj")
+    ramp = Object("ramp", Mesh(tmp_path / "ramp.obj"), Pose((-0.2, 0.0, 0.0)), mass=1000.0, friction=0.6)
+    start = ramp.pose @ Pose.from_rpy((0.0, 0.0, high), (0.0, angle, 0.0)) @ Pose((0.1, 0.0, 0.02))
+    flat = Object("flat", Box((0.08, 0.08, 0.04)), start, mass=0.2, friction=0.5)
+    with make_simulator("mujoco", (ramp, flat)) as world:
+        for _ in range(96):
+            world.step()
+            assert sum(touch.force for touch in world.touches() if {touch.a, touch.b} == {"flat", "ramp"}) > 0.0
+        pull = GRAVITY * (math.sin(angle) - 0.6 * 0.5 * math.cos(angle))
+        assert world.speeds()["flat"][0] == pytest.approx(0.4 * pull, rel=0.02)
+        assert math.dist(world.pose("flat").xyz, start.xyz) == pytest.approx(pull * 0.4**2 / 2, rel=0.02)
+
+
+def test_what_is_held_stays_where_it_is_in_a_hand_that_swings_round(simulator):
+    spec = load_robot("panda")
+    with make_simulator(simulator, (), robot=spec) as world:
+        tool = world.robot.tool()
+    block = Object("block", Box((0.03, 0.04, 0.03)), tool, mass=0.1)
+    with make_simulator(simulator, (block,), robot=spec) as world:
+        operator = Operator(world)
+        world.robot.squeeze(20.0)
+        for _ in range(120):
+            world.place("block", tool)
+            world.step()
+        world.step(60)
+        operator.held, held = Attachment("block", Pose()), operator.in_tool("block")
+        aside = (0.8, *spec.home[1:])
+        for there, back in ((spec.home, aside), (aside, spec.home)):
+            operator.follow(timed(np.array([there, back]), spec, share=0.5))
+            assert math.dist(operator.in_tool("block").xyz, held.xyz) < 2e-4

@@ -1,14 +1,8 @@
 """Rigid bodies in MuJoCo: a shape becomes one geom a convex part, on a body with the mass properties of its parts.
 
-Contacts are stiff and hardly slip: elliptic friction cones with friction that counts 200 times the normal
+Contacts are stiff and hardly slip: elliptic friction cones with friction that counts 400 times the normal
 force's regularization (set in the simulator), and the impedance below. With MuJoCo's defaults a held block creeps by
 2.5 mm/s.
-
-What slides on the table has contacts of its own kind. In MuJoCo's convex model of friction a contact that slides is
-pushed apart, by the coefficient times the deceleration that its damping asks for beyond what friction gives; with the
-stiffness of grips that is more than gravity from 6 cm/s on. An object that is pushed would hop, by some 50 um at 80 Hz,
-and slip along the hand, whose friction is used up by the hopping. So friction on the table is asked to brake less
-abruptly, and the table gives way by some 50 um before it is hard.
 """
 
 from __future__ import annotations
@@ -31,12 +25,6 @@ SOLREF = (0.005, 1.0)
 SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Impedance of a contact: its least and largest value, the penetration between the two [m], middle and power."""
 
-TABLE_SOLREF_FRICTION = (0.02, 1.0)
-"""The first, of friction on the table: up to 0.2 m/s what slides stays down."""
-
-TABLE_SOLIMP = (0.1, 0.99, 0.0001, 0.5, 2.0)
-"""The second, of what stands on the table."""
-
 SPINNING_FRICTION = 0.01
 """Radius at which the friction of a contact resists turning about its normal [m]."""
 
@@ -52,7 +40,7 @@ class Friction:
     """Of a contact MuJoCo takes the larger coefficients, where a contact here has the product of its two bodies'.
 
     Table and robot, whose own coefficients are 1, therefore get none: against them an object's own counts, as it
-    should. Between two objects the larger counts.
+    should. Between two objects the product is put in step by step, see `tamp.execution.mujoco.friction`.
     """
 
     lateral: float = 0.0
@@ -131,28 +119,6 @@ def add_object(spec: Any, item: Object, name: str, pose: Pose) -> None:
         frame, moments = item.inertia.frame, item.inertia.moments
     set_inertia(body, item.mass, frame, moments)
     add_geoms(spec, body, item.shape, Friction(item.friction))
-
-
-def add_table_contacts(spec: Any, item: Object, name: str, table: str) -> None:
-    """Let an object that was added stand and slide on the table as what slides there does.
-
-    Args:
-        spec: the model in the making.
-        item: the object.
-        name: of its body in the model.
-        table: the name of the table's geom.
-    """
-    for number, geom in enumerate(spec.body(name).geoms):
-        geom.name = f"{name}_{number}"
-        spec.add_pair(
-            geomname1=table,
-            geomname2=geom.name,
-            condim=6,
-            friction=[item.friction, item.friction, SPINNING_FRICTION, ROLLING_FRICTION, ROLLING_FRICTION],
-            solref=list(SOLREF),
-            solreffriction=list(TABLE_SOLREF_FRICTION),
-            solimp=list(TABLE_SOLIMP),
-        )
 
 
 def set_inertia(body: Any, mass: float, frame: Pose, moments: tuple[float, ...]) -> None:

@@ -135,6 +135,7 @@ class MuJoCoRobot:
             for name in spec.gripper.fingers
         )
         self._drive = gripper_drive(spec)
+        self._armature = np.array(model.dof_armature)
         self._tune()
         data.qpos[self._arm], data.qpos[self._fingers] = q, self._drive.joints(spec.gripper.stroke)
         self.command(q)
@@ -156,7 +157,17 @@ class MuJoCoRobot:
         self._lead = damping / stiffness
         model.actuator_gainprm[self._arm_u, 0] = stiffness
         model.actuator_biasprm[self._arm_u, 1] = -stiffness
-        model.actuator_biasprm[self._arm_u, 2] = -damping
+        self._damp(self._arm_u, self._arm_v, damping)
+
+    def _damp(self, motors: Vector, joints: Vector, damping: Vector | float) -> None:
+        """Damp joints by their motors [N m s/rad or N s/m], implicitly in the velocity.
+
+        For that a joint gets the inertia that its damping comes to in a step. MuJoCo's implicit integrators do the same
+        after the contacts were solved, which then meet other accelerations than they were solved for: what is held
+        lags behind the hand.
+        """
+        self._model.actuator_biasprm[motors, 2] = -damping
+        self._model.dof_armature[joints] = self._armature[joints] + damping * self._model.opt.timestep
 
     @property
     def spec(self) -> RobotSpec:
@@ -197,7 +208,7 @@ class MuJoCoRobot:
         self._told = _Fingers(opening, self.opening())
         model.actuator_gainprm[motors, 0] = self._drive.stiffness
         model.actuator_biasprm[motors, 1] = -self._drive.stiffness
-        model.actuator_biasprm[motors, 2] = -self._drive.damping
+        self._damp(motors, self._fingers_v, self._drive.damping)
         gentle = np.abs(self._drive.forces(GENTLE_FORCE, opening))
         model.actuator_forcelimited[motors] = True
         model.actuator_forcerange[motors] = np.stack([-gentle, gentle], axis=1)
@@ -209,7 +220,7 @@ class MuJoCoRobot:
         model.actuator_gainprm[motors, 0] = 1.0
         model.actuator_biasprm[motors, 1] = 0.0
         opening = self.opening()
-        model.actuator_biasprm[motors, 2] = -self._drive.damping_at(force, opening, FINGER_SPEED / 2)
+        self._damp(motors, self._fingers_v, self._drive.damping_at(force, opening, FINGER_SPEED / 2))
         model.actuator_forcelimited[motors] = False
         self._told.force = -force
 

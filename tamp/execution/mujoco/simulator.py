@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from tamp.execution.mujoco.bodies import SOLID, add_geoms, add_object, add_table_contacts
+from tamp.execution.mujoco.bodies import SOLID, add_geoms, add_object
+from tamp.execution.mujoco.friction import Coulomb
 from tamp.execution.mujoco.robot import MuJoCoRobot, add_robot
 from tamp.execution.simulator import FLOOR_BELOW, GRAVITY, ROBOT, STEP, TABLE, Touch
 from tamp.task import Box, Object, Pose, RobotSpec, Table
@@ -23,9 +24,7 @@ if TYPE_CHECKING:
 SUBSTEPS = 2
 """MuJoCo's steps in one of the simulator's."""
 
-TABLE_GEOM = "table_top"
-
-IMPRATIO = 200.0
+IMPRATIO = 400.0
 """How many times stiffer friction is than the normal force, as MuJoCo counts it: a held block creeps by micrometres."""
 
 log = logging.getLogger("tamp")
@@ -56,6 +55,10 @@ class MuJoCoSimulator:
         self._v = {name: int(self._model.jnt_dofadr[body.jntadr[0]]) for name, body in bodies.items()}
         self._centers = {name: np.array(body.ipos) for name, body in bodies.items()}
         self._owner = _owners(self._model, {body.id: name for name, body in bodies.items()}, robot)
+        links = np.zeros(self._model.nbody, dtype=bool)
+        for geom, owner in self._owner.items():
+            links[self._model.geom_bodyid[geom]] |= owner == ROBOT
+        self._coulomb = Coulomb(self._model, links)
         self.robot: MuJoCoRobot | None = None
         if robot is not None:
             geoms = {name: frozenset(g for g, owner in self._owner.items() if owner == name) for name in bodies}
@@ -83,7 +86,9 @@ class MuJoCoSimulator:
             for number in range(SUBSTEPS):
                 if self.robot is not None:
                     self.robot.drive(number * part, part)
-                mujoco.mj_step(self._model, self._data)
+                mujoco.mj_step1(self._model, self._data)
+                self._coulomb.mend(self._data)
+                mujoco.mj_step2(self._model, self._data)
             self._steps += 1
             if self.on_step is not None:
                 self.on_step()
@@ -160,7 +165,7 @@ def _model(objects: Mapping[str, Object], poses: Mapping[str, Pose], table: Tabl
     spec = mujoco.MjSpec()
     spec.option.timestep = STEP / SUBSTEPS
     spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = IMPRATIO
     # Else constraints are as stiff as the fingers are light: with a kilogram between them, contacts come and go.
@@ -170,15 +175,12 @@ def _model(objects: Mapping[str, Object], poses: Mapping[str, Pose], table: Tabl
     spec.compiler.autolimits = False
     top = spec.worldbody.add_body(name=TABLE, pos=(*table.center, -table.thickness / 2))
     add_geoms(spec, top, Box((*table.size, table.thickness)), SOLID)
-    (face,) = top.geoms
-    face.name = TABLE_GEOM
     floor = spec.worldbody.add_body(name="floor", pos=(0.0, 0.0, -FLOOR_BELOW - 0.05))
     add_geoms(spec, floor, Box((10.0, 10.0, 0.1)), SOLID)
     if robot is not None:
         add_robot(spec, robot)
     for number, (name, item) in enumerate(objects.items()):
         add_object(spec, item, _body_name(number), poses.get(name, item.pose))
-        add_table_contacts(spec, item, _body_name(number), TABLE_GEOM)
     return spec.compile()
 
 
