@@ -39,7 +39,7 @@ def sunk_tower(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
 
 def stands_tilted(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
     """A box out of the way stands on its edge, its other side a little above the table."""
-    wide, tilt, yaw = rng.uniform(0.02, 0.03), rng.uniform(0.07, 0.095), rng.uniform(-np.pi, np.pi)
+    wide, tilt, yaw = rng.uniform(0.02, 0.03), rng.uniform(0.08, 0.1), rng.uniform(-np.pi, np.pi)
     high = rng.uniform(3.0, 4.0) * wide
     up = high / 2 * np.cos(tilt) + wide / 2 * np.sin(tilt)
     pose = Pose.from_rpy((*CORNER, up), (0.0, tilt, yaw))

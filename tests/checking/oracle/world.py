@@ -127,6 +127,8 @@ def _stands_flat(world: World, name: str) -> bool:
     reach = (offset @ np.array([np.cos(angles), np.sin(angles)])).max(axis=0)
     aside = [shift for x in (-0.01, 0.01) for shift in ((x, 0.0), (0.0, x))]
     for other, at in world.others(name, "table").items():
+        if depth(body, world.poses[name], world.bodies[other], at) > -0.002:
+            return False  # what is written inside something is pushed out of it
         for x, y in aside:
             moved = T.copy()
             moved[:2, 3] += (x, y)
