@@ -20,7 +20,7 @@ from tamp.execution.monitor import Monitor
 from tamp.execution.recovery import can_carry, opening_out, way_out
 from tamp.execution.simulator import STEP, Simulator
 from tamp.execution.simulators import DEFAULT, make_simulator
-from tamp.task import Attachment, Move, Plan, Pose, Step, Task, task_robot
+from tamp.task import Attachment, Grip, Move, Plan, Pose, Step, Task, task_robot
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.timing.time_parametrization import time_path
@@ -93,7 +93,7 @@ class Executor:
         now meet others on its way: it is put back. After a stop the hand is drawn out of what it touches.
 
         Raises:
-            PlanError: where the plan is for other objects, or starts from another arm configuration.
+            PlanError: where the plan is for other objects or joints, or starts from another arm configuration.
         """
         self._refuse_misfit(plan)
         began, first_frame = self._simulator.time, len(self._frames)
@@ -125,11 +125,16 @@ class Executor:
         )
 
     def _refuse_misfit(self, plan: Plan) -> None:
-        known = self._simulator.objects
-        for name in plan.start:
+        known, q = self._simulator.objects, self._operator.robot.configuration()
+        for name in (*plan.start, *filter(None, map(_handled, plan.steps))):
             if name not in known:
                 raise PlanError(f"the plan is about {name!r}; the scene has {', '.join(sorted(known))}")
-        off = np.abs(np.array(plan.home) - self._operator.robot.configuration()).max()
+        if len(plan.home) != len(q):
+            raise PlanError(f"the plan's home has {len(plan.home)} values; the arm has {len(q)} joints")
+        for move in (step for step in plan.steps if isinstance(step, Move)):
+            if move.trajectory.positions.shape[1:] != q.shape or (np.diff(move.trajectory.times) <= 0.0).any():
+                raise PlanError(f"a {move.phase} motion is none of {len(q)} joints at times that increase")
+        off = np.abs(np.array(plan.home) - q).max()
         if off > START_TOLERANCE:
             raise PlanError(f"the plan starts {off:.3f} rad from where the arm stands; {START_TOLERANCE} is tolerated")
 
@@ -154,6 +159,13 @@ class Executor:
         """The planner's picture of the scene; made only where something went wrong."""
         geometries = {obj.name: geometry_of_object(obj) for obj in self._task.objects}
         return World(robot_model(self._operator.robot.spec), geometries, self._task.table)
+
+
+def _handled(step: Step) -> str | None:
+    """The object that a step handles, or None."""
+    if isinstance(step, Move):
+        return None if step.pushed is None else step.pushed.object
+    return step.attachment.object if isinstance(step, Grip) else step.object
 
 
 @contextmanager
@@ -181,6 +193,7 @@ def open_execution(
         simulator: its name, or "package.module:Class".
 
     Raises:
+        PlanError: where the arm has more joints than it is to start from, or fewer.
         TaskError: where an object's mesh cannot be used.
         RobotError: where the robot's URDF cannot be used.
         TampError: where the simulator is unknown or not installed.
@@ -192,6 +205,9 @@ def open_execution(
         for name, pose in start.items()
     }
     spec = task_robot(task)
+    if q is not None and len(q) != len(spec.joints):
+        joints = len(spec.joints)
+        raise PlanError(f"the arm is to start from {len(q)} joint positions; robot {spec.name!r} has {joints}")
     with make_simulator(simulator, task.objects, poses, table=task.table, robot=spec, q=q) as world:
         yield Executor(task, world, monitor, frame_s)
 

@@ -11,7 +11,21 @@ from tamp.execution.executor import WATCHFUL, execute, open_execution
 from tamp.execution.monitor import angle_between
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import make_simulator
-from tamp.task import Action, Box, Cylinder, Grip, Limits, Mesh, Move, Object, Pose, Release, Task, load_robot
+from tamp.task import (
+    Action,
+    Box,
+    Cylinder,
+    Grip,
+    Limits,
+    Mesh,
+    Move,
+    Object,
+    Pose,
+    Release,
+    Task,
+    Trajectory,
+    load_robot,
+)
 from tamp.task.mesh.parts import bounds, parts
 from tests.execution.planning_by_hand import DOWN, HandPlanner
 
@@ -218,6 +232,40 @@ def test_a_plan_that_starts_elsewhere_is_refused(simulator):
             session.carry_out(replace(plan, home=(0.5, *plan.home[1:])))
         with pytest.raises(PlanError, match="the plan is about 'cup'; the scene has box"):
             session.carry_out(replace(plan, start={"cup": Pose()}))
+
+
+def test_a_plan_for_another_arm_or_of_no_motions_is_refused_in_a_sentence(simulator):
+    """As `tamp execute --unchecked` meets it, and code that does not ask the checker."""
+    task = box_task()
+    plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
+
+    def edited(change):
+        return replace(plan, actions=tuple(replace(a, steps=tuple(map(change, a.steps))) for a in plan.actions))
+
+    def six_joints(step):
+        t = step.trajectory if isinstance(step, Move) else None
+        return (
+            step
+            if t is None
+            else replace(step, trajectory=Trajectory(t.times, t.positions[:, :6], t.velocities[:, :6]))
+        )
+
+    def at_once(step):
+        t = step.trajectory if isinstance(step, Move) else None
+        return step if t is None else replace(step, trajectory=Trajectory(0.0 * t.times, t.positions, t.velocities))
+
+    def another(step):
+        return replace(step, attachment=replace(step.attachment, object="cup")) if isinstance(step, Grip) else step
+
+    with pytest.raises(PlanError, match="the arm is to start from 6 joint positions; robot 'panda' has 7"):
+        execute(task, replace(plan, home=plan.home[:6]), simulator=simulator)
+    for change, message in (
+        (six_joints, "a transit motion is none of 7 joints"),
+        (at_once, "at times that increase"),
+        (another, "the plan is about 'cup'; the scene has box"),
+    ):
+        with pytest.raises(PlanError, match=message):
+            execute(task, edited(change), simulator=simulator)
 
 
 def test_jitter_follows_the_seed(simulator):
