@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, Slerp
 
 from tamp.checking.robot.kinematics import KinematicTree, read_kinematics
 from tamp.task import (
@@ -95,6 +96,17 @@ class Hand:
         goal = solve_ik(target, self.q)
         path = timed(np.array([self.q, goal]), self.spec)
         self.q = goal
+        return path
+
+    def turned(self, target: Pose) -> Trajectory:
+        """The same where the hand turns far: the configuration is found on a way straight there."""
+        start, q = tree().tool(np.array([self.q]))[0], self.q
+        turns = Slerp([0.0, 1.0], Rotation.from_matrix([start[:3, :3], target.matrix[:3, :3]]))
+        for share in np.linspace(0.0, 1.0, 13)[1:]:
+            xyz = (1 - share) * start[:3, 3] + share * np.array(target.xyz)
+            q = solve_ik(Pose(tuple(xyz), tuple(turns(share).as_quat())), q)
+        path = timed(np.array([self.q, q]), self.spec)
+        self.q = q
         return path
 
     def line(self, end: Pose) -> Trajectory:

@@ -35,6 +35,7 @@ EMPTY = ("transit", "approach", "retreat", "push")
 HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
+RUBBED = 0.01  # how far things may slide in all on an object that they press on within tolerance [m]
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -243,15 +244,20 @@ def pressing(
 def _rubbing(
     state: State, pressed: list[tuple[Mover, Mover, float]], met: set[str], allow: Tolerances
 ) -> Iterator[tuple[str, str]]:
-    """What moves, and objects that it slides on, though within tolerance, for more than shifts may come to.
+    """What moves, and objects that it slides on, though within tolerance, farther than shifts come to, or too often.
 
     Friction takes them along. What a motion leaves, or comes to, is asked about elsewhere.
     """
+    farthest = dict[str, tuple[float, str]]()
     for still, mover, depth in pressed:
         name = still.solid.name
-        free = name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision
-        if free and slid(still, mover, SLIDING) > allow.strayed:
-            yield mover.solid.name, name
+        if name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision:
+            rubs = slid(still, mover, SLIDING), mover.solid.name
+            farthest[name] = max(farthest.get(name, rubs), rubs)
+    for name, (far, link) in farthest.items():
+        state.rubbed[name] = state.rubbed.get(name, 0.0) + far
+        if far > allow.strayed or (far > 0.0 and state.rubbed[name] > RUBBED):
+            yield link, name
 
 
 def _squeezed(scene: Scene, state: State, move: Move, found: Looks) -> set[str]:

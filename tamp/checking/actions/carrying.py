@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
+from itertools import pairwise, takewhile
 from typing import TYPE_CHECKING
 
 from tamp.checking.actions.arm_motion import FREE
+from tamp.checking.actions.fall import check_leaving, falls_straight
 from tamp.checking.actions.rule import carry_out, has_steps, named_apart, needs_empty_hand, needs_in_hand, stands_on
 from tamp.checking.geometry.pad_region import between_pads
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
-from tamp.task.plan import Fall, Move, Release
+from tamp.task.plan import Fall, Grip, Move, Release
 
 if TYPE_CHECKING:
     from tamp.checking.replay import Replay
-    from tamp.task.plan import Action
+    from tamp.task.plan import Action, Step
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,8 @@ class Pick:
         named_apart(replay, action, "grip", ("approach", "transit"), ("lift", "transfer"))
         if needs_empty_hand(replay, action) and action.arguments:
             self._check_place(replay, *action.arguments)
-        for step in action.steps:
-            carry_out(replay, step)
+        for before, step in zip((None, *action.steps), action.steps, strict=False):
+            carry_out(replay, step if isinstance(before, Grip) else _in_between(step, "lift"))
 
     def _check_place(self, replay: Replay, name: str, *named: str) -> None:
         if name not in replay.state.poses:
@@ -83,12 +84,28 @@ class Place:
         falling = next((step.object for step in action.steps if isinstance(step, Fall)), "")
         if falling:
             _check_prompt(replay, action)
-        for step in action.steps:
-            carry_out(replay, step, falls=falling)
+        steps = list(action.steps)
+        while steps:
+            step = steps.pop(0)
+            lowers = any(isinstance(after, Release) for after in steps[:1])
+            carry_out(replay, step if lowers else _in_between(step, "lower"), falls=falling)
+            if falling in replay.state.poses and isinstance(step, Release):
+                steps = _as_it_falls(replay, steps)
         if name in replay.state.poses and replay.state.held is None:
             _check_kind(replay, name, self.on_table)
             stands_on(replay, name, action.arguments[1:])
             _check_clear(replay, name)
+
+
+def _in_between(step: Step, phase: str) -> Step:
+    """A step as what it is where it is a motion of a phase, and not the one at the grip or at the release.
+
+    Only the one that follows the grip lifts an object off what it touches, and only the one before the release lowers
+    it: bounds of such motions are not for each of many.
+    """
+    if isinstance(step, Move) and step.phase == phase:
+        return replace(step, phase="transfer", contacts=frozenset())
+    return step
 
 
 def _check_kind(replay: Replay, name: str, on_table: bool) -> None:
@@ -113,6 +130,23 @@ def _check_prompt(replay: Replay, action: Action) -> None:
             waited += step.trajectory.duration
         if isinstance(step, Fall) and waited > replay.allow.leaving:
             replay.report("fall", f"what is let go falls at once, not {waited:.1f} s later")
+
+
+def _as_it_falls(replay: Replay, steps: list[Step]) -> list[Step]:
+    """The steps after a release in the order in which they happen.
+
+    What falls straight leans on nothing, and has fallen before the hand moves. What turns over falls as the fingers
+    leave that it leans on, which is judged.
+    """
+    scene, state = replay.scene, replay.state
+    moves = list(takewhile(lambda step: isinstance(step, Move), steps))
+    fall = steps[len(moves)] if len(moves) < len(steps) else None
+    if not isinstance(fall, Fall) or not moves:
+        return steps
+    if falls_straight(state.poses[fall.object], fall.pose.matrix):
+        return [fall, *moves, *steps[len(moves) + 1 :]]
+    check_leaving(scene, state, fall, [move for move in moves if isinstance(move, Move)], replay.allow, replay.report)
+    return steps
 
 
 def _check_clear(replay: Replay, name: str) -> None:

@@ -71,7 +71,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
-    state.poses[name] = gripped
+    state.poses[name] = state.gripped = gripped
 
 
 def _check_as_stayed(

@@ -1,6 +1,7 @@
-"""What moves may be in what stands by a tolerance: does that roll on by itself, or tip over, where it is pushed so far?
+"""What moves may be in what stands by a tolerance: does that roll or slide on, or tip over, where it is pushed so far?
 
-A narrow thing falls at a touch. What presses on it takes it along as far as it goes meanwhile, and strikes it as fast.
+A narrow thing falls at a touch. What presses on it takes it along as far as it goes meanwhile, and strikes it as fast:
+where little friction holds it, it slides on. What is pressed may tilt a little, and what lies on it and rolls does so.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.perching import ASIDE, rolls_on, tilting_axes
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches
-from tamp.checking.scene import GRAVITY
+from tamp.checking.scene import GRAVITY, TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,20 +45,24 @@ class Push:
     Attributes:
         at: where it first does, shape (3,).
         deep: how deep it is in the object [m].
+        normal: mean of the normals there, into the object, shape (3,).
         ways: how it goes on there, from one look to the next, shape (n, 3) [m].
         turns: how much farther any other point of it may go meanwhile, since it turns, shape (n,) [m].
         durations: of these, shape (n,) [s].
         throughout: at which of them it presses from one look to the next, shape (n,).
         during: the same, and those before and after.
+        lasts: whether it still presses in the end.
     """
 
     at: Array
     deep: float
+    normal: Array
     ways: Array
     turns: Array
     durations: Array
     throughout: NDArray[np.bool_]
     during: NDArray[np.bool_]
+    lasts: bool
 
     def taken(self, ahead: Array) -> float:
         """How far it takes the object along a unit vector, shape (3,), at most [m]."""
@@ -78,7 +83,8 @@ def pushed_over(
 ) -> Iterator[tuple[str, str]]:
     """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves, or tip over.
 
-    What it leaves, or comes to, it pushes where it is deeper in it than at rest.
+    What it leaves, or comes to, it pushes where it is deeper in it than at rest. Where it pressed on something as the
+    last motion ended, it goes on from there.
 
     Args:
         scene: the world.
@@ -88,13 +94,18 @@ def pushed_over(
         times: when bodies that move are looked at, shape (n,) [s].
         allow: tolerances.
     """
+    before, state.pressed = state.pressed, {}
     for still, mover, depth in pressed:
         name, deep = still.solid.name, depth - allow.collision + SLIDING
         if name not in state.poses or name in met:
             continue
-        if set_off(scene, state, still, mover, deep, allow) or _knocks_over(
-            scene, state, still, mover, deep, times, allow
-        ):
+        push = _push(still, mover, deep, times, allow, before.get((mover.solid.name, name)))
+        if push is not None and push.lasts:
+            state.pressed[mover.solid.name, name] = push.ways[push.throughout], push.turns[push.throughout]
+        moved = set_off(scene, state, still, mover, deep, allow) or (
+            push is not None and _knocks_over(scene, state, name, push, allow)
+        )
+        if moved or (touches([(still, mover, deep)]) and _carries_rollers(scene, state, name, allow)):
             yield mover.solid.name, name
 
 
@@ -140,39 +151,80 @@ def set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float,
     return False
 
 
-def _knocks_over(
-    scene: Scene, state: State, still: Mover, mover: Mover, deep: float, times: Array, allow: Tolerances
-) -> bool:
-    """Whether an object that stands tips over by what moves and is deeper in it than so far [m] for a while.
+def _carries_rollers(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether anything that stands on an object, or on what does, rolls to some side once that tilts."""
+    waiting, seen = [name], {name}
+    while waiting:
+        lower = waiting.pop()
+        for other in sorted(state.standing(scene).keys() - {TABLE, *seen}):
+            if lower not in carriers(scene, state, other, allow).bodies:
+                continue
+            if any(rolls_on(scene, state, other, way, allow) for way in tilting_axes(scene, state, (other,))):
+                return True
+            seen.add(other)
+            waiting.append(other)
+    return False
+
+
+def _push(
+    still: Mover,
+    mover: Mover,
+    deep: float,
+    times: Array,
+    allow: Tolerances,
+    before: tuple[Array, Array] | None,
+) -> Push | None:
+    """How what moves presses on an object while it is deeper in it than so far [m]; None where it does not.
 
     Args:
-        scene: the world.
-        state: where everything stands.
         still: the object.
         mover: what moves, looked at at each time.
         deep: what is no deeper does not press.
         times: shape (n,) [s].
         allow: tolerances.
+        before: how it went on and turned as it pressed on the object up to now, as in `State.pressed`.
     """
     first = touches([(still, mover, deep)])
     pressed = pressed_looks(still, mover, deep) if first else np.zeros(0, bool)
     if not pressed.any():
-        return False
+        return None
     T = mover.T[first[0].sample]
     pushing = {mover.solid.name: (mover.solid, T)}
     patch = contacts(still.solid, still.T[0], pushing, allow.standing).patches.get(mover.solid.name)
     if patch is None:
-        return False
+        return None
     at = patch.points.mean(axis=0)
     place = (mover.T @ inverse(T) @ np.append(at, 1.0))[:, :3]
     during, throughout = pressed[1:] | pressed[:-1], pressed[1:] & pressed[:-1]
     ways, turned = np.diff(place, axis=0), np.diff(mover.T[:, :3, :3], axis=0)
-    turns = np.sqrt((turned**2).sum(axis=(1, 2)) / 2.0) * 2.0 * mover.solid.radius
-    push = Push(at, deep, ways, turns, np.diff(times), throughout, during)
-    blows = _aside(patch.normals.mean(axis=0))
-    for way in ways[during]:
+    turns, durations = np.sqrt((turned**2).sum(axis=(1, 2)) / 2.0) * 2.0 * mover.solid.radius, np.diff(times)
+    if before is not None and pressed[0]:
+        earlier = len(before[0])
+        ways, turns = np.concatenate([before[0], ways]), np.concatenate([before[1], turns])
+        durations = np.concatenate([np.full(earlier, np.inf), durations])
+        during = np.concatenate([np.zeros(earlier, bool), during])
+        throughout = np.concatenate([np.ones(earlier, bool), throughout])
+    normal: Array = patch.normals.mean(axis=0)
+    return Push(at, deep, normal, ways, turns, durations, throughout, during, bool(pressed[-1]))
+
+
+def _knocks_over(scene: Scene, state: State, name: str, push: Push, allow: Tolerances) -> bool:
+    """Whether an object that stands tips over, or slides on, as something presses on it."""
+    blows = _aside(push.normal)
+    if any(_slides_on(scene, state, name, blow, push, allow) for blow in blows):
+        return True
+    for way in push.ways[push.during]:
         blows += _aside(way)
-    return _tips(scene, state, still.solid.name, blows, push, allow)
+    return _tips(scene, state, name, blows, push, allow)
+
+
+def _slides_on(scene: Scene, state: State, name: str, ahead: Array, push: Push, allow: Tolerances) -> bool:
+    """Whether an object that is struck along a level unit vector, shape (3,), slides on by more than a little."""
+    touching = carriers(scene, state, name, allow)
+    if any((held.normals @ ahead < -HELD).any() for held in touching.patches.values()):
+        return False
+    friction = scene.friction(name) * min((scene.friction(other) for other in touching.bodies), default=0.0)
+    return (REBOUND * push.speed(ahead)) ** 2 > 2 * friction * GRAVITY * allow.strayed
 
 
 def _aside(way: Array) -> list[Array]:

@@ -46,12 +46,13 @@ def wedged(scene: Scene, state: State, phase: str, found: Looks, allow: Toleranc
     Args:
         scene: the world.
         state: what is where.
-        phase: of the motion: one that lowers ends where the object rests, others begin there.
+        phase: of the motion: one that lowers ends where the object rests, for others it was gripped there.
         found: the motion.
         allow: tolerances.
     """
     taken = found.bodies[-1]
-    resting = taken.T[-1 if phase == "lower" else 0, :3, 3]
+    lifted = taken.T[0] if state.gripped is None else state.gripped
+    resting = (taken.T[-1] if phase == "lower" else lifted)[:3, 3]
     away = np.linalg.norm(taken.T[:, :3, 3] - resting, axis=1) > allow.strayed
     if not away.any():
         return

@@ -17,7 +17,7 @@ from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import Contacts, Patch
 from tamp.checking.physics.perching import round_axes
 from tamp.checking.physics.support import patch_between
-from tamp.checking.scene import TABLE
+from tamp.checking.scene import GRAVITY, TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -105,15 +105,27 @@ def upset(
                 yield f"{name} {how} with what it stands among ({', '.join(stack.names)})", (name,), min(far, 1.0)
 
 
-def off_balance(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
+@dataclass(frozen=True, eq=False)
+class Pushed:
+    """A body of a stack that is pushed: with a force, shape (3,) [N], at a place, shape (3,) [m], in the world."""
+
+    name: str
+    force: Array
+    at: Array
+
+
+def off_balance(scene: Scene, state: State, stack: Stack, pushed: Pushed | None = None) -> dict[str, float]:
     """How far elsewhere the centres of mass of a stack's bodies would have to lie to be at rest [m], where not at 0.
 
-    Infinite for all of them where no place of the centres of mass would help: they slide.
+    Infinite for all of them where no place of the centres of mass would help: they slide. What is `pushed` and slides
+    evenly is as good as at rest.
     """
     if not stack.touching:
         return {}  # what is in the air is judged by itself
     below = {name: stack.below(name) for name in stack.names}
-    return {} if _each_on_one(scene, state, below) else _least_shifts(scene, state, stack)
+    if pushed is None and _each_on_one(scene, state, below):
+        return {}
+    return _least_shifts(scene, state, stack, pushed)
 
 
 def _each_on_one(scene: Scene, state: State, below: Mapping[str, Mapping[str, Patch]]) -> bool:
@@ -162,8 +174,8 @@ def _weighted(scene: Scene, state: State, name: str) -> tuple[float, Array]:
     return scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
 
 
-def _least_shifts(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
-    """The linear program: least shifts |x| + |y| of the centres of mass with which forces balance all weights.
+def _least_shifts(scene: Scene, state: State, stack: Stack, pushed: Pushed | None) -> dict[str, float]:
+    """The linear program: least shifts |x| + |y| of the centres of mass with which forces balance weights and push.
 
     Unknown are pushes along the edges of each contact's friction cone, equal and opposite for its two bodies, and for
     each body the moments that shifts of its weight would add.
@@ -189,8 +201,11 @@ def _least_shifts(scene: Scene, state: State, stack: Stack) -> dict[str, float]:
     for index, (name, (mass, _)) in enumerate(bodies.items()):
         wanted[row[name] + 2] = mass / mean
         shifts[row[name] : row[name] + 6, 4 * index : 4 * index + 4] = equilibrium.SHIFTS
+    if pushed is not None:
+        moment = np.cross(pushed.at - bodies[pushed.name][1], pushed.force) / equilibrium.SCALE
+        wanted[row[pushed.name] : row[pushed.name] + 6] -= np.concatenate([pushed.force, moment]) / (mean * GRAVITY)
     costs = np.repeat([equilibrium.SCALE * mean / mass for mass, _ in bodies.values()], 4)
-    weights = float(wanted.sum())
+    weights = sum(mass for mass, _ in bodies.values()) / mean
     found = equilibrium.least(np.hstack(pushes), shifts, costs, wanted, equilibrium.PRESSED * weights)
     if found is None:
         return dict.fromkeys(stack.names, np.inf)

@@ -1,4 +1,4 @@
-"""Check of a nudge: a push of a few centimetres within what the object lies in, by the tip of the hand at its flank.
+"""Check of a nudge: a push of a few centimetres on or in what carries the object, by the tip of the hand at its flank.
 
 A single contact keeps an object before it as long as the line from there to the centre of mass lies within its cone of
 friction (Mason, International Journal of Robotics Research 5, 1986); what it presses down a little slides along all the
@@ -24,8 +24,10 @@ from tamp.checking.actions.pushes.push import (
     unfollowed,
     watch,
 )
+from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.stacks import Pushed, off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers
-from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,6 +39,9 @@ if TYPE_CHECKING:
     from tamp.task.plan import Attachment, Move
 
     Array = NDArray[np.float64]
+
+SLIDES = 0.96
+"""Share of friction that a linearised cone bears in each direction, and at which something as good as slides."""
 
 
 def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allow: Tolerances, report: Report) -> None:
@@ -57,8 +62,9 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     )
     for sentence in wrong:
         report("push", sentence, bodies=(name,))
+    touching = touched_behind(scene, move, name, path[0], direction(path), allow.nudge, allow).points
     check_move(scene, state, move, allow, report, seen)
-    _check_way(scene, state, name, path, allow, report)
+    _check_way(scene, state, name, path, touching, allow, report)
     check_rest(scene, state, name, allow, report)
     if TABLE in under:  # what lies in something does not roll out of that
         check_stopped(scene, state, name, direction(path), allow, report)
@@ -67,15 +73,40 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
         report("push", f"{name} is nudged off {' and '.join(under) or 'nothing'}", bodies=(name, *under))
 
 
-def _check_way(scene: Scene, state: State, name: str, path: Array, allow: Tolerances, report: Report) -> None:
-    """The object stays in balance on what carries it all the way; afterwards it is at the end."""
+def _check_way(
+    scene: Scene, state: State, name: str, path: Array, touching: Array, allow: Tolerances, report: Report
+) -> None:
+    """The object, and what carries it, stay in balance all the way; afterwards the object is at the end.
+
+    `touching` is where a finger touches it at first, shape (n, 3).
+    """
     travel = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path[:, :3, 3], axis=0), axis=1))])
-    for k in np.unique(np.searchsorted(travel, np.arange(allow.step, travel[-1], allow.step))):
+    for k in np.unique(np.searchsorted(travel, np.arange(0.0, travel[-1], allow.step))):
         state.poses[name] = path[k]
-        if balanced(scene, state, name, carriers(scene, state, name, allow), allow) < 0.0:
+        if k and balanced(scene, state, name, carriers(scene, state, name, allow), allow) < 0.0:
             report("support", f"{name} loses its balance on its way", bodies=(name,))
             break
+        at = path[k] @ inverse(path[0]) @ np.append(touching.mean(axis=0), 1.0) if len(touching) else None
+        if at is not None and (tipped := _tipped(scene, state, name, direction(path), at[:3], allow)):
+            sentence = f"{name} is nudged on what does not stay: that would tip over, or slide ({', '.join(tipped)})"
+            report("support", sentence, bodies=(name, *tipped))
+            break
     state.poses[name] = path[-1]
+
+
+def _tipped(scene: Scene, state: State, name: str, ahead: Array, at: Array, allow: Tolerances) -> list[str]:
+    """What loses its balance among all that an object stands on, as a finger pushes that `at` a place, shape (3,).
+
+    Friction passes the push on to what carries it.
+    """
+    under = carriers(scene, state, name, allow).bodies
+    if under in ((), (TABLE,)):
+        return []
+    friction = scene.friction(name) * min(scene.friction(other) for other in under)
+    force = SLIDES * friction * scene.task.object(name).mass * GRAVITY * ahead
+    stack = stack_of(scene, state, name, allow)
+    before, pushed = off_balance(scene, state, stack), off_balance(scene, state, stack, Pushed(name, force, at))
+    return [other for other, far in sorted(pushed.items()) if far > before.get(other, 0.0) + allow.balance]
 
 
 def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
