@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.checking.actions.blow import pushed_back
 from tamp.checking.actions.strike import pushed_over
 from tamp.checking.robot.sweep import Mover
 from tamp.checking.scene import Scene, State
@@ -26,7 +29,7 @@ from tamp.task import (
     Task,
     Trajectory,
 )
-from tests.checking.handmade import DOWN, OPEN, Hand, above, two_boxes
+from tests.checking.handmade import DOWN, OPEN, Hand, above, carry, two_boxes
 from tests.checking.mutations.editing import shifted
 
 HOME = two_boxes()[1].home
@@ -196,3 +199,37 @@ def test_only_the_motion_before_a_release_comes_to_what_is_touched():
     actions = [Action("move", (), (go,)), Action("pick", ("red",), (reach, Grip(held, 0.05), lift))]
     actions += [Action("move", ("red",), (carry,)), Action("place", ("red",), place)]
     assert "presses on block as it slides over it" in said((red, block), actions, {"red": end})
+
+
+@pytest.mark.parametrize(("drop", "wrong"), [(0.0, False), (0.0145, True), (-0.0019, True)])
+@pytest.mark.parametrize("lying", [True, False])
+def test_what_is_put_beside_what_carries_a_plank_tilts_it_under_what_else_stands_on_that(drop, wrong, lying):
+    """Pressed 1.9 mm into it, or let go 14.5 mm above, near its end: a can, or a domino, lay up to 96 mm off."""
+    block = Object("block", Box((0.08, 0.08, 0.06)), Pose((0.05, 0.1, 0.03)), mass=1.0)
+    plank = Object("plank", Box((0.3, 0.06, 0.02)), Pose((0.05, 0.1, 0.07)), mass=1.0)
+    quarter = (np.pi / 2, 0.0, 0.0) if lying else (0.0, 0.0, 0.0)
+    shape, high = (Cylinder(0.02, 0.05), 0.02) if lying else (Box((0.012, 0.05, 0.16)), 0.08)
+    other = Object("other", shape, Pose.from_rpy((0.02, 0.1, 0.08 + high), quarter), mass=0.1)
+    start, end = Pose((0.05, -0.2, 0.03)), Pose((0.15, 0.1, 0.11))
+    red = Object("red", Box((0.04, 0.04, 0.06)), start, At(end), mass=0.4 if drop > 0.0 else 0.1)
+    actions = carry(Hand(HOME), "red", start, shifted(end, along(0.0, 0.0, drop)), 0.04, ("table", "plank"), 0.015)
+    lower, _, leave = actions[3].steps
+    actions[3] = replace(actions[3], steps=(lower, Release("red", end, OPEN), leave))
+    found = said((red, block, plank, other), actions, {"red": end})
+    assert ("as plank tilts under it" in found) == wrong, found
+    assert wrong or not found, found
+
+
+@pytest.mark.parametrize(("wide", "high", "tips"), [(0.03, 0.3, True), (0.08, 0.1, False)])
+def test_what_turns_over_pushes_back_all_that_carries_it(wide, high, tips):
+    """A board turns over on the end of a slab on a column: in both simulators that fell with it."""
+    column = Object("column", Box((wide, 0.13, high)), Pose((0.0, 0.0, high / 2)), mass=0.1)
+    slab = Object("slab", Box((0.2, 0.13, 0.02)), Pose((0.0, 0.0, high + 0.01)), mass=1.2)
+    leaning = (
+        Pose((-0.075, 0.0, high + 0.02)) @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.45, 0.0)) @ Pose((-0.01, 0.0, 0.07))
+    )
+    board = Object("board", Box((0.02, 0.08, 0.14)), leaning, mass=0.25)
+    scene = Scene.of(Task("column", (column, slab, board)))
+    state = State({thing.name: thing.pose.matrix for thing in (column, slab, board)}, np.array(HOME))
+    found = list(pushed_back(scene, state, "board", along(1.0, 0.0, 0.0), DEFAULT))
+    assert bool(found) == tips, found

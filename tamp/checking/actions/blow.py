@@ -10,8 +10,10 @@ import numpy as np
 from tamp.checking.geometry.transforms import rotation
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import Contacts
+from tamp.checking.physics.stacks import Pushed, off_balance, stack_of
 from tamp.checking.physics.support import carriers, height_above, stays_after
-from tamp.checking.scene import TABLE
+from tamp.checking.physics.tilting import above, falls_off
+from tamp.checking.scene import GRAVITY, TABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -156,7 +158,8 @@ def struck_aside(
 def pushed_back(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> Iterator[str]:
     """What an object stands on with its edge, and pushes over behind it as it begins to turn `ahead`, shape (3,).
 
-    The edge pushes back as the centre of mass gets faster ahead, by no more than friction bears.
+    The edge pushes back as the centre of mass gets faster ahead, by no more than friction bears. What it stands on
+    passes that on to what carries that.
     """
     back = -ahead * (1.0, 1.0, 0.0) / max(float(np.hypot(ahead[0], ahead[1])), 1e-9)
     mass = scene.task.object(name).mass
@@ -166,10 +169,24 @@ def pushed_back(scene: Scene, state: State, name: str, ahead: Array, allow: Tole
         if not len(base) or any((held.normals @ back < -HELD).any() for held in touching.patches.values()):
             continue
         at, edge = points.mean(axis=0), base[(base @ back).argmax()]
-        push = min(scene.friction(name) * scene.friction(other), RECOIL) * float(at[2] - edge[2])
+        friction = min(scene.friction(name) * scene.friction(other), RECOIL)
+        push = friction * float(at[2] - edge[2])
         inside = float((edge - scene.center_of_mass(other, state.poses[other])) @ back)
         if scene.task.object(other).mass * inside + mass * (float((edge - at) @ back) - push) < 0.0:
             yield other
+            continue
+        force = mass * GRAVITY * (friction * back - (0.0, 0.0, 1.0))
+        yield from _unbalanced(scene, state.without(name), Pushed(other, force, at), allow)
+
+
+def _unbalanced(scene: Scene, state: State, pushed: Pushed, allow: Tolerances) -> Iterator[str]:
+    """What tips over in the stack of an object that is pushed; that it slides a little is not asked."""
+    stack = stack_of(scene, state, pushed.name, allow)
+    before, after = off_balance(scene, state, stack), off_balance(scene, state, stack, pushed)
+    for name, far in sorted(after.items()):
+        if before.get(name, 0.0) + allow.balance < far < np.inf:
+            yield name
+            return
 
 
 def _passed(
@@ -222,6 +239,38 @@ def upset_by_fall(
     if not stays_after(scene, state, name, lift, allow):
         yield f"{name} does not stay where it falls {1000 * drop:.0f} mm: it rolls or tips on", (name,)
     yield from tipped_over((*struck, *knocked_over(scene, state, name, drop, allow)), name, drop)
+    yield from jolted(scene, state, name, drop, allow)
+
+
+def jolted(
+    scene: Scene, state: State, name: str, drop: float, allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What does not stay on an object as another one falls on that beside what carries it: sentence, bodies.
+
+    Both go on together, tilt until their weights have taken up what is left of the fall, and swing back.
+    """
+    mass, at, rest = scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name]), state.without(name)
+    for other in sorted(carriers(scene, state, name, allow).points.keys() - {TABLE}):
+        base = np.concatenate([np.zeros((0, 3)), *carriers(scene, rest, other, allow).points.values()])
+        loads = above(scene, rest, other, allow) if len(base) else []
+        if not loads:
+            continue
+        ahead = (at - base.mean(axis=0)) * (1.0, 1.0, 0.0)
+        ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
+        edge = base[(base @ ahead).argmax()]
+        lever, around, arm = float((at - edge) @ ahead), 0.0, 0.0
+        for body in (other, *loads):
+            beside = scene.center_of_mass(body, state.poses[body]) - edge
+            around += inertia(scene, state, body, np.cross((0.0, 0.0, 1.0), ahead), beside)
+            arm -= scene.task.object(body).mass * float(beside @ ahead)
+        if lever <= 0.0:
+            continue
+        share = mass * lever**2 / (mass * lever**2 + around)
+        for body, how in falls_off(scene, rest, other, share * mass * drop / max(arm - mass * lever, 1e-9), allow):
+            yield (
+                f"{body} {how}, as {other} tilts under it when {name} falls {1000 * drop:.0f} mm onto it",
+                (body, name),
+            )
 
 
 def tipped_over(struck: Iterable[str], name: str, drop: float) -> Iterator[tuple[str, tuple[str, ...]]]:

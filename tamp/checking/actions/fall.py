@@ -12,6 +12,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import look
 from tamp.checking.actions.blow import (
+    jolted,
     knocked_over,
     pushed_back,
     slid_past,
@@ -92,7 +93,7 @@ def check_fall(
             report("fall", f"{name} gets stuck in {other}, which has no room for it to fall into", bodies=(name, other))
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
-    if drop <= (allow.dropped if straight else allow.drop):
+    if drop <= allow.dropped:
         return
     if drop > allow.drop and rolls_away(scene, state, name, None if straight else ahead, allow):
         report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
@@ -163,6 +164,7 @@ def _upset_turning(
     spared = tuple(sorted(touched | leant))
     aside = struck_aside(scene, state, name, drop, turn, met, allow)
     yield from tipped_over((*aside, *knocked_over(scene, state, name, drop, allow, spared=spared)), name, drop)
+    yield from jolted(scene, state, name, drop, allow)
 
 
 def _not_dropping(name: str, before: Array, after: Array, allow: Tolerances) -> Iterator[str]:

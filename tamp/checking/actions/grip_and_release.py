@@ -13,10 +13,12 @@ from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
+from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.equilibrium import LEVEL
-from tamp.checking.physics.support import carriers, height_above, overlaps, sunk_balance
-from tamp.checking.scene import GRAVITY, Scene, State
+from tamp.checking.physics.support import carriers, height_above, overlaps, patch_between, sunk_balance
+from tamp.checking.physics.tilting import tilted_off
+from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 from tamp.task.robot import PAD_FRICTION
 
 if TYPE_CHECKING:
@@ -36,6 +38,8 @@ RIM = 0.001
 """How much farther than pads may be off an object reaches between them to be held for certain [m]."""
 WAYS = 8
 """Aside, in which an object is looked at."""
+PRESSED = 2e-4
+"""What is no deeper in something does not press on it [m]."""
 TURNED = 1e-3
 """By less an object may be turned anywhere [rad]."""
 UP = np.array([0.0, 0.0, 1.0])
@@ -118,6 +122,9 @@ def check_release(
     held, T = state.poses[name], release.pose.matrix
     for _, (_, other), depth in overlaps(scene, state, name, allow):
         report("release", f"{name} is pressed {1000 * depth:.1f} mm into {other}", bodies=(name, other), depth=depth)
+    for other in carriers(scene, state, name, allow).bodies:
+        for sentence, bodies in _tilted_by(scene, state, name, other, allow):
+            report("release", sentence, bodies=bodies)
     for sentence, far in _not_let_go(scene, name, held, T, 0.0 if falls else allow.drop, allow):
         report("release", sentence, bodies=(name,), depth=far)
     check_strayed(scene, state, name, held, T, allow, report)
@@ -138,6 +145,19 @@ def check_release(
     if not falls:
         _check_way(scene, state, name, held, allow, report)
         check_rest(scene, state, name, allow, report)
+
+
+def _tilted_by(
+    scene: Scene, state: State, name: str, other: str, allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What another object loses that what is held is pressed into, as `tilted_off`."""
+    patch = None if other == TABLE else patch_between(scene, state, name, other, allow)
+    if patch is None:
+        return
+    T = inverse(state.poses[other]) @ state.poses[name]
+    deep = -clearance(scene.solids[other], scene.solids[name], T, 0.0)
+    if deep > PRESSED:
+        yield from tilted_off(scene, state, other, patch.points, deep, allow)
 
 
 def _check_way(scene: Scene, state: State, name: str, held: Array, allow: Tolerances, report: Report) -> None:

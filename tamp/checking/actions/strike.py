@@ -1,7 +1,7 @@
 """What moves may be in what stands by a tolerance: does that roll or slide on, or tip over, where it is pushed so far?
 
 A narrow thing falls at a touch. What presses on it takes it along as far as it goes meanwhile, and strikes it as fast:
-where little friction holds it, it slides on. What is pressed may tilt a little, and what lies on it and rolls does so.
+where little friction holds it, it slides on. What is pressed may tilt a little, and something roll or tip off it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.perching import ASIDE, rolls_on, tilting_axes
 from tamp.checking.physics.support import carriers
+from tamp.checking.physics.tilting import tilted_off
 from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches
-from tamp.checking.scene import GRAVITY, TABLE
+from tamp.checking.scene import GRAVITY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,7 +44,7 @@ class Push:
     """How something that moves presses on an object.
 
     Attributes:
-        at: where it first does, shape (3,).
+        points: where it first does, shape (n, 3).
         deep: how deep it is in the object [m].
         normal: mean of the normals there, into the object, shape (3,).
         ways: how it goes on there, from one look to the next, shape (n, 3) [m].
@@ -54,7 +55,7 @@ class Push:
         lasts: whether it still presses in the end.
     """
 
-    at: Array
+    points: Array
     deep: float
     normal: Array
     ways: Array
@@ -105,7 +106,8 @@ def pushed_over(
         moved = set_off(scene, state, still, mover, deep, allow) or (
             push is not None and _knocks_over(scene, state, name, push, allow)
         )
-        if moved or (touches([(still, mover, deep)]) and _carries_rollers(scene, state, name, allow)):
+        tilted = push is not None and any(True for _ in tilted_off(scene, state, name, push.points, depth, allow))
+        if moved or tilted:
             yield mover.solid.name, name
 
 
@@ -151,21 +153,6 @@ def set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float,
     return False
 
 
-def _carries_rollers(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
-    """Whether anything that stands on an object, or on what does, rolls to some side once that tilts."""
-    waiting, seen = [name], {name}
-    while waiting:
-        lower = waiting.pop()
-        for other in sorted(state.standing(scene).keys() - {TABLE, *seen}):
-            if lower not in carriers(scene, state, other, allow).bodies:
-                continue
-            if any(rolls_on(scene, state, other, way, allow) for way in tilting_axes(scene, state, (other,))):
-                return True
-            seen.add(other)
-            waiting.append(other)
-    return False
-
-
 def _push(
     still: Mover,
     mover: Mover,
@@ -205,7 +192,7 @@ def _push(
         during = np.concatenate([np.zeros(earlier, bool), during])
         throughout = np.concatenate([np.ones(earlier, bool), throughout])
     normal: Array = patch.normals.mean(axis=0)
-    return Push(at, deep, normal, ways, turns, durations, throughout, during, bool(pressed[-1]))
+    return Push(patch.points, deep, normal, ways, turns, durations, throughout, during, bool(pressed[-1]))
 
 
 def _knocks_over(scene: Scene, state: State, name: str, push: Push, allow: Tolerances) -> bool:
@@ -246,7 +233,7 @@ def _tips(scene: Scene, state: State, name: str, blows: list[Array], push: Push,
             continue
         edge = base[(base @ ahead).argmax()]
         height = float(middle[2] - edge[2])
-        lever = max(float(push.at[2] - edge[2]), height)
+        lever = max(float(push.points[:, 2].mean() - edge[2]), height)
         inside = max(float((edge - middle) @ ahead) - push.taken(ahead) * height / max(lever, 1e-9), 0.0)
         around = inertia(scene, state, name, np.cross((0.0, 0.0, 1.0), ahead), middle - edge)
         energy = around * (REBOUND * push.speed(ahead) / max(lever, 1e-9)) ** 2 / 2
