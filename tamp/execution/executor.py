@@ -6,7 +6,7 @@ The gripper holds by friction alone: nothing is ever welded, moved by hand or pu
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 
@@ -125,15 +125,8 @@ class Executor:
         )
 
     def _refuse_misfit(self, plan: Plan) -> None:
-        known, q = self._simulator.objects, self._operator.robot.configuration()
-        for name in (*plan.start, *filter(None, map(_handled, plan.steps))):
-            if name not in known:
-                raise PlanError(f"the plan is about {name!r}; the scene has {', '.join(sorted(known))}")
-        if len(plan.home) != len(q):
-            raise PlanError(f"the plan's home has {len(plan.home)} values; the arm has {len(q)} joints")
-        for move in (step for step in plan.steps if isinstance(step, Move)):
-            if move.trajectory.positions.shape[1:] != q.shape or (np.diff(move.trajectory.times) <= 0.0).any():
-                raise PlanError(f"a {move.phase} motion is none of {len(q)} joints at times that increase")
+        q = self._operator.robot.configuration()
+        refuse_misfit(plan, self._simulator.objects, len(q))
         off = np.abs(np.array(plan.home) - q).max()
         if off > START_TOLERANCE:
             raise PlanError(f"the plan starts {off:.3f} rad from where the arm stands; {START_TOLERANCE} is tolerated")
@@ -159,6 +152,28 @@ class Executor:
         """The planner's picture of the scene; made only where something went wrong."""
         geometries = {obj.name: geometry_of_object(obj) for obj in self._task.objects}
         return World(robot_model(self._operator.robot.spec), geometries, self._task.table)
+
+
+def refuse_misfit(plan: Plan, objects: Collection[str], joints: int) -> None:
+    """Refuse a plan that nobody can follow, whatever comes of it.
+
+    Args:
+        plan: from wherever.
+        objects: names of those in the scene.
+        joints: how many the arm has.
+
+    Raises:
+        PlanError: where it is about other objects, for another arm, or has motions at times that do not increase.
+    """
+    for name in (*plan.start, *filter(None, map(_handled, plan.steps))):
+        if name not in objects:
+            raise PlanError(f"the plan is about {name!r}; the scene has {', '.join(sorted(objects))}")
+    if len(plan.home) != joints:
+        raise PlanError(f"the plan's home has {len(plan.home)} values; the arm has {joints} joints")
+    for move in (step for step in plan.steps if isinstance(step, Move)):
+        times, positions = move.trajectory.times, move.trajectory.positions
+        if not len(times) or positions.shape[1:] != (joints,) or (np.diff(times) <= 0.0).any():
+            raise PlanError(f"a {move.phase} motion is none of {joints} joints at times that increase")
 
 
 def _handled(step: Step) -> str | None:

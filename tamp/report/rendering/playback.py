@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.errors import TampError
-from tamp.execution.executor import open_execution
+from tamp.execution.executor import open_execution, refuse_misfit
 from tamp.execution.log import Execution, Frame
 from tamp.execution.simulators import DEFAULT
 from tamp.report.runs import Recorded
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 END_S = 1.0
 """How long the end is shown [s]."""
+MOST = 100_000
+"""Moments that are played."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ def play(run: Recorded, frame_s: float) -> tuple[Moment, ...]:
         TampError: where the run has no plan, or its task's file is gone.
     """
     task = playable(run)
+    if (moments := sum(plan.duration for plan in run.plans) / frame_s) > MOST:
+        raise TampError(f"{run.folder}: {moments:,.0f} moments are more than {MOST:,}: ask for fewer a second")
     played = list(_plans(task, run.plans, frame_s))
     last = played[-1].frame
     poses = {name: run.final_poses.get(name, pose) for name, pose in last.poses.items()}
@@ -67,12 +71,17 @@ def playable(run: Recorded) -> Task:
     """The task of a run that has a plan.
 
     Raises:
-        TampError: where there is nothing to play.
+        TampError: where there is nothing to play, or it is not for the run's task.
     """
     if run.task is None:
         raise TampError(f"{run.folder}: its task {run.result.task_path or '(built in code)'} cannot be read")
     if not run.plans:
         raise TampError(f"{run.folder}: it has no plan to play ({run.result.status})")
+    names = {thing.name for thing in run.task.objects}
+    for plan in run.plans:
+        refuse_misfit(plan, names, len(task_robot(run.task).joints))
+        if missing := names - plan.start.keys():
+            raise TampError(f"{run.folder}: its plan does not say where {', '.join(sorted(missing))} starts")
     return run.task
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 import urllib.request
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +19,8 @@ from tamp.pipeline.solving.solve import Run
 from tamp.report.rendering.images import save_animation
 from tamp.report.rendering.playback import play, simulate
 from tamp.report.runs import read_run
-from tamp.task import Task
+from tamp.task import Action, Move, Plan, Pose, Task, Trajectory
+from tamp.task.files.plan_file import load_plan, save_plan
 from tests.browser import needs_chromium, watch
 
 needs_viser = pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="the extra 'viewer' is missing")
@@ -110,3 +114,26 @@ def test_what_cannot_be_played_is_refused(tmp_path: Path, capsys: pytest.Capture
     (tmp_path / "swap-0" / "result.json").touch()
     assert main(["render", str(tmp_path)]) == 2
     assert f"name one of them, such as {tmp_path / 'swap-0'}" in capsys.readouterr().err
+
+
+def test_a_plan_that_is_not_for_the_run_s_task_is_not_played(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a stranger may send it: for another arm, about other objects, or one that takes a week."""
+    run, edits = tmp_path / "one_object-0", dict[str, Callable[[Plan], Plan]]()
+    shutil.copytree(folder, run)
+    good = load_plan(run / "plan-0.json")
+    edits["home has 6 values; the arm has 7 joints"] = lambda plan: replace(plan, home=plan.home[:6])
+    edits["the plan is about 'ghost'"] = lambda plan: replace(plan, start={**plan.start, "ghost": Pose()})
+    edits["does not say where red starts"] = lambda plan: replace(plan, start={})
+    edits["moments are more than 100,000"] = lambda plan: replace(plan, actions=(waiting(plan),))
+    for sentence, edit in edits.items():
+        save_plan(edit(good), run / "plan-0.json")
+        assert main(["render", str(run), "-o", str(tmp_path / "pictures")]) == 2
+        assert sentence in capsys.readouterr().err
+
+
+def waiting(plan: Plan) -> Action:
+    """A week without a motion."""
+    still = Trajectory(np.array([0.0, 604_800.0]), np.tile(plan.home, (2, 1)), np.zeros((2, 7)))
+    return Action("move", (), (Move("transit", still, 0.08),))
