@@ -9,6 +9,7 @@ import pytest
 
 from tamp.checking import check
 from tamp.checking.actions.blow import pushed_back
+from tamp.checking.actions.fall import check_fall
 from tamp.checking.actions.strike import pushed_over
 from tamp.checking.robot.sweep import Mover
 from tamp.checking.scene import Scene, State
@@ -233,3 +234,19 @@ def test_what_turns_over_pushes_back_all_that_carries_it(wide, high, tips):
     state = State({thing.name: thing.pose.matrix for thing in (column, slab, board)}, np.array(HOME))
     found = list(pushed_back(scene, state, "board", along(1.0, 0.0, 0.0), DEFAULT))
     assert bool(found) == tips, found
+
+
+@pytest.mark.parametrize(("drop", "wide", "tips"), [(0.12, 0.012, True), (0.06, 0.012, True), (0.12, 0.06, False)])
+def test_what_turns_a_little_before_it_lands_falls_too(drop, wide, tips):
+    """A plate's centre comes down by 6 and 11 mm, and its end on the verge of a domino."""
+    block = Object("block", Box((0.06, 0.08, 0.1)), Pose((0.06, 0.0, 0.05)), mass=2.0)
+    domino = Object("domino", Box((wide, 0.06, 0.1)), Pose((-0.098 - wide / 2, 0.0, 0.05)), mass=0.1)
+    lies = Pose((0.0, 0.0, 0.11))
+    pivot = Pose((0.09, 0.0, 0.1))
+    leans = pivot @ Pose.from_rpy((0.0, 0.0, 0.0003), (0.0, drop, 0.0)) @ pivot.inverse() @ lies
+    plate = Object("plate", Box((0.2, 0.06, 0.02)), leans, mass=1.0)
+    things = (block, domino, plate)
+    scene, said_of = Scene.of(Task("plate", things)), list[str]()
+    state = State({thing.name: thing.pose.matrix for thing in things}, np.array(HOME), OPEN)
+    check_fall(scene, state, Fall("plate", lies), DEFAULT, lambda kind, sentence, **_: said_of.append(sentence))
+    assert any("domino tips over when plate falls" in sentence for sentence in said_of) == tips, said_of
