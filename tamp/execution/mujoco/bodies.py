@@ -25,8 +25,11 @@ SOLREF = (0.005, 1.0)
 SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Impedance of a contact: its least and largest value, the penetration between the two [m], middle and power."""
 
-SPINNING_FRICTION = 0.01
-"""Radius at which the friction of a contact resists turning about its normal [m]."""
+SPINNING_FRICTION = 0.1
+"""Moment with which a contact resists turning about its normal, for each newton that it is pressed with [m].
+
+That of two objects in the physics that plans are made for; a real patch has a tenth of it.
+"""
 
 ROLLING_FRICTION = 1e-4
 """Resistance against rolling [m]: what lets a lying can come to rest."""
