@@ -8,7 +8,7 @@ walls and friction may still hold it (`friction_cones`); a pile that never stood
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,14 +57,27 @@ def _upset(
     if len(joined) < len(context.scene.task.objects):
         return False  # a question about a part of the scene: what is left out may hold the rest down
     pile = pile_of(obj, joined)
-    stood, stands = (
-        at_rest(context.scene, {n: there[n] for n in sorted(pile & there.keys())}) for there in (before, after)
-    )
-    if stands or not stood or in_equilibrium(context.scene, {n: after[n] for n in sorted(pile & after.keys())}):
+    stood, stands = ({n: there[n] for n in sorted(pile & there.keys())} for there in (before, after))
+
+    def found() -> bool:
+        if at_rest(context.scene, stands) or not at_rest(context.scene, stood):
+            return False
+        return not in_equilibrium(context.scene, stands)
+
+    if not context.scene.cache.value(_key(obj, stands), found):
         return False
     because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
     context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
     return True
+
+
+def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement]) -> None:
+    """Have the pile that an object is put on be taken for upset by that; `around` is where all stand then."""
+    workspace.cache.learn(_key(obj, {name: around[name] for name in sorted(pile_of(obj, around))}), True)
+
+
+def _key(obj: str, stands: Mapping[str, Placement]) -> Hashable:
+    return "upset", obj, obj in stands, tuple(stands.items())
 
 
 def pile_of(obj: str, around: Mapping[str, Placement]) -> set[str]:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams.affordances.friction_cones import in_equilibrium
-from tamp.streams.affordances.stack_balance import at_rest, balance_with, balance_without, pile_of
+from tamp.streams.affordances.stack_balance import at_rest, balance_with, balance_without, learn_upset, pile_of
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
 from tests.streams.tables import ToldContext, workspace_of
@@ -43,6 +43,17 @@ def test_scales_balance_as_their_moments_say(at, masses):
     outside = abs(sum(m * x for x, m in zip(at, masses, strict=True)) / (sum(masses) + 0.1)) - 0.025
     if abs(outside) > 0.001:
         assert at_rest(workspace, places) == (outside < 0)
+
+
+def test_what_is_learnt_of_a_pile_holds_for_that_alone():
+    workspace, places = scales((0.01, 0.05))
+    others = facts({name: place for name, place in places.items() if name != "a"})
+    context = ToldContext(workspace, fluents=others)
+    beside = Placement(Pose((0.012, 0.0, 0.11)), ("plank",))
+    assert any(True for _ in balance_with(context, "a", places["a"]))
+    learn_upset(workspace, "a", places)
+    assert not any(True for _ in balance_with(context, "a", places["a"]))
+    assert any(True for _ in balance_with(context, "a", beside))
 
 
 @pytest.mark.parametrize(("mass", "stays"), [(1.0, False), (0.01, True)])

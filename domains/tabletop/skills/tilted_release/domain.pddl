@@ -15,8 +15,8 @@
                  (not (AtGrasp ?o ?g)) (not (AtConf ?l))))
 
   (:action lay-on
-    :parameters (?o ?p ?s ?ps ?g ?a ?l ?h)
-    :precondition (and (Laying ?o ?p ?g ?a ?l ?h) (RestsOn ?o ?p ?s ?ps)
+    :parameters (?o ?p ?s ?ps ?b ?g ?a ?l ?h)
+    :precondition (and (Laying ?o ?p ?g ?a ?l ?h) (RestsOn ?o ?p ?s ?ps) (BalancedWith ?o ?p ?b)
                        (AtGrasp ?o ?g) (AtConf ?l) (AtPose ?s ?ps) (not (Unsupported ?o ?p))
                        (not (UnsafePlacement ?o ?p)) (not (UnsafeHandling ?o ?h)))
     :effect (and (AtPose ?o ?p) (HandEmpty) (AtConf ?a)

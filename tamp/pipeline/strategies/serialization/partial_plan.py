@@ -22,6 +22,7 @@ from tamp.pipeline.strategies.serialization.rehearsal import rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
+from tamp.streams.affordances.stack_balance import learn_upset
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose
@@ -141,7 +142,7 @@ class Progress:
         except NotFree as reason:
             self.blocked.append(str(reason))
             return str(reason)
-        if (refused := presumed(lambda: self._against(piece), None)) is not None:
+        if (refused := presumed(lambda: self._against(piece, solution), None)) is not None:
             return refused
         domain = self.now.setup.domain
         self.before.append((len(self.actions), self.now))
@@ -153,7 +154,7 @@ class Progress:
         self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
         return None
 
-    def _against(self, piece: Plan) -> str | None:
+    def _against(self, piece: Plan, solution: Sequence[GroundAction]) -> str | None:
         """What is wrong with a further piece: the checker's verdict, or where it goes astray in a simulator.
 
         Raises:
@@ -162,6 +163,7 @@ class Progress:
         verdict = self.now.checked(piece)
         if not verdict.executable:
             self.rejections.append(str(verdict))
+            self._learn(verdict, solution)
             return str(verdict)
         if (astray := rehearsal(self.now.setup, piece)) is not None:
             return astray
@@ -172,6 +174,15 @@ class Progress:
             told = f"({' '.join(fact)}) holds by {sides[0]} and not by {sides[1]}"
             raise DomainError(f"domain {domain.name}: after {piece.actions[-1]}, or an action before it, {told}")
         return None
+
+    def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
+        """Let no question end again with an object put where the checker says that something does not stay by that."""
+        wrong, after = verdict.problems[0], self.now.setup.domain.after
+        if wrong.kind == "support" and wrong.action is not None:
+            last = wrong.action
+            before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
+            for name in then.keys() - before.keys():
+                learn_upset(self.now.workspace, name, then)
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.

@@ -1,14 +1,16 @@
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 
 import pytest
 
-from tamp.checking import check
+from tamp.checking import Problem, Verdict, check
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.task import Action, At, Box, Object, Plan, Pose, Task, load_robot
 
 SHAPE = Box((0.05, 0.05, 0.08))
@@ -87,3 +89,15 @@ def test_nothing_is_said_of_a_plan_that_does_not_join_the_pieces(whole):
     assert progress.checked(replace(plan, home=(plan.home[0] + 0.001, *plan.home[1:]))) is None
     elsewhere = replace(second, start={**second.start, "red": FAR})
     assert replace(progress, pieces=[first, elsewhere]).checked(plan) is None
+
+
+@pytest.mark.parametrize("kind", ["support", "release"])
+def test_nothing_is_put_again_where_the_checker_says_that_it_does_not_stay(monkeypatch, kind):
+    on_blue = replace(RED, goal=At(Pose((0.05, 0.2, 0.12))))
+    setup = prepare(Task("stacked", (on_blue, replace(BLUE, goal=None))))
+    asker = Asker(Progress(Attempt.of(setup, setup.start, load_robot("panda").home, None)), 0, math.inf, "adaptive")
+    found = asker.ask(asker.workspace, 8, {"red"})
+    wrong = Problem(len(found.plan) - 1, "stack(red, blue)", 0.0, kind, ("red", "blue"), 0.0, "red tips over")
+    monkeypatch.setattr(Attempt, "checked", lambda self, plan: Verdict(problems=(wrong,)))
+    assert asker.refused(found.plan, "red")
+    assert (asker.ask(asker.workspace, 8, {"red"}).plan is None) == (kind == "support")
