@@ -29,7 +29,6 @@ class Tolerances:
         skid: how much farther than friction or ice explain the edge may slide that something falls over.
         tilt: largest turn of an object that falls flat after it was let go.
         leaving: how long the fingers may take to leave what falls as they do [s].
-        leant: how far along the edge that it turns over those may go meanwhile.
         topple: the same turn after it was pushed over.
         level: how far the axis of that turn may be from level.
         twist: the same of what falls over a corner, as far as its centre of mass is beside that (vertical share).
@@ -87,7 +86,6 @@ class Tolerances:
     skid: float = 0.005
     tilt: float = 1.2
     leaving: float = 3.0
-    leant: float = 0.03
     topple: float = 1.7
     level: float = 0.05
     twist: float = 0.5

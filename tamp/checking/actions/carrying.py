@@ -7,7 +7,7 @@ from itertools import pairwise, takewhile
 from typing import TYPE_CHECKING
 
 from tamp.checking.actions.arm_motion import FREE
-from tamp.checking.actions.fall import check_leaving, falls_straight
+from tamp.checking.actions.fall import falls_straight
 from tamp.checking.actions.rule import carry_out, has_steps, named_apart, needs_empty_hand, needs_in_hand, stands_on
 from tamp.checking.geometry.pad_region import between_pads
 from tamp.checking.geometry.transforms import inverse
@@ -135,17 +135,15 @@ def _check_prompt(replay: Replay, action: Action) -> None:
 def _as_it_falls(replay: Replay, steps: list[Step]) -> list[Step]:
     """The steps after a release in the order in which they happen.
 
-    What falls straight leans on nothing, and has fallen before the hand moves. What turns over falls as the fingers
-    leave that it leans on, which is judged.
+    What falls straight leans on nothing, and has fallen before the hand moves.
     """
-    scene, state = replay.scene, replay.state
+    state = replay.state
     moves = list(takewhile(lambda step: isinstance(step, Move), steps))
     fall = steps[len(moves)] if len(moves) < len(steps) else None
     if not isinstance(fall, Fall) or not moves:
         return steps
     if falls_straight(state.poses[fall.object], fall.pose.matrix):
         return [fall, *moves, *steps[len(moves) + 1 :]]
-    check_leaving(scene, state, fall, [move for move in moves if isinstance(move, Move)], replay.allow, replay.report)
     return steps
 
 

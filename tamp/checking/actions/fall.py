@@ -1,6 +1,6 @@
 """Check of a fall: what is let go on one edge turns over it and lands flat, what is let go in the air falls straight.
 
-Neither meets anything on its way, nor is taken along by the hand that leaves, and both rest where they land.
+Neither meets anything on its way, and both rest where they land.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.arm_motion import look
 from tamp.checking.actions.blow import (
     jolted,
     knocked_over,
@@ -29,11 +28,10 @@ from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.perching import rolls_away
 from tamp.checking.physics.support import carriers
 from tamp.checking.physics.tumbling import sliding
-from tamp.checking.robot.sweep import Mover, pressed_looks, touches, travelled
-from tamp.checking.robot.trajectory_limits import malformed
+from tamp.checking.robot.sweep import Mover, touches, travelled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
@@ -41,7 +39,7 @@ if TYPE_CHECKING:
     from tamp.checking.physics.contacts import Contacts
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
-    from tamp.task.plan import Fall, Move
+    from tamp.task.plan import Fall
 
     Array = NDArray[np.float64]
 
@@ -49,7 +47,6 @@ STRAIGHT = 1e-3  # what turns less than this falls straight [rad]
 HALF_TURN = 0.99  # cosine, but for its sign, from which on a turn is nearly one to the opposite
 MOST_LOOKS = 4096  # at a fall, however far it goes
 LOOKS = 90  # at what is lowest while a body rolls over
-LEANING = 12  # places on the way of a fall at which fingers are looked at that it may lean on
 
 
 def check_fall(
@@ -105,36 +102,6 @@ def check_fall(
 def falls_straight(before: Array, after: Array) -> bool:
     """Whether an object does not turn on its way from one pose to another, shape (4, 4) each."""
     return _turn(before, after)[1] < STRAIGHT
-
-
-def check_leaving(
-    scene: Scene, state: State, fall: Fall, moves: Sequence[Move], allow: Tolerances, report: Report
-) -> None:
-    """Judge how the hand leaves between the release of what turns over and its fall, before it does.
-
-    It comes to lean on what of the hand is in its way, and friction takes it along as far as that goes along the edge
-    that it turns over.
-    """
-    name, before, after = fall.object, state.poses[fall.object], fall.pose.matrix
-    axis, _ = _turn(before, after)
-    along = axis * (1.0, 1.0, 0.0) / max(float(np.hypot(axis[0], axis[1])), 1e-9)
-    way = [Mover(scene.solids[name], T[None].copy()) for T in _turned(before, after, LEANING)]
-    taken = 0.0
-    for move in moves:
-        seen = None if malformed(move.trajectory, scene.links.tree.spec) else look(scene, move, None, allow.step)
-        fingers = [] if seen is None else [link for link in seen.bodies if link.solid.name in scene.links.gripper]
-        gone = [_farthest(link, along, way, allow) for link in fingers]
-        taken += max(gone, default=0.0)
-    if taken > allow.leant:
-        sentence = f"the hand that leaves takes {name}, which leans on it as it falls, {1000 * taken:.0f} mm along"
-        report("fall", sentence, bodies=(name,), depth=taken)
-
-
-def _farthest(link: Mover, along: Array, way: Sequence[Mover], allow: Tolerances) -> float:
-    """How far a link goes to either side along a unit vector, shape (3,), until it has left a way of a fall [m]."""
-    within = np.flatnonzero(np.any([pressed_looks(body, link, allow.collision) for body in way], axis=0))
-    aside = (link.center - link.center[0]) @ along
-    return float(np.abs(aside[: within[-1] + 1]).max()) if len(within) else 0.0
 
 
 def _upset_straight(

@@ -25,7 +25,7 @@ from tamp.checking.actions.pushes.push import (
     watch,
 )
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.stacks import Pushed, off_balance, stack_of
+from tamp.checking.physics.stacks import Pushed, Stack, off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
@@ -97,15 +97,19 @@ def _check_way(
 def _tipped(scene: Scene, state: State, name: str, ahead: Array, at: Array, allow: Tolerances) -> list[str]:
     """What loses its balance among all that an object stands on, as a finger pushes that `at` a place, shape (3,).
 
-    Friction passes the push on to what carries it.
+    Friction passes the push on to what carries it. What would roll or tip before the finger on anything that stays put
+    is judged by its contacts alone.
     """
     under = carriers(scene, state, name, allow).bodies
     if under in ((), (TABLE,)):
         return []
     friction = scene.friction(name) * min(scene.friction(other) for other in under)
     force = SLIDES * friction * scene.task.object(name).mass * GRAVITY * ahead
-    stack = stack_of(scene, state, name, allow)
-    before, pushed = off_balance(scene, state, stack), off_balance(scene, state, stack, Pushed(name, force, at))
+    stack, push = stack_of(scene, state, name, allow), Pushed(name, force, at)
+    alone = Stack((name,), {pair: patch for pair, patch in stack.touching.items() if name in pair})
+    if off_balance(scene, state, alone, push).get(name, 0.0) > allow.balance:
+        return []
+    before, pushed = off_balance(scene, state, stack), off_balance(scene, state, stack, push)
     return [other for other, far in sorted(pushed.items()) if far > before.get(other, 0.0) + allow.balance]
 
 
