@@ -43,7 +43,7 @@ def tilted_off(
         allow: tolerances.
     """
     base = np.concatenate([np.zeros((0, 3)), *carriers(scene, state, name, allow).points.values()])
-    if not len(base) or not len(points):
+    if not len(base) or not len(points) or not above(scene, state, name, allow):
         return
     up, friction = np.tile([0.0, 0.0, 1.0], (len(base), 1)), np.ones(len(base))
     beyond = min(-equilibrium.balance(base, up, friction, point, 0.0) for point in points)
