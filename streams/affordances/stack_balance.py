@@ -8,7 +8,7 @@ walls and friction may still hold it (`friction_cones`); a pile that never stood
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Collection, Hashable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,7 +64,7 @@ def _upset(
             return False
         return not in_equilibrium(context.scene, stands)
 
-    if not context.scene.cache.value(_key(obj, stands), found):
+    if not context.scene.cache.value(_key(obj, pile, joined, put=obj in after), found):
         return False
     because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
     context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
@@ -73,11 +73,12 @@ def _upset(
 
 def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement]) -> None:
     """Have the pile that an object is put on be taken for upset by that; `around` is where all stand then."""
-    workspace.cache.learn(_key(obj, {name: around[name] for name in sorted(pile_of(obj, around))}), True)
+    workspace.cache.learn(_key(obj, pile_of(obj, around), around, put=True), True)
 
 
-def _key(obj: str, stands: Mapping[str, Placement]) -> Hashable:
-    return "upset", obj, obj in stands, tuple(stands.items())
+def _key(obj: str, pile: Collection[str], joined: Mapping[str, Placement], *, put: bool) -> Hashable:
+    """What the answer depends on: where all of the pile stand with the object in it, and whether it is put or taken."""
+    return "upset", obj, put, tuple((name, joined[name]) for name in sorted(pile))
 
 
 def pile_of(obj: str, around: Mapping[str, Placement]) -> set[str]:

@@ -66,12 +66,10 @@ SCENARIOS_OF = {
     **dict.fromkeys(("sample-laid-aside", "sample-exposed-aside"), "lay_aside"),
     "sample-regrasp": "regrasp_into_box",
     "regrasp-kinematics": "regrasp_into_box",
-    "plan-sliding": "slide_box",
     "plan-detour": "slide_twice",
     "plan-sliding-to": "slide_to_goal",
     "plan-toppling": "topple_pail",
-    "sample-exposed-grasp": "slide_box",
-    "test-cfree-slide": "slide_box",
+    **dict.fromkeys(("plan-sliding", "sample-exposed-grasp", "test-cfree-slide"), "slide_box"),
     "plan-nudging": "nudge_in_crate",
 }
 """Scenarios that give a stream inputs, where that of one object does not."""

@@ -56,6 +56,15 @@ def test_what_is_learnt_of_a_pile_holds_for_that_alone():
     assert any(True for _ in balance_with(context, "a", beside))
 
 
+def test_where_a_thing_is_taken_from_counts_though_all_else_stands_alike():
+    """Asked first of a weight that never was in balance, then of the counterweight that keeps the other one up."""
+    workspace, places = scales((-0.12, 1.0), (0.12, 1.0))
+    context = ToldContext(workspace, fluents=facts(places))
+    near = Placement(Pose((0.01, 0.0, 0.11)), ("plank",))
+    assert any(True for _ in balance_without(context, "b", near))
+    assert not any(True for _ in balance_without(context, "b", places["b"]))
+
+
 @pytest.mark.parametrize(("mass", "stays"), [(1.0, False), (0.01, True)])
 def test_a_counterweight_stays_where_the_rest_would_tip(mass, stays):
     workspace, places = scales((-0.12, mass), (0.12, mass))
