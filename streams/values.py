@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -74,6 +75,16 @@ class Balance:
 def falls_straight(let_go: Pose, end: Pose) -> bool:
     """Whether what falls from one pose to another does so without a turn."""
     return let_go.quat == end.quat
+
+
+LEVEL, TURN = 0.002, 0.01  # placements that differ by less differ by a level shift alone [m], [rad]
+
+
+def shifted_alone(start: Placement, end: Placement) -> bool:
+    """Whether two placements, on the same things, differ by a level shift alone."""
+    alike = start.on == end.on and abs(end.pose.xyz[2] - start.pose.xyz[2]) < LEVEL
+    dot = sum(a * b for a, b in zip(start.pose.quat, end.pose.quat, strict=True))
+    return alike and abs(dot) > math.cos(TURN / 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tamp.streams.affordances.friction_cones import friction_of
 from tamp.streams.affordances.neighbours import enclosed
-from tamp.streams.values import Placement
+from tamp.streams.values import LEVEL, Placement, shifted_alone
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 STEP, STEPS = 0.01, 4  # of a nudge [m]
-LEVEL = 0.002  # places that differ by less in height are on one level [m]
-TURN = 0.005  # half the angle between poses that differ by no turn [rad]
 
 
 def nudgeable(workspace: Workspace, obj: str, start: Placement, end: Placement) -> bool:
@@ -28,10 +26,9 @@ def nudgeable(workspace: Workspace, obj: str, start: Placement, end: Placement) 
     That thing does not come along: the object slides in it at least as well as it does on what carries it.
     """
     shift = np.subtract(end.pose.xyz, start.pose.xyz)
-    alike = start.on == end.on and abs(shift[2]) < LEVEL and abs(np.dot(start.pose.quat, end.pose.quat)) > np.cos(TURN)
     inside = len(start.on) == 1 and start.on != (TABLE,) and enclosed(workspace, obj, start)
     stays = inside and slides_within(workspace, obj, start.on[0])
-    return alike and stays and 0.0 < float(np.linalg.norm(shift)) < STEPS * STEP + LEVEL
+    return shifted_alone(start, end) and stays and 0.0 < float(np.linalg.norm(shift)) < STEPS * STEP + LEVEL
 
 
 def slides_within(workspace: Workspace, obj: str, container: str) -> bool:

@@ -19,7 +19,7 @@ from tamp.streams.affordances.stable_poses import outline
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import APART, too_wide
 from tamp.streams.hand.finger_closing import felt_surface
-from tamp.streams.values import Placement
+from tamp.streams.values import Placement, shifted_alone
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 
@@ -41,7 +41,6 @@ SIDE = 0.003  # how far behind its outermost points a side of an object reaches 
 ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the one in its middle, if it is curved [rad]
 LEAST_EDGE = 1e-9  # corners nearer to each other are one, and have no edge between them [m]
 DIGITS = 6  # of slants in radians: what differs by less is the same
-LEVEL, TURN = 0.002, 0.01  # placements that differ by less differ by a level shift alone [m], [rad]
 STRAIGHT = np.cos(0.002)  # of the angle between a way and the direction that it is taken for
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
@@ -100,12 +99,9 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
 
 def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) -> list[Way]:
     """Straight ways of an object that no hand can grasp as it lies to a placement on the table, unturned."""
-    *level_shift, rise = np.subtract(end.pose.xyz, start.pose.xyz)
-    shift = np.array(level_shift)
+    shift = np.subtract(end.pose.xyz, start.pose.xyz)[:2]
     length = float(np.linalg.norm(shift))
-    level = start.on == end.on == (TABLE,) and abs(rise) < LEVEL
-    unturned = abs(np.dot(start.pose.quat, end.pose.quat)) > np.cos(TURN / 2)
-    if not (level and unturned and 0.0 < length < LONGEST and slidable(workspace, obj, start)):
+    if not (shifted_alone(start, end) and 0.0 < length < LONGEST and slidable(workspace, obj, start)):
         return []
     among = [one for one in directions(workspace, obj, start) if one.ahead @ shift > STRAIGHT * length]
     return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in among]
