@@ -1,13 +1,14 @@
 """A slow judge of plans by brute force: Pinocchio's kinematics, every 10 ms, points in half-spaces. No cleverness.
 
 It shares nothing with the checker but the reading of meshes. It calls wrong only what is clearly wrong, well beyond the
-checker's tolerances: the checker must reject all that it calls wrong. A motion that it has looked at among the same
-bodies it does not look at again, so that of many mutants of one plan only what was changed costs time.
+checker's tolerances: the checker must reject all that it calls wrong. A start, or a motion, that it has looked at among
+the same bodies it does not look at again, so that of many mutants of one plan only what was changed costs time.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,9 +45,9 @@ PUT = {"place": True, "stack": False, "lay": True, "lay-on": False}
 
 @dataclass
 class Oracle:
-    """The judge, and what it found of motions so far: by their trajectory and all that stood around."""
+    """The judge, and what it found so far of motions and starts: by a hash of all that it looked at."""
 
-    swept: dict[bytes, str | None] = field(default_factory=dict)
+    found: dict[bytes, str | None] = field(default_factory=dict)
 
     def wrong(self, task: Task, plan: Plan) -> str | None:
         """What is clearly wrong with a plan, or None."""
@@ -60,7 +61,7 @@ class Oracle:
             bookkeeping(plan)
             or start(quick)
             or leaning(quick)
-            or tipping(quick)
+            or self._tipping(quick)
             or self._replay(quick, plan, sweep=False)
             or goals(quick, plan)
             or self._replay(slow, plan, sweep=True)
@@ -87,31 +88,25 @@ class Oracle:
                     return f"{action}: {text}"
         return None if sweep else toppling(world)
 
+    def _tipping(self, world: World) -> str | None:
+        things = [(thing.name, thing.shape, thing.mass) for thing in world.task.objects]
+        words = repr(("start", list(world.poses), things, world.task.table))
+        return self._once(words, world.poses.values(), lambda: tipping(world))
+
     def _swept(self, world: World, move: Move) -> str | None:
-        arrays = (
-            move.trajectory.times,
-            move.trajectory.positions,
-            move.trajectory.velocities,
-            *world.poses.values(),
-            *world.stays.values(),
-        )
+        run = move.trajectory
+        arrays = (run.times, run.positions, run.velocities, *world.poses.values(), *world.stays.values())
         shapes = [(thing.name, thing.shape) for thing in world.task.objects]
-        words = repr(
-            (
-                move.phase,
-                move.opening,
-                move.held,
-                move.pushed,
-                list(world.poses),
-                list(world.stays),
-                shapes,
-                world.task.table,
-            )
-        )
+        told = (move.phase, move.opening, move.held, move.pushed)
+        words = repr((*told, list(world.poses), list(world.stays), shapes, world.task.table))
+        return self._once(words, arrays, lambda: sweep(world, move))
+
+    def _once(self, words: str, arrays: Iterable[np.ndarray], look: Callable[[], str | None]) -> str | None:
+        """What a look finds, which sees only what the words and arrays say; looked at once."""
         key = hashlib.sha256(words.encode() + b"".join(array.tobytes() for array in arrays)).digest()
-        if key not in self.swept:
-            self.swept[key] = sweep(world, move)
-        return self.swept[key]
+        if key not in self.found:
+            self.found[key] = look()
+        return self.found[key]
 
 
 def _carried_out(world: World, step: Step, toppling: bool) -> str | None:
