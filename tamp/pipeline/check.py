@@ -10,6 +10,7 @@ from tamp.checking import check as judge
 from tamp.domains.catalog import load_domain
 from tamp.pipeline.options.trust import refuse_code
 from tamp.task import Plan, Pose, SymbolicFact, Task
+from tamp.task.expected import expect_both
 
 
 def check(
@@ -39,6 +40,7 @@ def check(
         PlanError: where the plan is for another task or robot.
         DomainError, TaskError, RobotError: where domain, meshes or robot cannot be used.
     """
+    expect_both(task, plan)
     refuse_code(replace(task, samplers={}), domain, trusted=trust_task_code)
     rules = load_domain(domain or task.domain).rules
     return judge(

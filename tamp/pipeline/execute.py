@@ -11,6 +11,7 @@ from tamp.execution.monitor import Monitor
 from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.check import check
 from tamp.task import Plan, Task
+from tamp.task.expected import expect_both
 
 
 def execute(
@@ -45,6 +46,7 @@ def execute(
         PlanError: where the plan is for another task or robot.
         TaskError, RobotError: where a mesh or the robot cannot be used.
     """
+    expect_both(task, plan)
     if unchecked:
         warnings.warn("carrying out a plan that was not checked", stacklevel=2)
     elif not (verdict := check(task, plan, domain=domain, trust_task_code=trust_task_code)).accepted:

@@ -16,6 +16,7 @@ from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.workspace import Workspace
 from tamp.task import Task
+from tamp.task.expected import expect_task
 
 
 def prepare(
@@ -44,6 +45,7 @@ def prepare(
         PlanningFailure: where settling has not ended in time.
         DomainError, RobotError, TaskError: where the input cannot be used.
     """
+    expect_task(task)
     refuse_code(task, domain, trusted=trust_task_code)
     deadline = now() + timeout
     settings = Settings(

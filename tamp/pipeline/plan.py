@@ -21,6 +21,7 @@ from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import Report
 from tamp.speculation import speculating
 from tamp.task import Plan, Pose, SymbolicFact, Task, task_robot
+from tamp.task.expected import expect_task
 from tamp.threads import one_thread
 
 SEARCH_SHARE = 0.97  # of the time goes to the search; checking what it found needs the rest
@@ -43,6 +44,7 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
         TampError: where seed, timeout or an option is not valid, or poses are to be perceived.
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """
+    expect_task(task)
     refuse_arguments(seed, timeout)
     settings = settings_of(options)
     if settings.perceive is not None:

@@ -17,6 +17,7 @@ from tamp.task.files.load import load_task
 from tamp.task.files.plan_file import load_plan
 from tamp.task.files.poses_file import load_poses
 from tamp.task.files.regular_file import read_regular
+from tamp.task.mesh.parts import parts
 from tamp.task.robots import with_robot
 
 RESULTS = "results.jsonl"
@@ -65,11 +66,13 @@ class Recorded:
 
     @cached_property
     def task(self) -> Task | None:
-        """The task; None where its file is gone or no longer reads."""
+        """The task; None where its file, or a mesh of it, is gone or no longer reads."""
         try:
             if not self.result.task_path:
                 return None
             task = load_task(self.result.task_path, allow_outside=True)
+            for thing in task.objects:
+                parts(thing.shape)
             return with_robot(task, self.result.configuration.get("robot"))
         except TampError as error:
             log.warning("%s: no pictures and no level: %s", self.folder, error)

@@ -10,6 +10,7 @@ from tamp.frozen import FrozenDict
 from tamp.scoring.evaluate import evaluate
 from tamp.scoring.metrics import EDE
 from tamp.scoring.relations import holds
+from tamp.task.expected import expect_task
 from tamp.task.model import At, SymbolicFact, Task
 from tamp.task.pose import Pose
 
@@ -99,6 +100,7 @@ def score(task: Task, final_poses: Mapping[str, Pose | None], facts: Collection[
     Raises:
         TaskError: where an object has no entry, or a mesh cannot be read.
     """
+    expect_task(task)
     evaluation = evaluate(task, final_poses, EDE)
     objects = tuple(ObjectScore(o.name, o.error, o.bound, o.counted, o.lost) for o in evaluation.objects)
     known = {name: pose for name, pose in final_poses.items() if pose is not None}

@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+import tamp
 from tamp.cli import main, parser
 from tamp.errors import TampError
 from tamp.perception.belief.belief import Belief
@@ -29,7 +30,7 @@ from tamp.report.runs import Recorded, read_run, read_runs
 from tamp.report.tables import csv_text, summary_line
 from tamp.report.viewer import Viewer
 from tamp.results import Result, to_json
-from tamp.task import Pose, Task
+from tamp.task import Mesh, Object, Pose, Task
 from tests.browser import look, needs_chromium
 
 FAILED = Result(
@@ -142,6 +143,20 @@ def test_each_contender_is_told_apart_and_each_task(tmp_path: Path) -> None:
     assert again in page
     assert parser().parse_args(again.split()[1:]).timeout == 9.0
     assert 'id="show-failed"' in page
+
+
+def test_a_run_whose_mesh_cannot_be_used_any_more_is_told_without_pictures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "ball.obj").write_text("no mesh\n", encoding="utf-8")
+    task = Task("rolls", (Object("ball", Mesh(tmp_path / "ball.obj"), Pose((0.1, 0.0, 0.03))),))
+    tamp.save_task(task, tmp_path / "rolls.yaml")
+    line = to_json(Result("rolls", 0, "failed", task_path=str(tmp_path / "rolls.yaml"))) + "\n"
+    (tmp_path / "results.jsonl").write_text(line, encoding="utf-8")
+    assert main(["report", str(tmp_path)]) == 0
+    said = capsys.readouterr().err
+    assert "no pictures" in said
+    assert "ball.obj: the mesh has no faces" in said
 
 
 @given(st.floats(0.5, 9.0), st.dictionaries(st.sampled_from(["search", "binding"]), st.floats(0.0, 0.2)))

@@ -21,6 +21,7 @@ from tamp.pipeline.solving.run import Run
 from tamp.results import Result
 from tamp.speculation import speculating
 from tamp.task import Grip, Move, Plan, Task, task_robot
+from tamp.task.expected import expect_task
 from tamp.threads import one_thread
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ def carry_out(
         TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
         TampError: where seed or timeout is not valid.
     """
+    expect_task(task)
     refuse_arguments(seed, timeout)
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
     limit = min(FOREVER_S, task.limits.planning_s if timeout is None else timeout)
