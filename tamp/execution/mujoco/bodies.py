@@ -22,8 +22,12 @@ from tamp.world.geometry.object_geometry import load_geometry
 SOLREF = (0.005, 1.0)
 """Time constant [s] and damping ratio of a contact."""
 
-SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
-"""Impedance of a contact: its least and largest value, the penetration between the two [m], middle and power."""
+SOLIMP = (0.95, 0.99, 0.0002, 0.5, 2.0)
+"""Impedance of a contact: its least and largest value, the penetration between the two [m], middle and power.
+
+A contact is as soft as what touches is light: with the largest value at a millimetre, fingers sink by 0.7 mm each into
+0.1 kg that they squeeze with 100 N. With it at once, what slides touches in two of three steps.
+"""
 
 SPINNING_FRICTION = 0.1
 """Moment with which a contact resists turning about its normal, for each newton that it is pressed with [m].
