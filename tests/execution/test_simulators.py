@@ -4,6 +4,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -232,6 +233,22 @@ def test_links_that_swing_hold_a_block_between_pads_that_stay_where_the_linkage_
         assert math.hypot(x, y, z - depth) < 1e-3
 
 
+@pytest.mark.parametrize("mass", [0.03, 0.1, 0.3])
+def test_what_is_light_gives_way_no_more_in_mujoco_where_fingers_squeeze_it_with_all_their_force(mass):
+    pytest.importorskip("mujoco")
+    spec = load_robot("panda")
+    with make_simulator("mujoco", (), robot=spec) as world:
+        tool = world.robot.tool()
+    block = Object("block", Box((0.03, 0.04, 0.03)), tool, mass=mass)
+    with make_simulator("mujoco", (block,), robot=spec) as world:
+        world.robot.squeeze(spec.gripper.force)
+        for _ in range(240):
+            world.place("block", tool)
+            world.step()
+        world.step(240)
+        assert world.robot.opening() == pytest.approx(0.04, abs=5e-4)
+
+
 def test_what_slides_in_mujoco_stays_on_the_table_and_stops_as_friction_has_it():
     pytest.importorskip("mujoco")
     flat = Object("flat", Box((0.17, 0.11, 0.045)), Pose((-0.2, 0.0, 0.0225)))
@@ -275,8 +292,11 @@ def test_what_slides_down_a_ramp_in_mujoco_stays_on_it_and_gets_as_fast_as_frict
         assert math.dist(world.pose("flat").xyz, start.xyz) == pytest.approx(pull * 0.4**2 / 2, rel=0.02)
 
 
-def test_what_is_held_stays_where_it_is_in_a_hand_that_swings_round(simulator):
+@pytest.mark.parametrize("pads", [None, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))])
+def test_what_is_held_stays_where_it_is_in_a_hand_that_swings_round(simulator, pads):
+    """Also where the file of a gripper whose fingers slide says where their pads are."""
     spec = load_robot("panda")
+    spec = replace(spec, gripper=replace(spec.gripper, pads=pads))
     with make_simulator(simulator, (), robot=spec) as world:
         tool = world.robot.tool()
     block = Object("block", Box((0.03, 0.04, 0.03)), tool, mass=0.1)

@@ -136,7 +136,7 @@ class RobotBody:
     def _forces(self, force: float, opening: float) -> dict[int, float]:
         """Of the joints that have motors of their own, with which each finger presses by `force` [N]: all, or one."""
         forces = np.abs(self.drive.forces(force, opening))
-        if self.spec.gripper.pads is None:
+        if self.drive.sliding:
             return dict(enumerate(forces.tolist()))
         multipliers = self.drive.multipliers
         return {self.leader: float(forces[self.leader] * (multipliers**2).sum() / (2 * multipliers[self.leader] ** 2))}
@@ -148,7 +148,7 @@ class RobotBody:
         presses for its own finger, and motors that do not yield keep all others where it is. What the URDF calls the
         driver may be a link beside the fingers, that feels nothing of what they hold: it follows like the others.
         """
-        if self.spec.gripper.pads is None:
+        if self.drive.sliding:
             return
         state = pybullet.getJointState(self.id, self.fingers[self.leader], physicsClientId=self.client)
         multipliers, offsets = self.drive.multipliers, self.drive.offsets
@@ -261,7 +261,7 @@ def _set_up(body: RobotBody, q: Sequence[float]) -> None:
             spinningFriction=SPINNING_FRICTION,
             physicsClientId=body.client,
         )
-    if body.spec.gripper.pads is None:
+    if body.drive.sliding:
         _couple(body)
     body.command(q)
     body.open_to(body.spec.gripper.stroke)
@@ -270,7 +270,8 @@ def _set_up(body: RobotBody, q: Sequence[float]) -> None:
 def _couple(body: RobotBody) -> None:
     """Keep fingers that slide together: without it the stronger one pushes the object aside."""
     driver, *others = body.fingers
-    for follower, multiplier in zip(others, body.spec.gripper.multipliers[1:], strict=True):
+    grip = body.spec.gripper
+    for follower, multiplier, offset in zip(others, grip.multipliers[1:], grip.offsets[1:], strict=True):
         gear = pybullet.createConstraint(
             body.id,
             driver,
@@ -282,8 +283,13 @@ def _couple(body: RobotBody) -> None:
             childFramePosition=[0, 0, 0],
             physicsClientId=body.client,
         )
-        pybullet.changeConstraint(
-            gear, gearRatio=-1 / multiplier, erp=0.1, maxForce=COUPLING_FORCE, physicsClientId=body.client
+        pybullet.changeConstraint(  # keeps driver + ratio * follower at the target
+            gear,
+            gearRatio=-1 / multiplier,
+            relativePositionTarget=-offset / multiplier,
+            erp=0.1,
+            maxForce=COUPLING_FORCE,
+            physicsClientId=body.client,
         )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -41,6 +42,7 @@ class GripperDrive:
         multipliers, offsets: of each joint against the driver.
         rates: how fast the pads part as each joint moves alone, at the openings of the linkage's grid, shape (n, k).
         scale: a joint's stiffness, damping and inertia for each one of a finger, [m^2/rad^2] or 1.
+        sliding: whether all joints slide; else links swing.
     """
 
     linkage: Linkage
@@ -48,6 +50,7 @@ class GripperDrive:
     offsets: Vector
     rates: Vector
     scale: float
+    sliding: bool
 
     @property
     def stiffness(self) -> float:
@@ -104,4 +107,6 @@ def gripper_drive(robot: RobotSpec) -> GripperDrive:
     multipliers, offsets = np.array(link.gripper.multipliers), np.array(link.gripper.offsets)
     rate = link.per_driver(robot.gripper.stroke / 2)
     rates = pad_rates(robot, np.array([link.driver(opening) for opening in link.grid]))
-    return GripperDrive(link, multipliers, offsets, rates, rate**2 / (2.0 * float((multipliers**2).sum())))
+    kinds = {joint.get("name"): joint.get("type") for joint in ElementTree.fromstring(robot.description).iter("joint")}
+    sliding = all(kinds.get(name) == "prismatic" for name in robot.gripper.joints)
+    return GripperDrive(link, multipliers, offsets, rates, rate**2 / (2.0 * float((multipliers**2).sum())), sliding)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.execution.robot.gripper_drive import FINGER_SPEED, gripper_drive
+from tamp.execution.robot.gripper_drive import FINGER_SPEED, GripperDrive, gripper_drive
 from tamp.execution.robot.links import LEAST_MASS, LEAST_MOMENT, Joint, Link, merged_fingers
 from tamp.execution.sapien.bodies import ROBOT_GROUP, add_hull, fixed_material, from_sapien, set_inertia, to_sapien
 from tamp.execution.sapien.client import physx, sapien
@@ -44,7 +44,7 @@ class SapienRobot:
 
     def __init__(self, scene: Any, system: Any, spec: RobotSpec, q: Sequence[float]) -> None:
         self._system, self._spec, self._drive = system, spec, gripper_drive(spec)
-        self.links = _add_links(scene, spec, self._drive.armature if spec.gripper.pads is None else COUPLED_ARMATURE)
+        self.links = _add_links(scene, spec, self._drive)
         self._articulation = next(iter(self.links.values())).articulation
         names = [joint.name for joint in self._articulation.active_joints]
         self._arm = np.array([names.index(name) for name in spec.joints])
@@ -52,7 +52,7 @@ class SapienRobot:
         joints = self._articulation.active_joints
         self._arm_joints = [joints[i] for i in self._arm]
         self._finger_joints = [joints[i] for i in self._fingers]
-        self._swinging = spec.gripper.pads is not None
+        self._swinging = not self._drive.sliding
         self._pads = tuple(self.links[name] for name in spec.gripper.fingers)
         self.objects: Mapping[str, Any] = {}
         start = np.zeros(len(names), dtype=np.float32)
@@ -158,12 +158,12 @@ class SapienRobot:
         return tuple(i in touched for i in range(len(self._pads)))
 
 
-def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str, Any]:
+def _add_links(scene: Any, spec: RobotSpec, drive: GripperDrive) -> dict[str, Any]:
     """The robot's links by name, its base fixed."""
     made: dict[str, Any] = {}
     moved: dict[str, Any] = {}
     entities = []
-    surface = fixed_material()
+    surface, finger_armature = fixed_material(), drive.armature if drive.sliding else COUPLED_ARMATURE
     links, part_of = merged_fingers(spec)  # tendons run through joints that move, and no others
     for link in links:
         body = physx.PhysxArticulationLinkComponent(None if link.parent is None else made[link.parent])
@@ -186,7 +186,7 @@ def _add_links(scene: Any, spec: RobotSpec, finger_armature: float) -> dict[str,
         entities.append(entity)
     driver, grip = moved[spec.gripper.joints[0]], spec.gripper
     followers = zip(grip.joints[1:], grip.multipliers[1:], grip.offsets[1:], strict=True)
-    for name, multiplier, offset in followers if grip.pads is None else ():
+    for name, multiplier, offset in followers if drive.sliding else ():
         chain = _tendon(driver, moved[name])
         ratio = [-multiplier if link is driver else float(link is moved[name]) for link in chain]
         driver.articulation.create_fixed_tendon(chain, ratio, ratio, rest_length=offset, stiffness=1e5)
