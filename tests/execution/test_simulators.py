@@ -176,6 +176,19 @@ def test_what_moves_needs_no_hull(simulator, tmp_path):
         assert wait(world, 2.0, lambda: abs(world.robot.opening() - 0.02) < 1e-3)
 
 
+def test_links_may_be_called_as_other_bodies_of_the_world_are(simulator, tmp_path):
+    names = {"column": "table", "base": "floor", "flag": "object_0"}
+    arm = ARM
+    for old, new in names.items():
+        assert f'"{old}"' in arm
+        arm = arm.replace(f'"{old}"', f'"{new}"')
+    spec = read_robot(write(tmp_path / "named", arm=arm))
+    with make_simulator(simulator, (BOX,), robot=spec) as world:
+        world.step(24)
+        assert world.robot.configuration() == pytest.approx(spec.home, abs=1e-3)
+        assert any({touch.a, touch.b} == {"box", TABLE} for touch in world.touches())
+
+
 def test_a_world_without_a_robot_has_none(simulator):
     with make_simulator(simulator, (BOX,)) as world:
         assert world.robot is None

@@ -37,7 +37,7 @@ KINDS = {"revolute": mujoco.mjtJoint.mjJNT_HINGE, "prismatic": mujoco.mjtJoint.m
 
 
 def add_robot(spec: Any, robot: RobotSpec) -> None:
-    """Add a robot to a model in the making, its base fixed; links and joints keep the URDF's names.
+    """Add a robot to a model in the making, its base fixed; joints keep the URDF's names.
 
     Raises:
         RobotError: where the URDF cannot be used.
@@ -46,8 +46,7 @@ def add_robot(spec: Any, robot: RobotSpec) -> None:
     drive = gripper_drive(robot)
     for link in robot_links(robot):
         parent = spec.worldbody if link.parent is None else bodies[link.parent]
-        name = "robot's world" if link.name == "world" else link.name  # MuJoCo has a body of that name itself
-        body = parent.add_body(name=name, pos=link.pose.xyz, quat=wxyz(link.pose), gravcomp=1.0)
+        body = parent.add_body(name=body_name(link.name), pos=link.pose.xyz, quat=wxyz(link.pose), gravcomp=1.0)
         bodies[link.name] = body
         for hull in link.hulls:
             add_hull(spec, body, hull, Friction(group=ROBOT))
@@ -64,6 +63,11 @@ def add_robot(spec: Any, robot: RobotSpec) -> None:
         )
         gear.objtype = mujoco.mjtObj.mjOBJ_JOINT
         gear.data[:2] = grip.offsets[i], grip.multipliers[i]  # of the polynomial that gives one from the other
+
+
+def body_name(link: str) -> str:
+    """What a link is called in the model: the URDF may have a world, a table and a floor of its own."""
+    return f"link {link}"
 
 
 def _add_joint(spec: Any, body: Any, joint: Joint, robot: RobotSpec, finger_armature: float) -> None:
@@ -116,7 +120,8 @@ class MuJoCoRobot:
     def __init__(
         self, spec: RobotSpec, model: Any, data: Any, geoms: Mapping[str, frozenset[int]], q: Sequence[float]
     ) -> None:
-        for kind, names in (("joint", (*spec.joints, *spec.gripper.joints)), ("body", (spec.tool_parent,))):
+        links = (body_name(spec.tool_parent),)
+        for kind, names in (("joint", (*spec.joints, *spec.gripper.joints)), ("body", links)):
             for name in names:
                 if mujoco.mj_name2id(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), name) < 0:
                     raise RobotError(f"{spec.urdf}: there is no {name!r} that MuJoCo could use")
@@ -131,7 +136,7 @@ class MuJoCoRobot:
             np.array([model.actuator(name).id for name in names]) for names in (spec.joints, spec.gripper.joints)
         )
         self._pads = tuple(
-            frozenset(np.flatnonzero(model.geom_bodyid == model.body(name).id).tolist())
+            frozenset(np.flatnonzero(model.geom_bodyid == model.body(body_name(name)).id).tolist())
             for name in spec.gripper.fingers
         )
         self._drive = gripper_drive(spec)
@@ -193,7 +198,7 @@ class MuJoCoRobot:
     def link(self, name: str) -> Pose:
         """`T_world_link` of one of the URDF's links as it is now."""
         mujoco.mj_kinematics(self._model, self._data)
-        body = self._model.body(name).id
+        body = self._model.body(body_name(name)).id
         w, x, y, z = self._data.xquat[body]
         return Pose(tuple(self._data.xpos[body]), (x, y, z, w))
 
