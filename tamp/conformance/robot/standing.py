@@ -48,7 +48,7 @@ class Standing:
             return f"{sunk}: are masses and effort limits right, and is home free?"
         if self.shut > MISSED or self.open < self.stroke - MISSED:
             went = f"the fingers close to {1000 * self.shut:.1f} and open to {1000 * self.open:.1f} mm"
-            return f"{went}, not to 0 and {1000 * self.stroke:.1f}: what is in their way?"
+            return f"{went}, not to 0 and {1000 * self.stroke:.1f}: what is in their way, or damps them in the URDF?"
         return ""
 
     def __str__(self) -> str:

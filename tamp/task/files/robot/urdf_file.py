@@ -12,6 +12,7 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+from urllib.parse import unquote
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -263,17 +264,22 @@ def find_mesh(filename: str, urdf: Path, folders: Sequence[Path]) -> tuple[Path 
     """The file that a URDF's path means, and all the places where it was looked for.
 
     `package://NAME/REST` is looked for as NAME/REST and as REST in each folder, and in the folders above the URDF;
-    what is not a URL, beside the URDF.
+    what is not a URL, beside the URDF. What a URL writes as %20 is a space where no file's name has it so itself.
     """
     scheme, _, rest = filename.rpartition("://")
-    if scheme in ("package", "model"):
-        inner = rest.partition("/")[2]
-        looked = [folder / part for folder in folders for part in (rest, inner)]
-        looked += [folder / rest for folder in urdf.resolve().parents]
-        looked += [folder / inner for folder in urdf.resolve().parents if folder.name == rest.partition("/")[0]]
-    else:
-        looked = [urdf.resolve().parent / rest, *(folder / rest for folder in folders)]
+    looked = _places(scheme, rest, urdf, folders)
+    if scheme and unquote(rest) != rest:
+        looked += _places(scheme, unquote(rest), urdf, folders)
     return next((place for place in looked if place.is_file()), None), looked
+
+
+def _places(scheme: str, rest: str, urdf: Path, folders: Sequence[Path]) -> list[Path]:
+    if scheme not in ("package", "model"):
+        return [urdf.resolve().parent / rest, *(folder / rest for folder in folders)]
+    inner = rest.partition("/")[2]
+    looked = [folder / part for folder in folders for part in (rest, inner)]
+    looked += [folder / rest for folder in urdf.resolve().parents]
+    return looked + [folder / inner for folder in urdf.resolve().parents if folder.name == rest.partition("/")[0]]
 
 
 def _parse(path: Path) -> Element:
@@ -327,6 +333,8 @@ def _weigh(link: Element) -> None:
 def _drive(joint: Element, driven: Driven) -> None:
     if joint.get("type") == "continuous":
         joint.set("type", "revolute")
+    if joint.find("axis") is None:
+        ElementTree.SubElement(joint, "axis", xyz="1 0 0")  # what it is anyway; some readers warn
     limit = joint.find("limit")
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit")

@@ -74,6 +74,24 @@ def test_capsules_and_collada_are_shapes_of_links(tmp_path: Path) -> None:
             assert np.ptp(solid.pieces[0].part.vertices, axis=0) == pytest.approx(sizes[solid.name])
 
 
+@pytest.mark.parametrize("kept", ["a bar.obj", "a%20bar.obj"])
+def test_what_a_url_writes_in_percent_is_found(tmp_path: Path, kept: str) -> None:
+    path = write(tmp_path / "swinging", arm=ARM.replace("meshes/bar.obj", "meshes/a%20bar.obj"))
+    meshes = path.parent / "theirs_elsewhere" / "meshes"
+    (meshes / "bar.obj").rename(meshes / kept)
+    assert any(shape.link == "column" for shape in link_shapes(read_robot(path)))
+
+
+def test_a_joint_whose_axis_is_left_out_turns_about_x(tmp_path: Path) -> None:
+    joint = '<child link="boom"/><axis xyz="0 1 0"/>'
+    assert joint in ARM
+    spec = read_robot(write(tmp_path / "swinging", arm=ARM.replace(joint, '<child link="boom"/>')))
+    root = ElementTree.fromstring(spec.description)
+    axes = {joint.get("name"): joint.find("axis") for joint in root.iter("joint") if joint.get("type") != "fixed"}
+    assert all(axis is not None for axis in axes.values())
+    assert axes["bend"].get("xyz") == "1 0 0"
+
+
 def test_a_picture_s_mesh_that_is_missing_is_left_out(spec: RobotSpec) -> None:
     assert ElementTree.fromstring(spec.description).find("link[@name='column']/visual") is None
 
