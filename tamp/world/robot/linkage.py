@@ -114,6 +114,9 @@ def linkage(spec: RobotSpec) -> Linkage:
 
 def _check(spec: RobotSpec, apart: Array) -> None:
     name, stroke = f"robot {spec.name}", spec.gripper.stroke
+    if np.ptp(apart) < CLOSED:
+        told = 'fingers that move the same way? <mimic multiplier="-1"> in the URDF lets one go the other way'
+        raise RobotError(f"{name}: the pads do not part as {spec.gripper.joints[0]} moves; {told}")
     if (np.diff(apart) <= 0.0).any():
         raise RobotError(f"{name}: the pads turn back between the gripper's limits; give limits without that")
     if apart[0] > CLOSED:

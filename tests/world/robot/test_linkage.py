@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,3 +146,29 @@ def test_pads_that_stop_just_short_of_closing_have_a_rate_there_too(tmp_path) ->
     assert 0.0004 < link.openings[0] < 0.002
     assert link.per_driver(0.0) == pytest.approx(link.per_driver(float(link.openings[0])))
     assert gripper_drive(spec).velocities(0.1, 0.0).shape == (4,)
+
+
+def sliding(folder: Path, right: str) -> Path:
+    """The robot with fingers that slide along one axis and mimic nothing, the right one in a range of its own."""
+    robot = ROBOT.replace("[h_left_swing]", "[h_left, h_right]").replace("limits: [0.0, 0.5]", "limits: [0.0, 0.03]")
+    path = write(folder, robot.replace("[[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]", "[[0.0, -0.002, 0.0], [0.0, 0.002, 0.0]]"))
+    palm, box = '<link name="palm"/>', '<collision><geometry><box size="0.01 0.004 0.02"/></geometry></collision>'
+    for side, y, ends in (("left", 0.002, 'lower="0" upper="0.03"'), ("right", -0.002, right)):
+        palm += f"""<link name="{side}_tip">{box}</link><joint name="{side}" type="prismatic"><parent link="palm"/>
+            <child link="{side}_tip"/><axis xyz="0 1 0"/><origin xyz="0 {y} 0.08"/>
+            <limit {ends} effort="9" velocity="1"/></joint>"""
+    (folder / "urdf" / "hand.urdf").write_text(f'<robot name="hand">{palm}</robot>')
+    return path
+
+
+def test_a_finger_whose_range_is_the_other_s_the_other_way_round_goes_the_other_way(tmp_path) -> None:
+    spec = read_robot(sliding(tmp_path / "mirrored", 'lower="-0.03" upper="0"'))
+    assert spec.gripper.multipliers == (1.0, -1.0)
+    assert linkage(spec).opening(0.01) == pytest.approx(0.02)
+    assert gripper_drive(spec).sliding
+
+
+def test_fingers_that_move_the_same_way_are_refused(tmp_path) -> None:
+    spec = read_robot(sliding(tmp_path / "same", 'lower="0" upper="0.03"'))
+    with pytest.raises(RobotError, match="the pads do not part as h_left moves; fingers that move the same way"):
+        linkage(spec)

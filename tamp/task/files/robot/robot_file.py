@@ -45,6 +45,15 @@ def read_robot(path: Path) -> RobotSpec:
     return _Reader(document, path.resolve().parent).spec(model)
 
 
+def _mirrored(driver: str, other: str, urdf: Urdf) -> bool:
+    """Whether a joint's range is another's the other way round, as [-0.04, 0] is that of [0, 0.04]."""
+    try:
+        one, two = urdf.limits(driver), urdf.limits(other)
+    except RobotError:  # no limits
+        return False
+    return one is not None and two is not None and two != one and two == (-one[1], -one[0])
+
+
 class _Reader:
     """Turns the file's models into the robot."""
 
@@ -122,7 +131,7 @@ class _Reader:
         follow = followers(driver, urdf.mimics())
         law |= {name: (m, b) for name, m, b in follow if urdf.joint(name).get("type") in MOVABLE}
         for name in model.joints:
-            law.setdefault(name, (1.0, 0.0))
+            law.setdefault(name, (-1.0 if _mirrored(driver, name, urdf) else 1.0, 0.0))
         kinds = {name: urdf.joint(name).get("type") for name in law}
         if model.pads is None and (set(kinds.values()) != {"prismatic"} or any(m != 1.0 or b for m, b in law.values())):
             raise self._refused(
