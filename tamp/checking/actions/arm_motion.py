@@ -85,7 +85,7 @@ def check_move(
     for link, name in () if found is None else pushed_over(scene, state, pressed, met, found.times, allow):
         report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
     for link, name in () if found is None else met_as_stayed(scene, state, move, found, allow):
-        where = "which stays where the task has it and not where the plan says that it starts"
+        where = "which is where the task has it, or pads have turned it, and not where the plan says"
         report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))

@@ -90,13 +90,20 @@ def check_fall(
             report("fall", f"{name} gets stuck in {other}, which has no room for it to fall into", bodies=(name, other))
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
-    if drop <= allow.dropped:
+    if max(drop, _landing(met, before, after)) <= allow.dropped:
         return
     if drop > allow.drop and rolls_away(scene, state, name, None if straight else ahead, allow):
         report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
     turned = _upset_turning(scene, state, name, before, touched, met, drop, allow)
     for sentence, bodies in _upset_straight(scene, state, name, drop, allow) if straight else turned:
         report("fall", sentence, bodies=bodies)
+
+
+def _landing(met: Contacts, before: Array, after: Array) -> float:
+    """How far the places come down that a body, taken from one pose to another, lands on; 0 where it meets nothing."""
+    came = before @ inverse(after)
+    points = np.concatenate([np.zeros((0, 3)), *(patch.points for patch in met.patches.values())])
+    return float((points @ came[2, :3] + came[2, 3] - points[:, 2]).max(initial=0.0))
 
 
 def falls_straight(before: Array, after: Array) -> bool:

@@ -9,10 +9,11 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
 from tamp.checking.actions.blow import upset_by_fall
+from tamp.checking.actions.closing_pads import check_drawn, drawn_along, laid_between
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.actions.wedging import jammed
-from tamp.checking.geometry.pad_region import between_pads, laid_flush, squeezed_out
+from tamp.checking.geometry.pad_region import TURN, between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.equilibrium import LEVEL
@@ -69,11 +70,12 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     check_uncovered(scene, state, name, allow, report)
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
-    drawn = _drawn_along(scene, name, T_tool_object, grip.width, opening)
-    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
+    lies = laid_between(scene, name, T_tool_object, grip.width, opening)
+    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
     state.held = grip.attachment
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
+    check_drawn(scene, state, name, gripped, T_world_tool @ lies, allow, report)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = state.gripped = gripped
 
@@ -197,6 +199,8 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
     if not all(_stands_at(scene, state, name, T, allow) for T in _elsewhere(scene, state, name, far, turn, allow)):
         where = f"{1000 * far:.1f} mm aside and turned by {np.degrees(turn):.1f} degrees"
         report("release", f"{name} may be {where} by all that nothing explains, and tip over", (name,))
+    if not all(_stands_at(scene, state, name, T, allow) for T in _as_pads_turn(scene, state, name, allow)):
+        report("release", f"{name} tips over as it lies where closing pads have turned it", (name,))
 
 
 def _aside(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
@@ -214,6 +218,14 @@ def _elsewhere(scene: Scene, state: State, name: str, far: float, turn: float, a
         moved = T.copy()
         moved[:2, 3] += far * np.array([np.cos(angle), np.sin(angle)])
         yield moved
+
+
+def _as_pads_turn(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[Array]:
+    """Where an object is that pads have turned about the vertical, to the step in which that is looked for."""
+    T = state.poses[name]
+    lies = state.stayed.get(name, T)
+    if _angle(lies, T) > allow.grasp_angle and lies[2, :3] @ T[2, :3] > np.cos(allow.grasp_angle):
+        yield from (turned(lies, scene.center_of_mass(name, lies), UP, more) for more in (-TURN, 0.0, TURN))
 
 
 def _stands_at(scene: Scene, state: State, name: str, T: Array, allow: Tolerances) -> bool:
@@ -343,17 +355,6 @@ def _check_closing(
             f"{1000 * width:.1f} mm"
         )
         report("grasp", sentence, bodies=(name,), depth=astray)
-
-
-def _drawn_along(scene: Scene, name: str, T_tool_object: Array, width: float, opening: float) -> float:
-    """How far closing pads take an object's centre of mass until it lies flush, half-way between them [m]."""
-    tree, gripper, solid = scene.links.tree, scene.links.tree.spec.gripper, scene.solids[name]
-    depth, mu = tree.pad_depth(width), PAD_FRICTION * scene.friction(name)
-    drawn = laid_flush(solid, T_tool_object, gripper, opening, mu, depth)
-    if (found := between_pads(solid, drawn, gripper, opening, depth)) is None:
-        return 0.0
-    off = scene.center_of_mass(name, drawn) - scene.center_of_mass(name, T_tool_object)
-    return float(np.linalg.norm(off - sum(found) / 2 * np.array(gripper.axis)))
 
 
 def _slips_off(scene: Scene, state: State, name: str, opening: float) -> bool:

@@ -78,7 +78,8 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
 def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> Array | None:
     """Where an object stays, as far as anybody can tell, that is said to start a little elsewhere; None of all others.
 
-    That is, shape (4, 4), straight below where it is written, after a drop of `allow.settling` at most.
+    That is, shape (4, 4), straight below where it is written, after a drop of `allow.settling` at most. What is written
+    in another body by no more than noise is pushed out of that by no more than twice as much.
 
     Arguments as of `unexplained`.
     """
@@ -86,9 +87,10 @@ def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], 
         return None
     inside, fallen = _falls(scene, state, name, written[name], allow)
     drop = float(written[name][2, 3] - fallen[2, 3])
-    if scene.displacement(name, fallen, state.poses[name]) <= allow.collision:
+    pushed = 2 * inside if inside > LANDED else 0.0
+    if scene.displacement(name, fallen, state.poses[name]) <= allow.collision + pushed:
         return None
-    if drop > allow.settling or inside > LANDED or _jostled(scene, state, name, written, allow):
+    if drop > allow.settling or inside > allow.collision or _jostled(scene, state, name, written, allow):
         return None
     if any(_passed_by(scene, state, name, other, written, allow) for other in sorted(written) if other != name):
         return None

@@ -53,7 +53,7 @@ def test_what_stays_where_the_task_has_it_is_met_there(aside, clear, met):
     end = 0.15 + aside - 0.03 - FRONT - clear
     tops = [Pose((end - by, 0.0, 0.03), DOWN) for by in (0.06, 0.0, 0.06)]
     said = led(box, tops, Pose((0.15 + aside, BESIDE, 0.03)))
-    assert [("meets box, which stays where the task has it" in sentence) for sentence in said] == [True] * len(said)
+    assert [("meets box, which is where the task has it" in sentence) for sentence in said] == [True] * len(said)
     assert bool(said) == met
 
 
@@ -81,7 +81,7 @@ def test_what_stays_elsewhere_is_as_much_aside_in_the_hand(aside):
     task = Task("alone", (*task.objects, wall))
     plan = Plan("alone", "panda", 0, {"red": said, "wall": wall.pose}, HOME, {"red": end}, tuple(actions))
     found = [problem.sentence for problem in check(task, plan).problems]
-    assert all("meets red, which stays where the task has it" in sentence for sentence in found)
+    assert all("meets red, which is where the task has it" in sentence for sentence in found)
     assert bool(found) == (aside > 0.0)
 
 

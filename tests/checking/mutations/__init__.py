@@ -38,6 +38,7 @@ from tests.checking.mutations.grips import (
     slip_in_hand,
     swings_down,
     swings_on_the_way,
+    turned_flush,
     wrong_object,
     wrong_width,
 )
@@ -142,6 +143,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     swings_down: ("grasp",),
     pries_open: ("grasp",),
     cut_between_pads: ("grasp",),
+    turned_flush: ("collision",),
     place_in_the_air: ("support",),
     drop_from_height: ("release",),
     place_elsewhere: ("release",),

@@ -11,6 +11,7 @@ from tamp.task import At, Attachment, Box, Grip, Gripper, Inertia, Move, Object,
 from tamp.task.robot import PAD_FRICTION
 from tests.checking.mutations.editing import (
     Pair,
+    added,
     changed,
     choose,
     put,
@@ -177,6 +178,38 @@ def cut_between_pads(task: Task, plan: Plan, rng: np.random.Generator) -> Pair |
     start = {left.name: plan.start[thing.name] @ second}
     cut = recentred(plan, kept.name, first)
     return _cut(task, kept, left), replace(cut, start={**cut.start, **start})
+
+
+def turned_flush(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A box lies askew between the pads, is long, and something narrow stands where its end comes to as they close."""
+    where = choose(steps_of(plan, Grip), rng)
+    grip = None if where is None else step_at(plan, where)
+    name = "" if grip is None else grip.attachment.object
+    if grip is None or [step_at(plan, w).attachment.object for w in steps_of(plan, Grip)].count(name) > 1:
+        return None
+    thing, gripper, T = task.object(name), load_robot(task.robot).gripper, grip.attachment.T_tool_object
+    beside = np.cross(gripper.axis, (0.0, 0.0, 1.0))
+    axis, across = (int(np.abs(way @ T.matrix[:3, :3]).argmax()) for way in (beside, np.array(gripper.axis)))
+    up = plan.start[name].matrix[2, :3]
+    level = abs(up[axis]) < 0.01 and abs(up[across]) < 0.01
+    if not isinstance(thing.shape, Box) or not level:
+        return None
+    turn, side = rng.uniform(0.07, 0.1) * rng.choice([-1.0, 1.0]), rng.choice([-1.0, 1.0])
+    by = T.inverse() @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, turn)) @ T
+    size = np.array(thing.shape.size)
+    size[axis] = rng.uniform(0.18, 0.22)
+    end = np.array(T.inverse().matrix[:3, 3])
+    end[axis] = side * (size[axis] / 2 - 0.01)
+    swings = by.inverse().matrix[:3, :3] @ (end - T.inverse().xyz) + T.inverse().xyz - end
+    end[across] = np.sign(swings[across]) * (size[across] / 2 + 0.003)
+    high = 1.5 * size[3 - axis - across]
+    goal = At(thing.goal.pose @ by) if isinstance(thing.goal, At) else thing.goal
+    slippery = min(thing.friction, 0.012 / size[across])  # so that nothing keeps it askew
+    longer = changed(task, name, shape=Box(tuple(size)), pose=thing.pose @ by, goal=goal, friction=slippery)
+    stood = (plan.start[name] @ by).matrix @ np.append(end, 1.0)
+    yaw = np.arctan2(*(plan.start[name] @ by).matrix[[1, 0], axis])
+    narrow = Object("narrow", Box((0.01, 0.004, high)), Pose.from_rpy((*stood[:2], high / 2), (0.0, 0.0, yaw)))
+    return added(longer, recentred(plan, name, by), narrow)
 
 
 def _cut(task: Task, kept: Object, left: Object) -> Task:

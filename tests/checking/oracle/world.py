@@ -10,6 +10,7 @@ import numpy as np
 
 from tamp.task import Action, At, Box, Cylinder, Grip, Move, Plan, Release, Sphere, Task, Trajectory
 from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot, tool_at, within
+from tests.checking.oracle.flush import turned_into
 from tests.checking.oracle.rubbing import rubs
 from tests.checking.oracle.striking import MET, dragged_over
 from tests.checking.oracle.wedging import stuck
@@ -258,6 +259,8 @@ def grip(world: World, grip: Grip) -> str | None:
             return "the object swings down in the fingers"
     if item.mass * 9.81 > 2.1 * item.friction * gripper.force:
         return "the object is too heavy for the fingers"
+    if (other := turned_into(item, gripper, tool, world.bodies, world.poses)) is not None:
+        return f"the fingers turn {name} into {other}"
     if (text := _turns(world, name, world.poses[name], claimed)) is not None:
         return text
     world.stays.pop(name, None)

@@ -1,0 +1,108 @@
+"""What closing pads do to an object besides holding it: they draw it half-way between them, and turn it flush.
+
+What it meets on that way it pushes; and it is carried, and put down, as it lies then.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.actions.strike import SLIDING, pushed_over
+from tamp.checking.geometry.pad_region import between_pads, laid_flush
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.physics.support import carriers
+from tamp.checking.robot.sweep import Mover, passed, standing, touches
+from tamp.checking.scene import TABLE, Scene, State
+from tamp.task.robot import PAD_FRICTION
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.checking.actions.arm_motion import Report
+    from tamp.checking.tolerances import Tolerances
+
+    Array = NDArray[np.float64]
+
+CLOSING = 0.05
+"""How fast pads close, about [m/s]."""
+
+CARRIES = 0.5
+"""Vertical component of a contact normal from which on an object stands on what it touches, or in it."""
+
+
+def laid_between(scene: Scene, name: str, T_tool_object: Array, width: float, opening: float) -> Array:
+    """Where an object lies in the tool frame, shape (4, 4), when pads have closed on it: flush, half-way between."""
+    tree, gripper, solid = scene.links.tree, scene.links.tree.spec.gripper, scene.solids[name]
+    depth, mu = tree.pad_depth(width), PAD_FRICTION * scene.friction(name)
+    lies = laid_flush(solid, T_tool_object, gripper, opening, mu, depth)
+    if (found := between_pads(solid, lies, gripper, opening, depth)) is None:
+        return T_tool_object
+    drawn = lies.copy()
+    drawn[:3, 3] -= sum(found) / 2 * np.array(gripper.axis)
+    return drawn
+
+
+def drawn_along(scene: Scene, name: str, T_tool_object: Array, lies: Array) -> float:
+    """How far closing pads take an object's centre of mass from T_tool_object to where it `lies` [m]."""
+    off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, T_tool_object)
+    return float(np.linalg.norm(off))
+
+
+def check_drawn(
+    scene: Scene, state: State, name: str, said: Array, lies: Array, allow: Tolerances, report: Report
+) -> None:
+    """What is gripped pushes nothing over as pads turn it, and draw it along, until it is where it `lies`.
+
+    Where they turn it farther than the plan has `said` it is noted where it lies from then on; all T_world_object, of
+    shape (4, 4). What is of several pieces bulges, and nobody knows for certain how far it turns.
+    """
+    start, end = state.poses[name], lies.copy()
+    if len(scene.solids[name].pieces) > 1:
+        end[:3, :3] = start[:3, :3]
+    path = _way(start, end, scene.solids[name].radius, allow.step)
+    for other in [] if path is None else _met(scene, state, Mover(scene.solids[name], path), allow):
+        report("collision", f"closing pads turn, or draw, {name} into {other}", bodies=(name, other))
+    if _turn(said, end)[1] > allow.grasp_angle:
+        state.stayed[name] = end
+
+
+def _way(start: Array, end: Array, radius: float, step: float) -> Array | None:
+    """Poses from one to another, shape (n, 4, 4), no farther apart than a step; None where it is no way at all."""
+    axis, angle = _turn(start, end)
+    far = float(np.linalg.norm(end[:3, 3] - start[:3, 3])) + radius * angle
+    if far < SLIDING:
+        return None
+    shares = np.linspace(0.0, 1.0, max(int(np.ceil(far / step)), 2) + 1)
+    path = np.tile(np.eye(4), (len(shares), 1, 1))
+    path[:, :3, :3] = [rotation(axis, share * angle) @ start[:3, :3] for share in shares]
+    path[:, :3, 3] = start[:3, 3] + shares[:, None] * (end[:3, 3] - start[:3, 3])
+    return path
+
+
+def _turn(before: Array, after: Array) -> tuple[Array, float]:
+    """Axis, a unit vector in the world, and angle of the turn between two poses, less than a right one [rad]."""
+    R = after[:3, :3] @ before[:3, :3].T
+    sines = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+    sine = float(np.linalg.norm(sines))
+    return sines / max(sine, 1e-12), float(np.arcsin(min(sine, 1.0)))
+
+
+def _met(scene: Scene, state: State, drawn: Mover, allow: Tolerances) -> list[str]:
+    """What an object meets as it is drawn along, or pushes within tolerance, so that it rolls or tips over.
+
+    What it stands or leans on, such as the rack that it is taken from, is not asked about.
+    """
+    pairs, rest = [], state.without(drawn.solid.name)
+    under = carriers(scene, state, drawn.solid.name, allow).patches.items()
+    spared = {other for other, patch in under if (patch.normals[:, 2] > CARRIES).any()}
+    for other in passed([drawn], standing(scene.solids, rest.standing(scene))):
+        if other.solid.name not in {TABLE, *spared}:
+            deep = -clearance(other.solid, drawn.solid, inverse(other.T[0]) @ drawn.T[0], allow.contact)
+            pairs.append((other, drawn, max(deep, 0.0) + allow.collision))
+    met = {touch.bodies[0] for touch in touches(pairs)}
+    way = float(np.linalg.norm(np.diff(drawn.center, axis=0), axis=1).sum())
+    times = np.linspace(0.0, max(way, SLIDING) / CLOSING, len(drawn.T))
+    return sorted({*met, *(name for _, name in pushed_over(scene, rest, pairs, met, times, allow))})
