@@ -29,17 +29,23 @@ if TYPE_CHECKING:
 CLOSING = 0.05
 """How fast pads close, about [m/s]."""
 
+MOST_LOOKS = 200
+"""At an object on its way, however long it is."""
+
 CARRIES = 0.5
 """Vertical component of a contact normal from which on an object stands on what it touches, or in it."""
 
 
-def laid_between(scene: Scene, name: str, T_tool_object: Array, width: float, opening: float) -> Array:
-    """Where an object lies in the tool frame, shape (4, 4), when pads have closed on it: flush, half-way between."""
+def laid_between(scene: Scene, name: str, T_tool_object: Array, width: float, opening: float) -> Array | None:
+    """Where an object lies in the tool frame, shape (4, 4), when pads have closed on it: flush, half-way between.
+
+    None where they close on nothing.
+    """
     tree, gripper, solid = scene.links.tree, scene.links.tree.spec.gripper, scene.solids[name]
     depth, mu = tree.pad_depth(width), PAD_FRICTION * scene.friction(name)
     lies = laid_flush(solid, T_tool_object, gripper, opening, mu, depth)
     if (found := between_pads(solid, lies, gripper, opening, depth)) is None:
-        return T_tool_object
+        return None
     drawn = lies.copy()
     drawn[:3, 3] -= sum(found) / 2 * np.array(gripper.axis)
     return drawn
@@ -75,7 +81,7 @@ def _way(start: Array, end: Array, radius: float, step: float) -> Array | None:
     far = float(np.linalg.norm(end[:3, 3] - start[:3, 3])) + radius * angle
     if far < SLIDING:
         return None
-    shares = np.linspace(0.0, 1.0, max(int(np.ceil(far / step)), 2) + 1)
+    shares = np.linspace(0.0, 1.0, max(int(np.ceil(min(far / step, MOST_LOOKS))), 2) + 1)
     path = np.tile(np.eye(4), (len(shares), 1, 1))
     path[:, :3, :3] = [rotation(axis, share * angle) @ start[:3, :3] for share in shares]
     path[:, :3, 3] = start[:3, 3] + shares[:, None] * (end[:3, 3] - start[:3, 3])

@@ -71,11 +71,13 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
     lies = laid_between(scene, name, T_tool_object, grip.width, opening)
-    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
+    drawn = 0.0 if lies is None else drawn_along(scene, name, T_tool_object, lies)
+    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
     state.held = grip.attachment
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
-    check_drawn(scene, state, name, gripped, T_world_tool @ lies, allow, report)
+    if lies is not None:
+        check_drawn(scene, state, name, gripped, T_world_tool @ lies, allow, report)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = state.gripped = gripped
 
