@@ -16,7 +16,7 @@ from tamp.compiled import compiled
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Gripper, Pose
-from tamp.task.robot import PAD_FRICTION
+from tamp.task.robot import LEAST_FRICTION, PAD_FRICTION
 from tamp.world.geometry.half_spaces import half_spaces, joined
 from tamp.world.robot.linkage import Linkage
 from tamp.world.robot.payload import GRAVITY
@@ -88,6 +88,8 @@ class Squeezed:
 def too_heavy(workspace: Workspace, obj: str) -> str | None:
     """Why friction carries an object in no grasp, in words; None where it does in some."""
     item, gripper = workspace.task.object(obj), workspace.world.robot.spec.gripper
+    if PAD_FRICTION * item.friction < LEAST_FRICTION:
+        return f"{obj} slips out of any fingers, whose friction with it is below {LEAST_FRICTION}"
     weight, carries = GRAVITY * item.mass, LIFTED * 2 * PAD_FRICTION * item.friction * gripper.force
     if weight <= carries:
         return None

@@ -51,21 +51,25 @@ def laid_between(scene: Scene, name: str, T_tool_object: Array, width: float, op
     return drawn
 
 
-def drawn_along(scene: Scene, name: str, T_tool_object: Array, lies: Array) -> float:
-    """How far closing pads take an object's centre of mass from T_tool_object to where it `lies` [m]."""
+def drawn_along(scene: Scene, name: str, T_tool_object: Array, lies: Array | None) -> float:
+    """How far closing pads take an object's centre of mass from T_tool_object to where it `lies`, if they do [m]."""
+    if lies is None:
+        return 0.0
     off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, T_tool_object)
     return float(np.linalg.norm(off))
 
 
 def check_drawn(
-    scene: Scene, state: State, name: str, said: Array, lies: Array, allow: Tolerances, report: Report
+    scene: Scene, state: State, name: str, said: Array, lies: Array | None, allow: Tolerances, report: Report
 ) -> None:
     """What is gripped pushes nothing over as pads turn it, and draw it along, until it is where it `lies`.
 
-    Where they turn it farther than the plan has `said` it is noted where it lies from then on; all T_world_object, of
-    shape (4, 4). What is of several pieces bulges, and nobody knows for certain how far it turns.
+    Where they turn it farther than the plan has `said`, T_world_object, it is noted where it lies, T_tool_object, from
+    then on. What is of several pieces bulges, and nobody knows for certain how far it turns.
     """
-    start, end = state.poses[name], lies.copy()
+    if lies is None:
+        return
+    start, end = state.poses[name], scene.links.tree.tool(state.q[None])[0] @ lies
     if len(scene.solids[name].pieces) > 1:
         end[:3, :3] = start[:3, :3]
     path = _way(start, end, scene.solids[name].radius, allow.step)

@@ -20,7 +20,7 @@ from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.support import carriers, height_above, overlaps, patch_between, sunk_balance
 from tamp.checking.physics.tilting import tilted_off
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
-from tamp.task.robot import PAD_FRICTION
+from tamp.task.robot import LEAST_FRICTION, PAD_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -71,13 +71,11 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
     lies = laid_between(scene, name, T_tool_object, grip.width, opening)
-    drawn = 0.0 if lies is None else drawn_along(scene, name, T_tool_object, lies)
-    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn))
+    state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
     state.held = grip.attachment
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
-    if lies is not None:
-        check_drawn(scene, state, name, gripped, T_world_tool @ lies, allow, report)
+    check_drawn(scene, state, name, gripped, lies, allow, report)
     state.opening = grip.width if 0.0 <= grip.width <= opening else opening
     state.poses[name] = state.gripped = gripped
 
@@ -389,6 +387,8 @@ def _check_force(scene: Scene, name: str, T_world_tool: Array, width: float, T: 
     tree, gripper = scene.links.tree, scene.links.tree.spec.gripper
     weight = GRAVITY * scene.task.object(name).mass
     held = PAD_FRICTION * scene.friction(name) * gripper.force
+    if PAD_FRICTION * scene.friction(name) < LEAST_FRICTION:
+        report("grasp", f"{name} slips out of the fingers, whose friction with it is below {LEAST_FRICTION}", (name,))
     if weight > 2 * held:
         report("grasp", f"{name} weighs {weight:.1f} N, the fingers carry {2 * held:.1f} N by friction", (name,))
     pads = T_world_tool[:3, :3] @ (0.0, 0.0, tree.pad_depth(width)) + T_world_tool[:3, 3]

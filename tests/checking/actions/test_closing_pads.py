@@ -85,6 +85,16 @@ def test_what_pads_turn_is_put_down_as_it_lies_then(degrees, tips):
     assert ("tips over as it lies where closing pads have turned it" in said) == tips
 
 
+@pytest.mark.parametrize(("friction", "slips"), [(0.02, True), (0.03, True), (0.05, False)])
+def test_fingers_squeeze_out_what_is_as_slippery_as_ice(friction, slips):
+    """PyBullet: 25 grams of it came out of the closing pads, 0.4 to 1.3 m off; with 0.05 it ends where it should."""
+    start, goal = Pose((0.05, -0.2, 0.03)), Pose((0.05, 0.2, 0.03))
+    red = Object("red", Box((0.04, 0.04, 0.06)), start, friction=friction, mass=0.025)
+    said = carried(red, goal, 0.04, Pose((0.0, 0.0, 0.0), DOWN), "table")
+    assert (said != "") == slips
+    assert ("red slips out of the fingers, whose friction with it is below 0.04" in said) == slips
+
+
 @pytest.mark.parametrize(
     ("shape", "turn"), [(Sphere(0.02), (0.0, 0.0, 0.0)), (Cylinder(0.02, 0.06), (0.0, np.pi / 2, 0.0))]
 )
