@@ -56,19 +56,37 @@ def _upset(
     """Whether a change upsets the pile that an object joins; says so, and because of what stands in it."""
     if len(joined) < len(context.scene.task.objects):
         return False  # a question about a part of the scene: what is left out may hold the rest down
+    if not _tips(context.scene, obj, joined, before, after):
+        return False
+    pile = pile_of(obj, joined)
+    because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
+    context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
+    return True
+
+
+def tips_with(workspace: Workspace, obj: str, placement: Placement) -> bool:
+    """Whether what an object is put on does not stay at rest under it, with all others where they stand now."""
+    others = {name: place for name, place in workspace.start.items() if name != obj}
+    around = {**others, obj: placement}
+    return _tips(workspace, obj, around, others, around)
+
+
+def _tips(
+    workspace: Workspace,
+    obj: str,
+    joined: Mapping[str, Placement],
+    before: Mapping[str, Placement],
+    after: Mapping[str, Placement],
+) -> bool:
     pile = pile_of(obj, joined)
     stood, stands = ({n: there[n] for n in sorted(pile & there.keys())} for there in (before, after))
 
     def found() -> bool:
-        if at_rest(context.scene, stands) or not at_rest(context.scene, stood):
+        if at_rest(workspace, stands) or not at_rest(workspace, stood):
             return False
-        return not in_equilibrium(context.scene, stands)
+        return not in_equilibrium(workspace, stands)
 
-    if not context.scene.cache.value(_key(obj, pile, joined, put=obj in after), found):
-        return False
-    because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
-    context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
-    return True
+    return workspace.cache.value(_key(obj, pile, joined, put=obj in after), found)
 
 
 def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement]) -> None:

@@ -8,7 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams.affordances.friction_cones import in_equilibrium
-from tamp.streams.affordances.stack_balance import at_rest, balance_with, balance_without, learn_upset, pile_of
+from tamp.streams.affordances.stack_balance import (
+    at_rest,
+    balance_with,
+    balance_without,
+    learn_upset,
+    pile_of,
+    tips_with,
+)
 from tamp.streams.values import Placement
 from tamp.task import Box, Object, Pose
 from tests.streams.tables import ToldContext, workspace_of
@@ -43,6 +50,16 @@ def test_scales_balance_as_their_moments_say(at, masses):
     outside = abs(sum(m * x for x, m in zip(at, masses, strict=True)) / (sum(masses) + 0.1)) - 0.025
     if abs(outside) > 0.001:
         assert at_rest(workspace, places) == (outside < 0)
+
+
+def test_a_weight_tips_what_nothing_holds_down_on_the_other_side():
+    workspace, places = scales((-0.1, 0.2), (0.1, 0.2))
+    beside = Placement(Pose((0.1, 0.3, 0.03)), ("table",))
+    alone = replace(workspace, start={**places, "b": beside, "a": beside})
+    counterweighted = replace(workspace, start={**places, "b": beside})
+    assert tips_with(alone, "a", places["a"]) and not tips_with(alone, "a", beside)
+    assert not tips_with(replace(workspace, start={**places, "a": beside}), "a", places["a"])
+    assert not tips_with(counterweighted, "b", places["b"])
 
 
 def test_what_is_learnt_of_a_pile_holds_for_that_alone():

@@ -17,6 +17,7 @@ from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progres
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
 from tamp.streams.affordances.neighbours import within
+from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.hand.clearance import reach_of_hand
 from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
@@ -249,15 +250,18 @@ class Ordering:
             self._ledger.reach(name)
             return True
         self._left[name] = refused
+        workspace = self._asker.workspace
+        unsteady = name in workspace.goals and (
+            len(self.progress.rejections) > rejected or tips_with(workspace, name, workspace.goals[name])
+        )
+        if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):
+            return self._ledger.reach_near([name])
         if solution.plan is None:
             if not effort.others_move:
                 self._vain[name] = self._surroundings(name)
             elif solution.status == "failed":  # all samples were of no use: with others it may be a matter of a moment
                 self._asker.refusals[name] += 1
             return False
-        unsteady = name in self._asker.workspace.goals and len(self.progress.rejections) > rejected
-        if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):
-            return self._ledger.reach_near([name])
         if effort.others_move:  # what is refused is tried by way of another grasp
             self._prospects.regrasped.add(name)
         return False
