@@ -55,7 +55,7 @@ class Timing:
     """Times the motions of one action; knows where everything stands meanwhile.
 
     Args:
-        workspace: what it happens in.
+        workspace: what it happens in; an attribute, too.
         poses: object -> T_world_object, shape (4, 4), where objects stand when the action begins; what is held absent.
         speeds: how fast the arm moves.
     """
@@ -64,7 +64,7 @@ class Timing:
         self, workspace: Workspace, poses: Mapping[str, NDArray[np.float64]], speeds: Speeds = DEFAULT_SPEEDS
     ) -> None:
         self._speeds = speeds
-        self._workspace, self._world = workspace, workspace.world
+        self.workspace, self._world = workspace, workspace.world
         self._poses = dict(poses)
 
     def put(self, name: str, T_world_object: NDArray[np.float64] | None) -> None:
@@ -118,7 +118,7 @@ class Timing:
 
     def _gently(self, trajectory: Trajectory, held: Attachment, opening: float) -> Trajectory:
         """The motion, so slow that what is held does not slip or swing in the fingers, if that helps."""
-        carried = Carried(self._workspace, held.object, held.T_tool_object.matrix, opening)
+        carried = Carried(self.workspace, held.object, held.T_tool_object.matrix, opening)
         for slower in (1.0, *SLOWER):
             if carried.held_throughout(motion := stretched(trajectory, slower)):
                 return motion
@@ -147,7 +147,7 @@ class Timing:
         timed = time_free_path(path, self._world.robot.spec, checker, speed=self._speeds.pushing)
         if (trajectory := timed.trajectory) is None:
             raise NotFree(f"push: {timed.reason}")
-        share = sliding_share(self._workspace, pushed.object, below)
+        share = sliding_share(self.workspace, pushed.object, below)
         hasty = self._slowing(trajectory) / max(SPARED * GRAVITY * share, 1e-9)
         if hasty > 1.0:
             trajectory = stretched(trajectory, math.sqrt(hasty))

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tamp.domains.skill import SceneChange
 from tamp.domains.timing import Timing, held
 from tamp.planning import GroundAction
+from tamp.streams.hand.stability import firmer
 from tamp.streams.values import Handling
 from tamp.task import Action, Fall, Grip, Release, Step
 
@@ -41,7 +42,8 @@ def put_down_effect(action: GroundAction) -> SceneChange:
 def _take(timing: Timing, handling: Handling) -> Iterator[Step]:
     grasped = held(handling.object, handling.grasp)
     yield timing.move("approach", handling.approach, handling.opening, touching=handling.object)
-    yield Grip(grasped, handling.grasp.width)
+    force = firmer(timing.workspace, handling.object, handling.grasp, handling.placement.pose)
+    yield Grip(grasped, handling.grasp.width, force)
     timing.put(handling.object, None)
     yield timing.move("lift", handling.lift, handling.grasp.width, grasped)
 

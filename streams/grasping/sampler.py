@@ -26,7 +26,7 @@ from tamp.streams.grasping.ranking import over_table, placement_cost, untwisted
 from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
-from tamp.streams.hand.stability import FIRM, askew, looseness, second_best, too_heavy
+from tamp.streams.hand.stability import FIRM, askew, second_best, too_heavy, unsteadiness
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 
@@ -179,7 +179,7 @@ def _firm_first(
             pass
         elif costs[index] >= HINDERED:
             (taking if takes[index] else bringing).append(grasp)
-        elif (angle := looseness(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
+        elif (angle := unsteadiness(workspace, obj, grasp, *(place.pose for place in places))) > FIRM:
             loose.append((angle, grasp))
         else:
             yield grasp

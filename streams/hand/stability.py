@@ -344,6 +344,8 @@ def swinging(squeezed: Squeezed, *poses: Pose) -> float:
 
 FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
 LOST = 0.5  # one in which it turns by more does not hold it at all [rad]
+FIRMER = 2.0  # so many times their usual force holds what is not held firmly; three times turns plates on their rims
+ARM = 0.1  # so far, as the score measures it, is what turns by one radian [m]
 AS_BAD = 0.02  # slipping so far is as bad as turning by one radian [m]
 
 
@@ -356,6 +358,20 @@ def looseness(workspace: Workspace, obj: str, grasp: Grasp, *poses: Pose) -> flo
         return max(angle, slipping(squeezed, *poses) / AS_BAD)
 
     return workspace.cache.value(("looseness", obj, grasp, poses), found)
+
+
+def unsteadiness(workspace: Workspace, obj: str, grasp: Grasp, *poses: Pose) -> float:
+    """How far an object moves in a hand that closes on it, and then lifts it [rad]; `LOST` where it loses it then."""
+    loose = looseness(workspace, obj, grasp, *poses)
+    return loose if loose >= LOST else min(loose + turned_flush(workspace, obj, grasp) / ARM, 0.99 * LOST)
+
+
+def firmer(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> float | None:
+    """What fingers press with as they carry what their usual force does not hold firmly [N]; None where it does."""
+    if looseness(workspace, obj, grasp, pose) <= FIRM:
+        return None
+    item, gripper = workspace.task.object(obj), workspace.world.robot.spec.gripper
+    return min(gripper.force, FIRMER * gripper.holding_force(item.mass * GRAVITY, item.friction))
 
 
 def second_best(

@@ -11,6 +11,7 @@ from tamp.execution.log import Deviation, Kind
 from tamp.execution.monitor import deviation
 from tamp.execution.simulator import GRAVITY, STEP, Simulator, wait
 from tamp.task import Attachment, Grip, Move, Pose, Release, Trajectory
+from tamp.task.robot import GENTLE_FORCE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,6 +84,7 @@ class Operator:
         self.held: Attachment | None = None
         self.tracking_error = 0.0
         self._opening = simulator.robot.opening()
+        self._forces = GENTLE_FORCE, GENTLE_FORCE
 
     def move(self, move: Move) -> None:
         """Follow a trajectory; empty fingers first go to their opening, a held object stays squeezed."""
@@ -112,13 +114,24 @@ class Operator:
         """Close the fingers and wait until they stand; the deviation of an object that is not between them then."""
         self._opening = self.robot.opening()
         item = self._simulator.objects[grip.attachment.object]
-        self.robot.squeeze(self.robot.spec.gripper.holding_force(item.mass * GRAVITY, item.friction))
-        wait(self._simulator, 2.0, lambda: self.robot.finger_speed() < 0.001, patience=24)
+        self._forces = self.robot.spec.gripper.pressing(item.mass * GRAVITY, item.friction, grip.force)
+        gentle, firm = self._forces
+        self._press(gentle, 2.0, patience=24)
+        if firm > gentle:
+            self._press(firm, 0.5, patience=6)
         self.held = grip.attachment
         return self.lost("missed")
 
+    def _press(self, force: float, limit_s: float, patience: int) -> None:
+        """Press with a force [N] and wait until the fingers stand."""
+        self.robot.squeeze(force)
+        wait(self._simulator, limit_s, lambda: self.robot.finger_speed() < 0.001, patience=patience)
+
     def release(self, release: Release) -> None:
-        """Open the fingers and give the object a moment to come to rest."""
+        """Open the fingers, which ease first what they press firmly, and give the object a moment to come to rest."""
+        gentle, firm = self._forces
+        if self.held is not None and firm > gentle:
+            self._press(gentle, 0.5, patience=6)
         self.held = None
         self.open(release.opening)
         self._simulator.step(round(0.15 / STEP))

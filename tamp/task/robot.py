@@ -64,6 +64,19 @@ class Gripper:
         carries = weight / (2 * PAD_FRICTION * friction)
         return min(self.force, max(GENTLE_FORCE, LEVERAGE * carries))
 
+    def pressing(self, weight: float, friction: float, force: float | None) -> tuple[float, float]:
+        """What each finger presses with on such an object as it closes and before it opens, and as it carries it [N].
+
+        Closing as hard as some hold takes would move what stands there.
+
+        Args:
+            weight: of the object [N].
+            friction: its coefficient of lateral friction.
+            force: what the plan asks for as it is carried [N]; None where it asks for nothing.
+        """
+        gentle = self.holding_force(weight, friction)
+        return gentle, max(gentle, force or 0.0)
+
 
 @dataclass(frozen=True)
 class RobotSpec:

@@ -57,6 +57,16 @@ def test_what_is_as_wide_as_the_fingers_are_open_is_not_let_go(opening, wrong):
     assert ("red between them is 50.0 mm wide" in found) == wrong
 
 
+@pytest.mark.parametrize(("force", "wrong"), [(None, False), (40.0, False), (70.0, False), (71.0, True), (0.0, True)])
+def test_fingers_press_with_no_more_force_than_they_have(force, wrong):
+    before, pick, *after = carry(Hand(HOME), "red", START, GOAL, 0.05, ("table", "table"))
+    steps = [replace(step, force=force) if isinstance(step, Grip) else step for step in pick.steps]
+    actions = [before, replace(pick, steps=tuple(steps)), *after]
+    found = judged([Object("red", BOX, START, At(GOAL))], actions)
+    assert ("the fingers cannot press with" in found) == wrong
+    assert bool(found) == wrong
+
+
 @pytest.mark.parametrize(("sunk", "wrong"), [(0.0, False), (0.0035, True)])
 def test_what_is_held_is_not_pressed_into_what_it_is_dragged_over(sunk, wrong):
     T_object_tool, hand = Pose((0.0, 0.0, 0.005), DOWN), Hand(HOME)

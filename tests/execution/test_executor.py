@@ -84,6 +84,25 @@ def test_what_is_held_does_not_tip_over_while_the_hand_turns(simulator, shape, y
     assert math.acos(min(1.0, -upright)) < 0.015
 
 
+def test_fingers_close_gently_and_hold_as_firmly_as_the_plan_says(simulator, monkeypatch):
+    task = box_task()
+    plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)
+    with make_simulator(simulator, task.objects, plan.start, robot=load_robot("panda"), q=plan.home) as world:
+        operator, forces = Operator(world), []
+        squeeze = operator.robot.squeeze
+        monkeypatch.setattr(type(operator.robot), "squeeze", lambda _, force: (forces.append(force), squeeze(force))[1])
+        for step in plan.steps:
+            if isinstance(step, Grip):
+                assert operator.grip(replace(step, force=45.0)) is None
+                assert forces == [20.0, 45.0]
+            elif isinstance(step, Release):
+                operator.release(step)
+            else:
+                operator.move(step)
+        assert forces == [20.0, 45.0, 20.0]
+        assert math.dist(world.pose("box").xyz, GOAL.xyz) < 0.003
+
+
 def test_the_same_plan_ends_the_same_to_the_last_bit(simulator):
     task = box_task()
     plan = move_one(task, "box", grip_above(0.02), 0.05, GOAL)

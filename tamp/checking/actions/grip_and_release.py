@@ -66,7 +66,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
         _check_alone(scene, state, name, grip.width, opening, report)
         for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
             report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
-    _check_force(scene, name, T_world_tool, grip.width, state.poses[name], report)
+    _check_force(scene, grip, T_world_tool, state.poses[name], report)
     check_uncovered(scene, state, name, allow, report)
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
@@ -379,19 +379,23 @@ def _wraps(outer: tuple[float, float], inner: tuple[float, float]) -> bool:
     return outer[0] < inner[0] + ALIKE and outer[1] > inner[1] - ALIKE
 
 
-def _check_force(scene: Scene, name: str, T_world_tool: Array, width: float, T: Array, report: Report) -> None:
+def _check_force(scene: Scene, grip: Grip, T_world_tool: Array, T: Array, report: Report) -> None:
     """Two fingers that press with all their force carry the object, at T, by friction, and it does not swing down.
 
     Pads that press with their corners alone, across from each other, resist a turn about the closing axis the most.
     """
-    tree, gripper = scene.links.tree, scene.links.tree.spec.gripper
+    name, tree, gripper = grip.attachment.object, scene.links.tree, scene.links.tree.spec.gripper
+    if grip.force is not None and not 0.0 < grip.force <= gripper.force:
+        sentence = f"the fingers cannot press with {grip.force:.1f} N: the most is {gripper.force:.1f} N"
+        report("grasp", sentence, (name,))
+        return
     weight = GRAVITY * scene.task.object(name).mass
     held = PAD_FRICTION * scene.friction(name) * gripper.force
     if PAD_FRICTION * scene.friction(name) < LEAST_FRICTION:
         report("grasp", f"{name} slips out of the fingers, whose friction with it is below {LEAST_FRICTION}", (name,))
     if weight > 2 * held:
         report("grasp", f"{name} weighs {weight:.1f} N, the fingers carry {2 * held:.1f} N by friction", (name,))
-    pads = T_world_tool[:3, :3] @ (0.0, 0.0, tree.pad_depth(width)) + T_world_tool[:3, 3]
+    pads = T_world_tool[:3, :3] @ (0.0, 0.0, tree.pad_depth(grip.width)) + T_world_tool[:3, 3]
     lever = scene.center_of_mass(name, T) - pads
     moment = abs(float(np.cross(T_world_tool[:3, :3] @ gripper.axis, lever)[2])) * weight
     resists = held * float(np.hypot(*gripper.pad[1:]))

@@ -222,15 +222,20 @@ class Workcell:
             self.robot.open_to(width)
             self._wait(1.5, lambda: abs(self.robot.opening() - width) < 5e-4, 3)
             return
+        held = self._held()  # is no new grasp where the fingers only press otherwise
         self.robot.squeeze(max(1.0, min(effort, self._spec.gripper.force)))
         self._wait(2.0, lambda: self.robot.opening() <= width or self.robot.finger_speed() < 1e-3, 24)
         touched = [name for name in self._simulator.objects if any(self.robot.touching(name))]
         if not touched and self.robot.opening() <= width + SHUT:
             self.robot.open_to(width)
-        if touched or self.robot.opening() < SHUT:
+        if held is None and (touched or self.robot.opening() < SHUT):
             self.grasps.attempted += 1
-            held = next((name for name in touched if all(self.robot.touching(name))), None)
+            held = self._held()
             self.grasps.holding = None if held is None else (held, self._simulator.pose(held).xyz[2])
+
+    def _held(self) -> str | None:
+        """What touches both pads."""
+        return next((name for name in self._simulator.objects if all(self.robot.touching(name))), None)
 
     def wait(self, seconds: float) -> None:
         """Let simulated time pass."""

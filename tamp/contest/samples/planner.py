@@ -39,6 +39,7 @@ from tamp.task import (
     Task,
     load_robot,
 )  # fmt: skip
+from tamp.task.robot import GENTLE_FORCE
 
 if TYPE_CHECKING:
     from tamp.contest.api.client import Goal as Asked
@@ -174,7 +175,7 @@ def planned(task: Task, robot: Robot, seed: int) -> Plan:
 
 def carry_out(action: Action, robot: Robot, task: Task) -> None:
     """Do an action step by step."""
-    gripper = load_robot(task.robot).gripper
+    gripper, gentle, firm = load_robot(task.robot).gripper, GENTLE_FORCE, GENTLE_FORCE
     for step in action.steps:
         if isinstance(step, Move):
             if step.held is None:
@@ -185,10 +186,15 @@ def carry_out(action: Action, robot: Robot, task: Task) -> None:
                 raise LostError(f"{step.held.object} is lost")
         elif isinstance(step, Grip):
             item = task.object(step.attachment.object)
-            robot.gripper.go_to(0.0, gripper.holding_force(GRAVITY * item.mass, item.friction))
+            gentle, firm = gripper.pressing(GRAVITY * item.mass, item.friction, step.force)
+            robot.gripper.go_to(0.0, gentle)
+            if firm > gentle:
+                robot.gripper.go_to(0.0, firm)
             if robot.arm.state().width < least(step.width):
                 raise LostError(f"{item.name} is not between the fingers")
         elif isinstance(step, Release):
+            if firm > gentle:
+                robot.gripper.go_to(0.0, gentle)
             robot.gripper.go_to(step.opening)
             robot.wait(0.15)
         elif isinstance(step, Fall):

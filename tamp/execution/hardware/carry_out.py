@@ -11,6 +11,7 @@ from tamp.errors import PlanError
 from tamp.execution.hardware.controller import Controller, ControllerError
 from tamp.execution.simulator import GRAVITY
 from tamp.task import Action, Fall, Grip, Move, Object, Plan, Release, Task, task_robot
+from tamp.task.robot import GENTLE_FORCE
 
 START_TOLERANCE = 0.05
 """How far the arm may stand from where a plan starts [rad]."""
@@ -83,7 +84,7 @@ class _Hand:
     def __init__(self, controller: Controller, objects: dict[str, Object], task: Task) -> None:
         self._controller, self._objects = controller, objects
         self._gripper = task_robot(task).gripper
-        self._held = ""
+        self._held, self._forces = "", (GENTLE_FORCE, GENTLE_FORCE)
 
     def perform(self, step: Move | Grip | Release | Fall) -> None:
         """One step; ControllerError where it could not be done, or what should be held is not."""
@@ -94,8 +95,15 @@ class _Hand:
         elif isinstance(step, Grip):
             self._held = step.attachment.object
             item = self._objects[self._held]
-            self._controller.grip(self._gripper.holding_force(item.mass * GRAVITY, item.friction))
+            self._forces = self._gripper.pressing(item.mass * GRAVITY, item.friction, step.force)
+            gentle, firm = self._forces
+            self._controller.grip(gentle)
+            if firm > gentle:
+                self._controller.grip(firm)
         elif isinstance(step, Release):
+            gentle, firm = self._forces
+            if self._held and firm > gentle:
+                self._controller.grip(gentle)
             self._held = ""
             self._controller.open_to(step.opening)
         else:

@@ -15,6 +15,7 @@ from tamp.execution.recovery import undone
 from tamp.execution.simulator import GRAVITY
 from tamp.perception.workcell.workcell import Workcell
 from tamp.task import Action, Attachment, Fall, Grip, Move, Object, Plan, Pose, Release, Step
+from tamp.task.robot import GENTLE_FORCE
 from tamp.world.robot.model import robot_model
 
 EMPTY = 0.4
@@ -45,10 +46,11 @@ class Onlooker(Protocol):
 
 @dataclass
 class _Hand:
-    """What the fingers are thought to hold."""
+    """What the fingers are thought to hold, how far they were open before [m], and how they close and hold [N]."""
 
     grip: Grip | None = None
     opened: float = 0.0
+    forces: tuple[float, float] = (GENTLE_FORCE, GENTLE_FORCE)
 
 
 @dataclass
@@ -168,6 +170,9 @@ class Operation:
                 tally.attempted += 1
                 tally.lost = self._grip(step)
             case Release():
+                gentle, firm = self._hand.forces
+                if self._hand.grip is not None and firm > gentle:
+                    self.cell.squeeze(gentle)
                 self._hand.grip = None
                 self.cell.open_to(step.opening)
                 self.cell.wait(REST_S)
@@ -190,9 +195,12 @@ class Operation:
                 tally.succeeded = 1
 
     def _grip(self, grip: Grip) -> Deviation | None:
-        self._hand = _Hand(grip, self.cell.opening())
-        item = self.objects[grip.attachment.object]
-        self.cell.squeeze(self.cell.robot.gripper.holding_force(item.mass * GRAVITY, item.friction))
+        item, opened = self.objects[grip.attachment.object], self.cell.opening()
+        gentle, firm = self.cell.robot.gripper.pressing(item.mass * GRAVITY, item.friction, grip.force)
+        self._hand = _Hand(grip, opened, (gentle, firm))
+        self.cell.squeeze(gentle)
+        if firm > gentle:
+            self.cell.squeeze(firm)
         return self._lost("missed")
 
     def _lost(self, kind: Kind) -> Deviation | None:

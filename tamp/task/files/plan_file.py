@@ -111,7 +111,8 @@ def _attachment(attachment: Attachment) -> dict[str, Any]:
 
 def _step(step: Step) -> dict[str, Any]:
     if isinstance(step, Grip):
-        return {"grip": {**_attachment(step.attachment), "width": float(step.width)}}
+        force = {} if step.force is None else {"force": float(step.force)}
+        return {"grip": {**_attachment(step.attachment), "width": float(step.width), **force}}
     if isinstance(step, Release):
         return {"release": {"object": step.object, "pose": _pose(step.pose), "opening": float(step.opening)}}
     if isinstance(step, Fall):

@@ -72,9 +72,7 @@ class PlanReader:
         if "move" in given:
             return self.move(given["move"], f"{field}.move")
         if "grip" in given:
-            grip = self.record(given["grip"], f"{field}.grip", ("object", "T_tool_object", "width"))
-            attachment = {key: grip[key] for key in ("object", "T_tool_object")}
-            return Grip(self.attachment(attachment, f"{field}.grip"), self.number(grip["width"], f"{field}.grip.width"))
+            return self._grip(given["grip"], f"{field}.grip")
         if "fall" in given:
             fall = self.record(given["fall"], f"{field}.fall", ("object", "pose"))
             return Fall(
@@ -108,6 +106,13 @@ class PlanReader:
             contacts=frozenset((pair[0], pair[1]) for pair in pairs),
             pushed=None if given["pushed"] is None else self.attachment(given["pushed"], f"{field}.pushed"),
         )
+
+    def _grip(self, value: Any, field: str) -> Grip:
+        """A closing of the fingers."""
+        given = self.record(value, field, ("object", "T_tool_object", "width"), ("force",))
+        attachment = self.attachment({key: given[key] for key in ("object", "T_tool_object")}, field)
+        force = self.number(given["force"], f"{field}.force") if "force" in given else None
+        return Grip(attachment, self.number(given["width"], f"{field}.width"), force)
 
     def attachment(self, value: Any, field: str) -> Attachment:
         """An object in the tool frame."""
@@ -147,13 +152,13 @@ class PlanReader:
             raise self.error(field, f"must be finite and within {LARGEST:,.0f}")
         return array.astype(np.float64)
 
-    def record(self, value: Any, field: str, keys: tuple[str, ...]) -> dict[str, Any]:
-        """A mapping with exactly these keys."""
+    def record(self, value: Any, field: str, keys: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
+        """A mapping with exactly these keys, and perhaps the optional ones."""
         given = self.mapping(value, field)
         if missing := [key for key in keys if key not in given]:
             raise self.error(field, f"lacks {', '.join(missing)}")
-        if unknown := sorted(set(given) - set(keys)):
-            raise self.error(field, f"has unknown {', '.join(unknown)}; valid are {', '.join(keys)}")
+        if unknown := sorted(set(given) - {*keys, *optional}):
+            raise self.error(field, f"has unknown {', '.join(unknown)}; valid are {', '.join((*keys, *optional))}")
         return given
 
     def mapping(self, value: Any, field: str) -> dict[str, Any]:

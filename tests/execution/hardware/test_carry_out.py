@@ -83,6 +83,15 @@ def test_a_controller_is_asked_for_motions_and_the_hand_in_the_plan_s_order() ->
     assert controller.time == pytest.approx(3.0 + 0.2 + 0.6 + 0.4)
 
 
+def test_fingers_close_gently_hold_as_firmly_as_the_plan_says_and_ease_before_they_open() -> None:
+    controller, (transit, grip, lift) = Clumsy(ROBOT), PICK.steps
+    firm = replace(PICK, steps=(transit, replace(grip, force=35.0), lift))
+    assert carry_out(TASK, replace(PLAN, actions=(firm, PLACE)), controller).done == 2
+    assert [asked for asked in controller.asked if asked[0] != "follow"] == [
+        ("open_to", 0.06), ("grip", 20.0), ("grip", 35.0), ("grip", 20.0), ("open_to", 0.08),
+    ]  # fmt: skip
+
+
 def test_a_plan_stops_where_the_hand_has_lost_what_it_held() -> None:
     outcome = carry_out(TASK, PLAN, Clumsy(ROBOT, carries=2))
     assert outcome.done == 1 and outcome.stopped == "place(box): the hand does not hold box"

@@ -16,6 +16,7 @@ from tamp.streams.hand.stability import (
     TURN_STEP,
     Squeezed,
     askew,
+    firmer,
     hanging,
     looseness,
     second_best,
@@ -28,6 +29,7 @@ from tamp.streams.values import Grasp
 from tamp.task import Box, Mesh, Object, Pose, load_robot
 from tamp.task.mesh.parts import convex_hull
 from tamp.task.robot import PAD_FRICTION
+from tamp.world.robot.payload import GRAVITY
 from tests.streams.tables import workspace_of
 
 GRIPPER = load_robot("panda").gripper
@@ -66,6 +68,12 @@ def test_grasps_that_would_lose_the_object_are_not_offered():
 @pytest.mark.parametrize("angle", [0.2, 0.4])
 def test_a_slant_is_no_firm_grasp(angle):
     assert FIRM < looseness(WORKSPACE, "board", slanted(angle), PLACE.pose) < LOST
+
+
+def test_only_what_is_not_held_firmly_is_pressed_harder():
+    assert firmer(WORKSPACE, "board", slanted(0.0), PLACE.pose) is None
+    usual = GRIPPER.holding_force(0.1 * GRAVITY, 0.5)
+    assert usual < firmer(WORKSPACE, "board", slanted(0.3), PLACE.pose) <= GRIPPER.force
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.15, 0.3])

@@ -42,7 +42,7 @@ moves = st.builds(
     st.frozensets(st.tuples(names, names), max_size=3),
     st.none() | attachments,
 )
-steps = moves | st.builds(Grip, attachments, numbers) | st.builds(Release, names, poses, numbers)
+steps = moves | st.builds(Grip, attachments, numbers, st.none() | numbers) | st.builds(Release, names, poses, numbers)
 actions = st.builds(Action, names, st.lists(names, max_size=3).map(tuple), st.lists(steps, max_size=3).map(tuple))
 plans = st.builds(
     Plan,
@@ -128,6 +128,8 @@ def corrupted(document: dict, path: str, value: object) -> dict:
         ("actions/0/steps/1/move/times", [0, 1e300], "actions[0].steps[1].move.times must be finite"),
         ("actions/0/steps/0", {"push": {}}, "actions[0].steps[0]"),
         ("actions/0/steps/0/grip/width", None, "actions[0].steps[0].grip.width"),
+        ("actions/0/steps/0/grip/force", "hard", "actions[0].steps[0].grip.force must be a number"),
+        ("actions/0/steps/0/grip/strength", 1, "actions[0].steps[0].grip has unknown strength; valid are object"),
         ("actions/0/steps/1/move/held", 3, "actions[0].steps[1].move.held"),
         ("actions/0/steps/1/move/contacts", [["a"]], "actions[0].steps[1].move.contacts"),
         ("actions/0/steps/1/move/times", [0, "1"], "actions[0].steps[1].move.times"),
