@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ import numpy as np
 from tamp.streams.affordances.friction_cones import NEAR, center_at, in_equilibrium, touching
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.stable_poses import inside_by, outline
-from tamp.streams.affordances.stack_balance import contacts
+from tamp.streams.affordances.stack_balance import contacts, pile_of
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.collisions import CONTACT_DEPTH
@@ -34,6 +34,7 @@ ROCKING = 0.01  # and the most of that as a share of the height of its centre of
 SURE = 1.25  # so many times as far inside what carries it the centre of mass is as it needs to be ...
 GIVEN = 0.002  # ... and a little farther: where it is carried is known as well as its surface is felt [m]
 CERTAIN = 0.002  # what holds against a blow holds too where surface only so near to it does [m]
+SAME_HEIGHT = 1e-4  # heights that differ by less are one [m]
 RESTS = 0.002  # surface so near to what carries rests on it [m]
 
 Fall = tuple[Pose, ...]
@@ -47,7 +48,25 @@ def drops(workspace: Workspace, obj: str, placement: Placement) -> tuple[Fall, .
     """
     below = carriers(workspace, obj, placement)
     key = ("drops", obj, placement, *below.items())
-    return workspace.cache.value(key, lambda: _drops(workspace, obj, placement, below))
+    found = workspace.cache.value(key, lambda: _drops(workspace, obj, placement, below))
+    limit = _too_high(workspace, obj, placement)
+    return tuple(fall for fall in found if fall[0].xyz[2] < limit - SAME_HEIGHT)
+
+
+def learn_too_high(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> None:
+    """Let an object not fall from so high, or higher, to a placement while the pile that it joins stands as it does."""
+    lower = min(let_go.xyz[2], _too_high(workspace, obj, placement))
+    workspace.cache.learn(_pile_key(workspace, obj, placement), lower)
+
+
+def _too_high(workspace: Workspace, obj: str, placement: Placement) -> float:
+    """The height from which an object is known to upset the pile that it falls onto [m]; endless where none is."""
+    return workspace.cache.value(_pile_key(workspace, obj, placement), lambda: math.inf)
+
+
+def _pile_key(workspace: Workspace, obj: str, placement: Placement) -> Hashable:
+    around = {**workspace.start, obj: placement}
+    return "too high", obj, tuple((name, around[name]) for name in sorted(pile_of(obj, around)))
 
 
 def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement]) -> tuple[Fall, ...]:

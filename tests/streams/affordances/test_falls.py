@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tamp.checking.actions.fall import check_fall
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.streams.affordances.falls import HEIGHTS, drops, letting_go, may_fall
+from tamp.streams.affordances.falls import HEIGHTS, drops, learn_too_high, letting_go, may_fall
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
@@ -184,3 +184,19 @@ def test_the_less_firmly_it_will_stand_the_lower_it_is_let_go():
     counts = [len(on_post(aside, 0.05)[2]) for aside in (0.003, 0.004, 0.012)]
     assert counts == sorted(counts)
     assert 0 <= counts[0] < counts[-1] == len(HEIGHTS)
+
+
+def test_what_is_learnt_of_a_fall_holds_for_it_and_higher_ones_while_the_pile_stands(workspace):
+    goal = workspace.goals["block"]
+    heights = [fall[0].xyz[2] for fall in drops(workspace, "block", goal)]
+    fresh = inside()
+    learn_too_high(fresh, "block", goal, raised(goal.pose, HEIGHTS[2]))
+    learn_too_high(fresh, "block", goal, raised(goal.pose, HEIGHTS[3]))
+    assert [fall[0].xyz[2] for fall in drops(fresh, "block", goal)] == heights[:2]
+    elsewhere = replace(goal, pose=Pose((goal.pose.xyz[0] + 0.001, *goal.pose.xyz[1:])))
+    assert len(drops(fresh, "block", elsewhere)) > 2
+
+
+def raised(pose, height):
+    x, y, z = pose.xyz
+    return Pose((x, y, z + height), pose.quat)

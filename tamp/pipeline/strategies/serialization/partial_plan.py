@@ -22,8 +22,9 @@ from tamp.pipeline.strategies.serialization.rehearsal import rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
+from tamp.streams.affordances.falls import learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
-from tamp.streams.values import Configuration, Placement
+from tamp.streams.values import Configuration, Handling, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose
 
@@ -176,13 +177,19 @@ class Progress:
         return None
 
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
-        """Let no question end again with an object put where the checker says that something does not stay by that."""
+        """Let no question end again with an object put, or dropped, where the checker says that this upsets a pile."""
         wrong, after = verdict.problems[0], self.now.setup.domain.after
-        if wrong.kind == "support" and wrong.action is not None:
-            last = wrong.action
-            before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
-            for name in then.keys() - before.keys():
-                learn_upset(self.now.workspace, name, then)
+        if wrong.kind not in ("support", "release", "fall") or wrong.action is None:
+            return
+        last = wrong.action
+        before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
+        workspace = replace(self.now.workspace, start=then)
+        for name in then.keys() - before.keys():
+            way = solution[last].args[-1]
+            if wrong.kind == "support":
+                learn_upset(workspace, name, then)
+            elif isinstance(way, Handling) and way.dropped:
+                learn_too_high(workspace, name, way.placement, way.let_go)
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.
