@@ -44,9 +44,9 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
         TampError: where seed, timeout or an option is not valid, or poses are to be perceived.
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """
+    settings = settings_of(options)
     expect_task(task)
     refuse_arguments(seed, timeout)
-    settings = settings_of(options)
     if settings.perceive is not None:
         raise TampError("a plan is made from poses that are given; perceive belongs to `tamp solve` and tamp.solve")
     refuse_code(task, settings.domain, trusted=settings.trust_task_code)
