@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from tamp.domains.skill import SceneChange
 from tamp.domains.timing import Timing, held
 from tamp.planning import GroundAction
-from tamp.streams.hand.stability import firmer
+from tamp.streams.hand.firmness import firmer
 from tamp.streams.values import Handling
 from tamp.task import Action, Fall, Grip, Release, Step
 

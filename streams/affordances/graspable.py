@@ -7,7 +7,7 @@ import numpy as np
 from tamp.streams.hand.candidates import hangs_over, sample_pinches
 from tamp.streams.hand.clearance import above_table, clear_of_object
 from tamp.streams.hand.finger_closing import closed
-from tamp.streams.hand.stability import LOST, looseness
+from tamp.streams.hand.firmness import LOST, looseness
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 

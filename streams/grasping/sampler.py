@@ -26,7 +26,8 @@ from tamp.streams.grasping.ranking import over_table, placement_cost, untwisted
 from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
-from tamp.streams.hand.stability import FIRM, askew, second_best, too_heavy, unsteadiness
+from tamp.streams.hand.firmness import second_best, unsteadiness
+from tamp.streams.hand.stability import FIRM, askew, too_heavy
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 

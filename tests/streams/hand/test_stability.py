@@ -10,16 +10,13 @@ from tamp.checking import Tolerances
 from tamp.checking.geometry.pad_region import laid_flush
 from tamp.checking.geometry.solids import Solid
 from tamp.streams.hand.finger_closing import closed
+from tamp.streams.hand.firmness import LOST, firmer, looseness, second_best
 from tamp.streams.hand.stability import (
     FIRM,
-    LOST,
     TURN_STEP,
     Squeezed,
     askew,
-    firmer,
     hanging,
-    looseness,
-    second_best,
     slipping,
     swinging,
     turned_flush,
