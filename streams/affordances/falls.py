@@ -16,7 +16,7 @@ import numpy as np
 from tamp.streams.affordances.friction_cones import NEAR, center_at, in_equilibrium, touching
 from tamp.streams.affordances.neighbours import carriers, lies_in
 from tamp.streams.affordances.stable_poses import inside_by, outline
-from tamp.streams.affordances.stack_balance import contacts, pile_of
+from tamp.streams.affordances.stack_balance import contacts, pile_at
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.collisions import CONTACT_DEPTH
@@ -65,8 +65,7 @@ def _too_high(workspace: Workspace, obj: str, placement: Placement) -> float:
 
 
 def _pile_key(workspace: Workspace, obj: str, placement: Placement) -> Hashable:
-    around = {**workspace.start, obj: placement}
-    return "too high", obj, tuple((name, around[name]) for name in sorted(pile_of(obj, around)))
+    return "too high", obj, pile_at(obj, {**workspace.start, obj: placement})
 
 
 def _drops(workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement]) -> tuple[Fall, ...]:

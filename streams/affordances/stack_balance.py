@@ -8,7 +8,7 @@ walls and friction may still hold it (`friction_cones`); a pile that never stood
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,70 +33,56 @@ GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
 def balance_without(context: Context, obj: str, placement: Placement) -> Iterator[Balance]:
     """Yield once where what an object stands among stays at rest when it is taken; all is as in `context.fluents`."""
-    around = {**standing(context.fluents), obj: placement}
-    if not _upset(context, obj, around, around, {name: around[name] for name in around if name != obj}):
+    if not _upset(context, obj, placement, put=False):
         yield Balance(obj, placement)
 
 
 def balance_with(context: Context, obj: str, placement: Placement) -> Iterator[Balance]:
     """Yield once where what an object is put on stays at rest under it; all else is as in `context.fluents`."""
-    others = {name: place for name, place in standing(context.fluents).items() if name != obj}
-    around = {**others, obj: placement}
-    if not _upset(context, obj, around, others, around):
+    if not _upset(context, obj, placement, put=True):
         yield Balance(obj, placement)
 
 
-def _upset(
-    context: Context,
-    obj: str,
-    joined: Mapping[str, Placement],
-    before: Mapping[str, Placement],
-    after: Mapping[str, Placement],
-) -> bool:
-    """Whether a change upsets the pile that an object joins; says so, and because of what stands in it."""
-    if len(joined) < len(context.scene.task.objects):
+def _upset(context: Context, obj: str, placement: Placement, *, put: bool) -> bool:
+    """Whether the pile that an object joins is upset as it is put there, or taken; says so, and because of what."""
+    around = {**standing(context.fluents), obj: placement}
+    if len(around) < len(context.scene.task.objects):
         return False  # a question about a part of the scene: what is left out may hold the rest down
-    if not _tips(context.scene, obj, joined, before, after):
+    if not _tips(context.scene, obj, around, put=put):
         return False
-    pile = pile_of(obj, joined)
-    because = [fact for fact in context.fluents if fact[1] in pile - {obj}]
-    context.fail(f"{', '.join(sorted(pile - {obj}))} would tip", because=because)
+    others = pile_of(obj, around) - {obj}
+    because = [fact for fact in context.fluents if fact[1] in others]
+    context.fail(f"{', '.join(sorted(others))} would tip", because=because)
     return True
 
 
 def tips_with(workspace: Workspace, obj: str, placement: Placement) -> bool:
     """Whether what an object is put on does not stay at rest under it, with all others where they stand now."""
-    others = {name: place for name, place in workspace.start.items() if name != obj}
-    around = {**others, obj: placement}
-    return _tips(workspace, obj, around, others, around)
+    return _tips(workspace, obj, {**workspace.start, obj: placement}, put=True)
 
 
-def _tips(
-    workspace: Workspace,
-    obj: str,
-    joined: Mapping[str, Placement],
-    before: Mapping[str, Placement],
-    after: Mapping[str, Placement],
-) -> bool:
-    pile = pile_of(obj, joined)
-    stood, stands = ({n: there[n] for n in sorted(pile & there.keys())} for there in (before, after))
+def _tips(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, put: bool) -> bool:
+    """Whether a pile that stood does not as an object, which stands `around` with the others, is put there or taken."""
 
     def found() -> bool:
+        joined = dict(pile_at(obj, around))
+        apart = {name: place for name, place in joined.items() if name != obj}
+        stood, stands = (apart, joined) if put else (joined, apart)
         if at_rest(workspace, stands) or not at_rest(workspace, stood):
             return False
         return not in_equilibrium(workspace, stands)
 
-    return workspace.cache.value(_key(obj, pile, joined, put=obj in after), found)
+    return workspace.cache.value(("upset", obj, put, pile_at(obj, around)), found)
 
 
 def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement]) -> None:
     """Have the pile that an object is put on be taken for upset by that; `around` is where all stand then."""
-    workspace.cache.learn(_key(obj, pile_of(obj, around), around, put=True), True)
+    workspace.cache.learn(("upset", obj, True, pile_at(obj, around)), True)
 
 
-def _key(obj: str, pile: Collection[str], joined: Mapping[str, Placement], *, put: bool) -> Hashable:
-    """What the answer depends on: where all of the pile stand with the object in it, and whether it is put or taken."""
-    return "upset", obj, put, tuple((name, joined[name]) for name in sorted(pile))
+def pile_at(obj: str, around: Mapping[str, Placement]) -> tuple[tuple[str, Placement], ...]:
+    """The pile that an object belongs to, and where each of it stands, in the order of their names."""
+    return tuple((name, around[name]) for name in sorted(pile_of(obj, around)))
 
 
 def pile_of(obj: str, around: Mapping[str, Placement]) -> set[str]:
