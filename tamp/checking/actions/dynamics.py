@@ -1,4 +1,4 @@
-"""Do the fingers hold an object all along a motion, against its weight and what speeds it up and slows it down?
+"""Do the fingers hold an object as they close, and all along a motion, against its weight and what speeds it up?
 
 Force and moment that friction holds at once lie within an ellipsoid about (Howe and Cutkosky, International Journal of
 Robotics Research 15(6), 1996). Pads are taken to press evenly.
@@ -15,14 +15,14 @@ from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.scene import GRAVITY, Scene
-from tamp.task.robot import PAD_FRICTION
+from tamp.task.robot import LEAST_FRICTION, PAD_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from tamp.task.plan import Attachment, Move, Trajectory
+    from tamp.task.plan import Attachment, Grip, Move, Trajectory
 
     Array = NDArray[np.float64]
 
@@ -38,6 +38,30 @@ FACING = 0.5
 """Cosine between the closing axis and a face that the fingers touch by theirs."""
 PERIOD = 0.005
 """Between two looks at how fast something moves, at least [s]."""
+
+
+def unheld(scene: Scene, grip: Grip, T_world_tool: Array, T: Array) -> Iterator[str]:
+    """Why two fingers that press with all their force do not carry an object at T by friction, or let it swing down.
+
+    Pads that press with their corners alone, across from each other, resist a turn about the closing axis the most.
+    """
+    name, tree, gripper = grip.attachment.object, scene.links.tree, scene.links.tree.spec.gripper
+    if grip.force is not None and not 0.0 < grip.force <= gripper.force:
+        yield f"the fingers cannot press with {grip.force:.1f} N: the most is {gripper.force:.1f} N"
+        return
+    weight = GRAVITY * scene.task.object(name).mass
+    held = PAD_FRICTION * scene.friction(name) * gripper.force
+    if PAD_FRICTION * scene.friction(name) < LEAST_FRICTION:
+        yield f"{name} slips out of the fingers, whose friction with it is below {LEAST_FRICTION}"
+    if weight > 2 * held:
+        yield f"{name} weighs {weight:.1f} N, the fingers carry {2 * held:.1f} N by friction"
+    pads = T_world_tool[:3, :3] @ (0.0, 0.0, tree.pad_depth(grip.width)) + T_world_tool[:3, 3]
+    lever = scene.center_of_mass(name, T) - pads
+    moment = abs(float(np.cross(T_world_tool[:3, :3] @ gripper.axis, lever)[2])) * weight
+    resists = held * float(np.hypot(*gripper.pad[1:]))
+    if moment > resists:
+        sentence = f"{name} swings down in the fingers: its weight turns it by {moment:.2f} N m"
+        yield f"{sentence}, they resist {resists:.2f} N m by friction"
 
 
 def loosened(scene: Scene, held: Attachment, move: Move, times: Array) -> Iterator[str]:

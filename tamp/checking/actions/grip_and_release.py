@@ -10,6 +10,7 @@ import numpy as np
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
 from tamp.checking.actions.blow import upset_by_fall
 from tamp.checking.actions.closing_pads import check_drawn, drawn_along, laid_between
+from tamp.checking.actions.dynamics import unheld
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
 from tamp.checking.actions.wedging import jammed
@@ -19,8 +20,8 @@ from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.support import carriers, height_above, overlaps, patch_between, sunk_balance
 from tamp.checking.physics.tilting import tilted_off
-from tamp.checking.scene import GRAVITY, TABLE, Scene, State
-from tamp.task.robot import LEAST_FRICTION, PAD_FRICTION
+from tamp.checking.scene import TABLE, Scene, State
+from tamp.task.robot import PAD_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,7 +67,8 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
         _check_alone(scene, state, name, grip.width, opening, report)
         for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
             report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
-    _check_force(scene, grip, T_world_tool, state.poses[name], report)
+    for sentence in unheld(scene, grip, T_world_tool, state.poses[name]):
+        report("grasp", sentence, bodies=(name,))
     check_uncovered(scene, state, name, allow, report)
     gripped = T_world_tool @ grip.attachment.T_tool_object.matrix
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
@@ -377,28 +379,3 @@ def _check_alone(scene: Scene, state: State, name: str, width: float, opening: f
 def _wraps(outer: tuple[float, float], inner: tuple[float, float]) -> bool:
     """Whether pads that close on what lies between two coordinates [m] are stopped by what lies between others too."""
     return outer[0] < inner[0] + ALIKE and outer[1] > inner[1] - ALIKE
-
-
-def _check_force(scene: Scene, grip: Grip, T_world_tool: Array, T: Array, report: Report) -> None:
-    """Two fingers that press with all their force carry the object, at T, by friction, and it does not swing down.
-
-    Pads that press with their corners alone, across from each other, resist a turn about the closing axis the most.
-    """
-    name, tree, gripper = grip.attachment.object, scene.links.tree, scene.links.tree.spec.gripper
-    if grip.force is not None and not 0.0 < grip.force <= gripper.force:
-        sentence = f"the fingers cannot press with {grip.force:.1f} N: the most is {gripper.force:.1f} N"
-        report("grasp", sentence, (name,))
-        return
-    weight = GRAVITY * scene.task.object(name).mass
-    held = PAD_FRICTION * scene.friction(name) * gripper.force
-    if PAD_FRICTION * scene.friction(name) < LEAST_FRICTION:
-        report("grasp", f"{name} slips out of the fingers, whose friction with it is below {LEAST_FRICTION}", (name,))
-    if weight > 2 * held:
-        report("grasp", f"{name} weighs {weight:.1f} N, the fingers carry {2 * held:.1f} N by friction", (name,))
-    pads = T_world_tool[:3, :3] @ (0.0, 0.0, tree.pad_depth(grip.width)) + T_world_tool[:3, 3]
-    lever = scene.center_of_mass(name, T) - pads
-    moment = abs(float(np.cross(T_world_tool[:3, :3] @ gripper.axis, lever)[2])) * weight
-    resists = held * float(np.hypot(*gripper.pad[1:]))
-    if moment > resists:
-        sentence = f"{name} swings down in the fingers: its weight turns it by {moment:.2f} N m"
-        report("grasp", f"{sentence}, they resist {resists:.2f} N m by friction", (name,))
