@@ -91,8 +91,8 @@ class Grip:
     Attributes:
         attachment: object and where it lies in the tool frame.
         width: distance between the finger pads when they touch the object [m].
-        force: what each finger presses with from when they have closed until it is put down [N]; None where it is as
-            gentle as they close.
+        force: what each finger presses with from when they have closed until it is put down [N]; None, or less, stands
+            for what they close with.
     """
 
     attachment: Attachment
