@@ -4,9 +4,17 @@ No example has a deadline: on a busy machine that would test the machine.
 """
 
 import os
+import signal
 
+import pytest
 from hypothesis import settings
 
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.register_profile("exploring", deadline=None)
 settings.load_profile("exploring" if os.environ.get("EXPLORE") else "same")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def interrupts():
+    """A shell ignores Ctrl-C in what it starts in the background, and so would all tests of it there."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

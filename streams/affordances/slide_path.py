@@ -7,7 +7,7 @@ pushing, International Journal of Robotics Research 15, 1996).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -41,7 +41,6 @@ SIDE = 0.003  # how far behind its outermost points a side of an object reaches 
 ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the one in its middle, if it is curved [rad]
 LEAST_EDGE = 1e-9  # corners nearer to each other are one, and have no edge between them [m]
 DIGITS = 6  # of slants in radians: what differs by less is the same
-STRAIGHT = np.cos(0.002)  # of the angle between a way and the direction that it is taken for
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -103,8 +102,8 @@ def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) ->
     length = float(np.linalg.norm(shift))
     if not (shifted_alone(start, end) and 0.0 < length < LONGEST and slidable(workspace, obj, start)):
         return []
-    among = [one for one in directions(workspace, obj, start) if one.ahead @ shift > STRAIGHT * length]
-    return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in among]
+    found = towards(workspace, obj, start, shift)
+    return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in found]
 
 
 def stands(workspace: Workspace, obj: str, end: Placement) -> bool:
@@ -156,20 +155,42 @@ def directions(workspace: Workspace, obj: str, placement: Placement) -> tuple[Di
     return workspace.cache.value(("directions", obj, placement), lambda: tuple(_directions(workspace, obj, placement)))
 
 
+def towards(workspace: Workspace, obj: str, placement: Placement, heading: Array) -> Iterator[Direction]:
+    """Those along one heading, (2,), by sides from which friction holds the object: the least slanted first."""
+    ahead, known = heading / np.linalg.norm(heading), list[Direction]()
+    for behind, *sides in _sides(_outline_points(workspace, obj, placement), facing=-ahead):
+        slants = np.array([np.arccos(np.clip(-behind @ ahead, -1.0, 1.0))])
+        new = all(behind @ other.behind < np.cos(ROUND) for other in known)
+        if new and _held(workspace, obj, placement, behind, slants).any():
+            found = list(_pushed(workspace, obj, placement, behind, ahead, sides))
+            known += found
+            yield from found
+
+
 def _directions(workspace: Workspace, obj: str, placement: Placement) -> Iterator[Direction]:
+    for behind, *sides in _sides(_outline_points(workspace, obj, placement)):
+        for slant in SLANTS[_held(workspace, obj, placement, behind, SLANTS)]:
+            yield from _pushed(workspace, obj, placement, behind, -_turned(behind, slant), sides)
+
+
+def _held(workspace: Workspace, obj: str, placement: Placement, behind: Array, slants: Array) -> NDArray[np.bool_]:
+    """Whether friction holds an object on two fingers that push a side so far aslant, (n,) [rad], shape (n,)."""
+    steep = _steepness(workspace, obj, placement, behind)
+    off = np.arccos(np.cos(slants) * np.cos(steep))  # of what presses on a flank that leans
+    held: NDArray[np.bool_] = (np.abs(slants) <= pad_cone(workspace, obj)) & (off <= ASLANT)
+    return held
+
+
+def _pushed(
+    workspace: Workspace, obj: str, placement: Placement, behind: Array, ahead: Array, sides: Sequence[Array]
+) -> Iterator[Direction]:
+    """The direction ahead by a side, of points (n, 2) as any of `sides` has them, if there is room for two fingers."""
     points, center = _outline_points(workspace, obj, placement), center_from_above(workspace, obj, placement)
-    cone = pad_cone(workspace, obj)
-    fingertip = workspace.world.robot.spec.gripper.fingertip
-    for behind, *sides in _sides(points):
-        steep = _steepness(workspace, obj, placement, behind)
-        off = np.arccos(np.cos(SLANTS) * np.cos(steep))  # of what presses on a flank that leans
-        for slant in SLANTS[(np.abs(SLANTS) <= cone) & (off <= ASLANT)]:
-            ahead = -_turned(behind, slant)
-            touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
-            rooms = (_room(side - touch, behind) for side in sides)
-            room = next((room for room in rooms if room >= fingertip), None)
-            if room is not None:
-                yield Direction(ahead, behind, touch, room)
+    touch = center + ahead * float(((points - center) @ behind).max()) / (ahead @ behind)
+    rooms = (_room(side - touch, behind) for side in sides)
+    room = next((room for room in rooms if room >= workspace.world.robot.spec.gripper.fingertip), None)
+    if room is not None:
+        yield Direction(ahead, behind, touch, room)
 
 
 def _room(points: Array, behind: Array) -> float:
@@ -235,8 +256,8 @@ def _outline_points(workspace: Workspace, obj: str, placement: Placement) -> Arr
     return points
 
 
-def _sides(points: Array) -> Iterator[tuple[Array, Array, Array]]:
-    """Sides of an object seen from above, the widest first.
+def _sides(points: Array, facing: Array | None = None) -> Iterator[tuple[Array, Array, Array]]:
+    """Sides of an object seen from above that differ much, the widest first; or all, those that face a direction first.
 
     Yields:
         outward normal (2,), the points (n, 2) that are about as far out, and all corners (m, 2) between which it is
@@ -247,10 +268,11 @@ def _sides(points: Array) -> Iterator[tuple[Array, Array, Array]]:
     edges = ends - corners
     lengths = np.linalg.norm(edges, axis=1)
     normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.maximum(lengths, 1e-12)[:, None]
+    apart, worth = (APART, lengths) if facing is None else (0.0, normals @ facing)
     kept: list[Array] = []
-    for index in np.argsort(-lengths, kind="stable"):
+    for index in np.argsort(-worth, kind="stable"):
         normal = normals[index]
-        if lengths[index] > LEAST_EDGE and all(normal @ other < np.cos(APART) for other in kept):
+        if lengths[index] > LEAST_EDGE and all(normal @ other < np.cos(apart) for other in kept):
             kept.append(normal)
             curved = normals @ normal > np.cos(ROUND)
             flat = points[points @ normal > (points @ normal).max() - SIDE]

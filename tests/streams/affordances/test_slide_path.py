@@ -9,7 +9,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.slide_path import FIRM, STEADY, _sides, directions, slidable, ways
+from tamp.streams.affordances.slide_path import FIRM, STEADY, _sides, directions, shifted, slidable, ways, ways_to
 from tamp.streams.affordances.stable_poses import inside_by, outline
 from tamp.streams.values import Placement
 from tamp.task import Box, Cylinder, Mesh, Object, Pose
@@ -107,6 +107,30 @@ def test_what_is_slippery_is_pushed_no_farther_aslant_than_friction_holds(fricti
     found = directions(workspace, "flat", workspace.start["flat"])
     slants = np.degrees([np.arccos(np.clip(-way.ahead @ way.behind, -1.0, 1.0)) for way in found])
     assert slants.max() == pytest.approx(farthest, abs=1e-4)
+
+
+@settings(max_examples=20)
+@given(heading=st.floats(-np.pi, np.pi))
+def test_a_round_thing_is_pushed_straight_to_wherever_it_shall_be(heading):
+    scene = workspace_of(Object("disc", Cylinder(0.08, 0.02), Pose((0.05, 0.1, 0.01)), friction=0.5))
+    start, shift = scene.start["disc"], 0.07 * np.array([np.cos(heading), np.sin(heading)])
+    found = ways_to(scene, "disc", start, shifted(start, shift))
+    assert found
+    assert [way.slant for way in found] == sorted(way.slant for way in found)
+    for way in found:
+        np.testing.assert_allclose(way.shift, shift, atol=1e-9)
+        lever = np.array(start.pose.xyz[:2]) - way.touch
+        assert abs(lever[0] * shift[1] - lever[1] * shift[0]) < 1e-9
+
+
+@pytest.mark.parametrize(("slant", "able"), [(0.0, True), (7.0, True), (-18.0, True), (24.0, False), (45.0, False)])
+def test_a_box_is_pushed_as_far_aslant_as_friction_holds(slant, able):
+    workspace = workspace_of(FLAT)
+    start, angle = workspace.start["flat"], np.radians(slant)
+    way = ways(workspace, "flat", start)[0]
+    c, s = np.cos(angle), np.sin(angle)
+    shift = -0.1 * np.array([[c, -s], [s, c]]) @ way.behind
+    assert bool(ways_to(workspace, "flat", start, shifted(start, shift))) == able
 
 
 def test_less_slanted_ways_are_tried_before_others_that_hang_over_as_far(workspace):

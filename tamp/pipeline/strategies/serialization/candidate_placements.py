@@ -16,7 +16,7 @@ from tamp.execution.simulators import DEFAULT
 from tamp.pipeline.situation import placements, raised
 from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
-from tamp.streams.affordances.slide_path import LONGEST, directions, shifted
+from tamp.streams.affordances.slide_path import LONGEST, directions, shifted, towards
 from tamp.streams.affordances.stable_poses import righted, stands, steady_faces
 from tamp.streams.collisions import overlap
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
@@ -230,7 +230,9 @@ def straight_ahead(workspace: Workspace, name: str) -> list[Placement]:
     lower, upper = (bound[:2] for bound in workspace.bounds(name, here.pose))
     middle, half = np.array(workspace.task.table.center), np.array(workspace.task.table.size) / 2
     enough, found = _error(workspace, name, here.pose) - GAIN, list[tuple[float, int, Placement]]()
-    for direction in directions(workspace, name, here):
+    to_goal = np.subtract(_goal(workspace, name).xyz, here.pose.xyz)[:2]
+    straight = towards(workspace, name, here, to_goal) if to_goal.any() else ()
+    for direction in (*directions(workspace, name, here), *straight):
         for length in np.arange(PUSHED, LONGEST, PUSHED):
             shift = length * direction.ahead
             whole = (lower + shift > middle - half).all() and (upper + shift < middle + half).all()

@@ -86,6 +86,7 @@ def test_what_finds_no_room_for_the_hand_in_a_crate_may_be_dropped_into_it():
 BLOCK = Object("block", Box((0.16, 0.16, 0.1)), Pose((0.1, 0.25, 0.05)), At(Pose((0.1, 0.0, 0.05))))
 """No hand takes it, so that what shall rest on it never can."""
 SLAB = Object("slab", Box((0.12, 0.16, 0.03)), Pose((0.0, -0.4, 0.015)), At(Pose((0.1, 0.0, 0.115))))
+TURNED_SLAB = replace(SLAB, goal=At(Pose.from_rpy((0.1, 0.0, 0.115), (0.0, 0.0, 1.2))))
 NEARNESS_CUBE = Object("cube", Box((0.05, 0.05, 0.05)), Pose((0.0, -0.2, 0.025)), At(Pose((0.1, 0.0, 0.125))))
 
 
@@ -95,7 +96,9 @@ def asker_of(*objects):
     return Asker(Progress(attempt), seed=0, deadline=time.monotonic() + 600.0, algorithm="adaptive")
 
 
-@pytest.mark.parametrize(("obj", "actions"), [(NEARNESS_CUBE, {"pick", "place"}), (SLAB, {"slide", "pick"})])
+@pytest.mark.parametrize(
+    ("obj", "actions"), [(NEARNESS_CUBE, {"pick", "place"}), (SLAB, {"slide"}), (TURNED_SLAB, {"slide", "pick"})]
+)
 def test_what_cannot_rest_where_it_shall_is_brought_near_even_if_it_has_to_be_slid_first(obj, actions):
     asker = asker_of(BLOCK, obj)
     assert bring_near(asker, {obj.name}, set())
