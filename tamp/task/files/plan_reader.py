@@ -145,7 +145,7 @@ class PlanReader:
             array = np.array(value)
         except ValueError as error:
             raise self.error(field, "must be a table of numbers, its rows equally long") from error
-        if array.ndim != dimensions or array.dtype.kind not in "if" or not array.size:
+        if array.ndim != dimensions or array.dtype.kind not in "if" or not array.size or _has_truth_values(value):
             what = "a list of numbers" if dimensions == 1 else "a list of equally long lists of numbers"
             raise self.error(field, f"must be {what}")
         if not (np.abs(array) <= LARGEST).all():
@@ -202,3 +202,8 @@ class PlanReader:
     def error(self, field: str, sentence: str) -> PlanError:
         """The error that names file and field."""
         return PlanError(f"{self.path}: {field} {sentence}")
+
+
+def _has_truth_values(value: Any) -> bool:
+    """Whether `true` or `false` stands among numbers, in lists however deep: an array would have it as 1 or 0."""
+    return any(map(_has_truth_values, value)) if isinstance(value, list) else isinstance(value, bool)

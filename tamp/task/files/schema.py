@@ -6,7 +6,7 @@ import json
 import math
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from typing_extensions import Self
 
 from tamp.task.robot import DEFAULT_ROBOT
@@ -17,7 +17,16 @@ Pair = tuple[Number, Number]
 PositivePair = tuple[Positive, Positive]
 Triple = tuple[Number, Number, Number]
 Quadruple = tuple[Number, Number, Number, Number]
-Fold = Literal[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 360]
+
+
+def _no_truth_value(value: object) -> object:
+    """What is given, unless it is `true`, which equals 1 in Python."""
+    if isinstance(value, bool):
+        raise ValueError(f"{value} is not valid; it must be a number 1 to 12, or 360")
+    return value
+
+
+Fold = Annotated[Literal[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 360], BeforeValidator(_no_truth_value)]
 Name = Annotated[str, Field(max_length=64, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
 FactModel = Annotated[tuple[Name, ...], Field(min_length=1, description="a predicate and the names it is about")]
 Function = Annotated[str, Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$", description="package.module:function")]

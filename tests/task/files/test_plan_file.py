@@ -134,6 +134,8 @@ def corrupted(document: dict, path: str, value: object) -> dict:
         ("actions/0/steps/1/move/contacts", [["a"]], "actions[0].steps[1].move.contacts"),
         ("actions/0/steps/1/move/times", [0, "1"], "actions[0].steps[1].move.times"),
         ("actions/0/steps/1/move/times", [0, 1, 2], "actions[0].steps[1].move"),
+        ("actions/0/steps/1/move/times", [0, True], "actions[0].steps[1].move.times must be a list of numbers"),
+        ("actions/0/steps/1/move/velocities", [[0] * 7, [False] + [0.0] * 6], "move.velocities must be a list of"),
         ("actions/0/steps/1/move/positions", [[0, 1], [2]], "actions[0].steps[1].move.positions"),
         ("actions/0/steps/2/release/opening", 1e999, "Infinity"),
         ("report", 7, "report"),
