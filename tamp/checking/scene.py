@@ -82,6 +82,18 @@ class Scene:
         placed: Array = T[:3, :3] @ center + T[:3, 3]
         return placed
 
+    def inertia(self, name: str) -> Array:
+        """An object's tensor of inertia about its centre of mass, in its own frame, shape (3, 3) [kg m^2].
+
+        As its task gives it, or else that of a mass spread evenly.
+        """
+        thing = self.task.object(name)
+        if thing.inertia is None:
+            return thing.mass * self.solids[name].inertia
+        R = thing.inertia.frame.matrix[:3, :3]
+        given: Array = R @ np.diag(thing.inertia.moments) @ R.T
+        return given
+
 
 @lru_cache(maxsize=256)
 def _solid(name: str, pieces: tuple[Part, ...]) -> Solid:

@@ -221,11 +221,9 @@ def _passed(
 
 
 def inertia(scene: Scene, state: State, name: str, axis: Array, lever: Array) -> float:
-    """Moment of inertia [kg m^2] of a body about an axis so far from its centre of mass, its box evenly filled."""
-    size, along = scene.solids[name].upper - scene.solids[name].lower, state.poses[name][:3, :3].T @ axis
-    spread = float(size @ size - (along * size) @ (along * size)) / 12
-    beside = lever - axis * (axis @ lever)
-    return scene.task.object(name).mass * (spread + float(beside @ beside))
+    """Moment of inertia of a body about an axis, a unit vector, so far from its centre of mass [kg m^2]."""
+    along, beside = state.poses[name][:3, :3].T @ axis, lever - axis * (axis @ lever)
+    return float(along @ scene.inertia(name) @ along) + scene.task.object(name).mass * float(beside @ beside)
 
 
 def upset_by_fall(

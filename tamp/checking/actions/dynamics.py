@@ -82,7 +82,8 @@ def loosened(scene: Scene, held: Attachment, move: Move, times: Array) -> Iterat
     forces = thing.mass * (speeding + np.array([0.0, 0.0, GRAVITY]))
     axes, turns = (tools[:, :3, :3] @ part for part in (np.array(gripper.axis), np.cross(gripper.axis, lever)))
     pulled = np.linalg.norm(forces - (forces * axes).sum(axis=1)[:, None] * axes, axis=1)
-    turned = np.abs((forces * turns).sum(axis=1))
+    spun = _torques(scene.inertia(held.object), tools[:, :3, :3] @ held.T_tool_object.matrix[:3, :3], moments)
+    turned = np.abs((forces * turns + spun * axes).sum(axis=1))
     most = 2 * PAD_FRICTION * thing.friction * gripper.force
     x, y = np.meshgrid(*(np.linspace(-side / 2, side / 2, ACROSS) for side in gripper.pad[1:]))
     resisted = most * float(np.hypot(x, y).mean())
@@ -158,4 +159,22 @@ def _accelerations(path: Array, times: Array) -> Array:
     rates = np.concatenate([still, np.diff(path, axis=0) / dt[:, None], still])
     between = np.concatenate([dt[:1] / 2, (dt[1:] + dt[:-1]) / 2, dt[-1:] / 2])
     found: Array = np.diff(rates, axis=0) / between[:, None]
+    return found
+
+
+def _torques(inertia: Array, turns: Array, times: Array) -> Array:
+    """The moments that turn a body, which begins and ends at rest, as it goes on, at each time, shape (n, 3) [N m].
+
+    Args:
+        inertia: its tensor in its own frame, shape (3, 3) [kg m^2].
+        turns: R_world_body at each time, shape (n, 3, 3).
+        times: shape (n,) [s].
+    """
+    still, dt = np.zeros((1, 3)), np.diff(times)
+    R = turns[1:] @ turns[:-1].transpose(0, 2, 1)
+    rates = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
+    rates /= dt[:, None]
+    momenta = np.einsum("nij,jk,nlk,nl->ni", turns[1:], inertia, turns[1:], rates)
+    between = np.concatenate([dt[:1] / 2, (dt[1:] + dt[:-1]) / 2, dt[-1:] / 2])
+    found: Array = np.diff(np.concatenate([still, momenta, still]), axis=0) / between[:, None]
     return found

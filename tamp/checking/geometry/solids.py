@@ -232,6 +232,20 @@ class Piece:
         volume = np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))) / 6
         return float(volume.sum()), inner + (volume[:, None] * (a + b + c) / 4).sum(axis=0) / volume.sum()
 
+    @cached_property
+    def spread(self) -> Array:
+        """Integral of x x' over the volume about its centroid, shape (3, 3) [m^5].
+
+        The sum over tetrahedra from the centroid, whose corners a, b, c and their sum s each give
+        V / 20 (aa' + bb' + cc' + ss').
+        """
+        _, centroid = self.volume_and_centroid
+        corners = self.part.vertices[self.part.faces] - centroid
+        volumes = np.abs(np.linalg.det(corners)) / 6
+        points = np.concatenate([corners, corners.sum(axis=1, keepdims=True)], axis=1)
+        found: Array = np.einsum("t,tki,tkj->ij", volumes / 20, points, points)
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class Solid:
@@ -292,6 +306,17 @@ class Solid:
         volumes, centers = zip(*(piece.volume_and_centroid for piece in self.pieces), strict=True)
         center: Array = np.average(np.array(centers), axis=0, weights=np.array(volumes))
         return center
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Tensor of inertia about `center_of_mass` of a kilogram spread as evenly, shape (3, 3) [m^2]."""
+        total, spread = 0.0, np.zeros((3, 3))
+        for piece in self.pieces:
+            volume, centroid = piece.volume_and_centroid
+            away = centroid - self.center_of_mass
+            total, spread = total + volume, spread + piece.spread + volume * np.outer(away, away)
+        found: Array = (np.trace(spread) * np.eye(3) - spread) / total
+        return found
 
     @cached_property
     def lower(self) -> Array:

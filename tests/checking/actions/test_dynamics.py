@@ -1,13 +1,29 @@
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import Action, At, Attachment, Box, Grip, Mesh, Move, Object, Plan, Pose, Release, Task, Trajectory
-from tests.checking.handmade import DOWN, OPEN, Hand, above, carry, two_boxes
+from tamp.task import (
+    Action,
+    At,
+    Attachment,
+    Box,
+    Grip,
+    Inertia,
+    Mesh,
+    Move,
+    Object,
+    Plan,
+    Pose,
+    Release,
+    Task,
+    Trajectory,
+)
+from tests.checking.handmade import DOWN, OPEN, Hand, above, carry, timed, two_boxes
 from tests.task.meshes import parts_obj
 
 UPRIGHT = Pose((0.05, -0.2, 0.13))
@@ -71,6 +87,35 @@ def test_what_hangs_from_the_hand_is_not_turned_level_where_it_would_swing_down(
     found = [problem for problem in check(task, plan).problems if "red slips in the fingers" in problem.sentence]
     assert (not found) == held
     assert {problem.action for problem in found} <= {2}
+
+
+def nodding(moment):
+    """A bar that is held by its middle, far above the table, and tipped up and down about the closing axis."""
+    bar = Object("red", Box((0.28, 0.03, 0.03)), Pose((0.05, -0.1, 0.015)), mass=1.0)
+    if moment is not None:
+        bar = replace(bar, inertia=Inertia(Pose(), (moment / 10, moment, moment)))
+    hand, grip = Hand(two_boxes()[1].home), Pose((0.0, 0.0, 0.0), DOWN)
+    held, tool = Attachment("red", grip.inverse()), bar.pose @ grip
+    to, reach, up = hand.free(above(tool)), hand.line(tool), hand.line(above(tool, 0.35))
+    level = np.array(hand.q)
+    ends = [level + np.eye(7)[5] * turn for turn in (0.0, 0.45, -0.45)]
+    ways = tuple(Move("transfer", timed(np.array(pair), hand.spec), 0.03, held) for pair in itertools.pairwise(ends))
+    lift = Move("lift", up, 0.03, held, frozenset({("red", "table")}))
+    actions = (
+        Action("move", (), (Move("transit", to, OPEN),)),
+        Action("pick", ("red",), (Move("approach", reach, OPEN), Grip(held, 0.03), lift)),
+        Action("move", ("red",), ways),
+    )
+    return Task("bar", (bar,)), Plan("bar", "panda", 0, {"red": bar.pose}, two_boxes()[1].home, {}, actions)
+
+
+@pytest.mark.parametrize(("moment", "held"), [(None, True), (0.002, True), (0.015, True), (0.05, False)])
+def test_what_is_bulky_is_not_turned_faster_than_friction_holds(moment, held):
+    task, plan = nodding(moment)
+    found = [problem for problem in check(task, plan).problems if "red slips in the fingers" in problem.sentence]
+    assert (not found) == held
+    assert {problem.action for problem in found} <= {2}
+    assert not any("slips" in problem.sentence for problem in check(task, slowed(plan, 4.0)).problems)
 
 
 def test_a_spike_of_acceleration_is_seen_after_hours_of_rest():

@@ -18,6 +18,7 @@ angles = st.floats(-np.pi, np.pi)
 offsets = st.floats(-0.12, 0.12)
 poses = st.builds(lambda x, y, z, r, p, w: Pose.from_rpy((x, y, z), (r, p, w)).matrix, *[offsets] * 3, *[angles] * 3)
 TRAY = [((0.1, 0.08, 0.004), (0.0, 0.0, 0.0)), ((0.004, 0.08, 0.03), (0.05, 0.0, 0.015))]
+HALF = Box((0.05, 0.06, 0.05))
 shapes = st.sampled_from([Box((0.05, 0.06, 0.1)), Cylinder(0.03, 0.08), Sphere(0.04), Box((0.2, 0.2, 0.004))])
 
 
@@ -121,3 +122,14 @@ def test_links_of_the_panda() -> None:
     assert frozenset(("panda_link0", "panda_hand")) in pairs
     assert frozenset(("panda_link1", "panda_link2")) not in pairs
     assert frozenset(("panda_leftfinger", "panda_rightfinger")) not in pairs
+
+
+def test_inertia_is_that_of_a_box_a_cylinder_and_of_boxes_put_together() -> None:
+    box = np.array([0.05, 0.06, 0.1])
+    assert np.allclose(solid(Box(tuple(box))).inertia, np.diag(box @ box - box**2) / 12)
+    axial, across = 0.03**2 / 2, (3 * 0.03**2 + 0.08**2) / 12
+    assert np.allclose(solid(Cylinder(0.03, 0.08)).inertia, np.diag([across, across, axial]), rtol=0.01)
+    halves = [
+        convex_hull(part.vertices + np.array([0.0, 0.0, side * 0.025])) for side in (-1, 1) for part in parts(HALF)
+    ]
+    assert np.allclose(Solid.of("body", halves).inertia, np.diag(box @ box - box**2) / 12)

@@ -36,6 +36,7 @@ from tests.checking.mutations.grips import (
     never_grip,
     pries_open,
     slip_in_hand,
+    spins_on_the_way,
     swings_down,
     swings_on_the_way,
     turned_flush,
@@ -185,6 +186,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     drag_what_is_narrow: ("collision",),
     meet_what_stays: ("collision",),
     swings_on_the_way: ("grasp",),
+    spins_on_the_way: ("grasp",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

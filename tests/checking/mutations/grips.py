@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from tamp.checking.robot.kinematics import read_kinematics
+from tamp.checking.scene import Scene
 from tamp.task import At, Attachment, Box, Grip, Gripper, Inertia, Move, Object, Plan, Pose, Release, Task, load_robot
 from tamp.task.robot import PAD_FRICTION
 from tests.checking.mutations.editing import (
@@ -153,6 +155,32 @@ def swings_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair 
     center = grip.attachment.T_tool_object.inverse() @ Pose(tuple(below * down))
     heavy = changed(task, thing.name, mass=mass, inertia=Inertia(Pose(center.xyz), (1e-3, 1e-3, 1e-3)))
     return heavy, put(plan, carrying[0], replace(move, trajectory=led))
+
+
+def spins_on_the_way(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The hand is turned back and forth about its closing axis, and what it holds is as bulky as a long dumbbell."""
+    where = choose(steps_of(plan, Grip), rng)
+    carrying = [w for w in steps_of(plan, Move, "transfer") if where is not None and w > where]
+    if where is None or not carrying:
+        return None
+    grip, gripper, holds = _held(task, plan, where)
+    thing, tree, move = task.object(grip.attachment.object), read_kinematics(load_robot(task.robot)), carrying[0]
+    if thing.inertia is not None:
+        return None
+    led = bumped(step_at(plan, move).trajectory, np.eye(len(tree.spec.joints))[-2] * rng.uniform(0.5, 0.8))
+    led = replace(led, times=1.6 * led.times, velocities=led.velocities / 1.6)
+    times = np.linspace(0.0, led.duration, 200)
+    tools = tree.tool(CubicHermiteSpline(led.times, led.positions, led.velocities)(times))[:, :3, :3]
+    turns = tools[1:] @ tools[:-1].transpose(0, 2, 1)
+    rates = np.stack(
+        [turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]]
+    )
+    speeds = (rates.T * (tools[1:] @ gripper.axis)).sum(axis=1) / 2 / times[1]
+    fastest = np.abs(np.diff(speeds)).max() / times[1]
+    moment = rng.uniform(3.0, 5.0) * holds / 2 * float(np.hypot(*gripper.pad[1:])) / fastest
+    center = tuple(Scene.of(task).center_of_mass(thing.name, np.eye(4)))
+    bulky = changed(task, thing.name, inertia=Inertia(Pose(center), (moment, moment, moment)))
+    return bulky, put(plan, move, replace(step_at(plan, move), trajectory=led))
 
 
 def cut_between_pads(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
