@@ -259,6 +259,7 @@ def _set_up(body: RobotBody, q: Sequence[float]) -> None:
             pad,
             lateralFriction=PAD_FRICTION,
             spinningFriction=SPINNING_FRICTION,
+            frictionAnchor=1,  # as PyBullet's own Panda asks for: what is held creeps away without, as the arm moves
             physicsClientId=body.client,
         )
     if body.drive.sliding:
