@@ -177,7 +177,8 @@ class Job:
         self.unturned.clear()
 
     def _is_at(self, name: str, pose: Pose, poses: Mapping[str, Pose]) -> bool:
-        return ede(mean_edge(self.task.object(name).shape), pose, poses[name]) < SAME_PLACE
+        """Whether an object is about where it was; one that nobody sees any more is not."""
+        return name in poses and ede(mean_edge(self.task.object(name).shape), pose, poses[name]) < SAME_PLACE
 
     def keep(self, setup: Setup, execution: Execution) -> bool:
         """Go on with what is still good of the last plan after an execution that stopped; False where nothing is."""

@@ -136,6 +136,28 @@ def test_a_search_knows_who_is_hopeless_as_long_as_it_stands_where_it_stood(monk
     assert told == [({}, []), ({"red": "no grasp"}, ["red"]), ({}, [])]
 
 
+def test_what_is_known_of_an_object_does_not_outlive_the_sight_of_it(monkeypatch):
+    """Where poses are perceived, an object that was found once may not be found again: the task is without it then."""
+    told = []
+
+    class Asked:
+        report, left, cut_short, rejections = SimpleNamespace(status="failed"), {}, False, []
+        hopeless, unturned = {"red": (RED.pose, "no grasp")}, {"red": RED.pose}
+
+        def __init__(self, *_, known: Known, **__):
+            told.append((dict(known.hopeless), list(known.unturned)))
+
+        def run(self):
+            return None
+
+    monkeypatch.setattr("tamp.pipeline.solving.job.Planning", Asked)
+    job = Job(Task("lost", (RED,)), 0, 100.0, Settings())
+    for objects, poses in (((RED,), {"red": RED.pose}), ((), {}), ((RED,), {"red": RED.pose})):
+        job.task = Task("lost", objects)
+        assert not job.plan(None, poses, ())
+    assert told == [({}, []), ({}, []), ({"red": "no grasp"}, ["red"])]
+
+
 def test_whatever_executions_have_stopped_at_twice_is_unsteady():
     stopped = [SimpleNamespace(deviation=name and SimpleNamespace(object=name)) for name in ("a", "b", None, "a", None)]
     assert Job(Task("vain", (RED,)), 0, 100.0, Settings(), executions=stopped).unsteady == ["a"]
