@@ -12,11 +12,13 @@ from scipy.spatial import cKDTree
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import Candidate, candidates, fitted, judged
+from tamp.perception.estimation.fit import polished
 from tamp.perception.estimation.fusion import fuse, level
-from tamp.perception.estimation.likeness import likeliest_turn
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import OVERLAP, Selection
+from tamp.perception.estimation.turns.likeness import likeliest_turn
+from tamp.perception.estimation.turns.rendered import turn_shown
 from tamp.perception.estimation.verification import APART, Verified, verify
 from tamp.perception.estimation.volume import Volume, survey
 from tamp.perception.rendering.surface import Surface
@@ -53,6 +55,12 @@ TRACKED = 0.03
 SEEN_THROUGH = 0.06
 """One that was seen through more than this, as a share of its surface, is not there."""
 
+TURNS = 80
+"""More turns than this are not rendered: they are a ball's."""
+
+TURNED = 600
+"""Points, about, that each turn is fitted to before it is rendered."""
+
 
 def estimate_poses(
     frames: Sequence[Frame],
@@ -78,8 +86,8 @@ def estimate_poses(
     scene = see(frames, top)
     if scene is None:
         return {name: Estimate(None, 0.0) for name in objects}
-    models = [object_model(surface) for surface in objects.values()]
-    names = list(objects)
+    surfaces, names = list(objects.values()), list(objects)
+    models = [object_model(surface) for surface in surfaces]
     found = _sought(scene, models, [expected.get(name) for name in names], seed)
     masked = scene.cloud.instances is not None
     selection = Selection(scene.cloud, models, found, present=masked)
@@ -92,7 +100,9 @@ def estimate_poses(
         selection = _chosen_anew(scene, models, found, selection)
     verified = verify(scene, models, found, selection)
     selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
-    return {name: _estimate(scene, models[i], found[i], selection, i, verified.get(i)) for i, name in enumerate(names)}
+    return {
+        name: _estimate(scene, surfaces[i], found[i], selection, i, verified.get(i)) for i, name in enumerate(names)
+    }
 
 
 def see(frames: Sequence[Frame], table: Table) -> Volume | None:
@@ -216,7 +226,7 @@ def _chosen_anew(
 
 def _estimate(
     scene: Volume,
-    model: ObjectModel,
+    surface: Surface,
     found: Sequence[Candidate],
     selection: Selection,
     i: int,
@@ -224,17 +234,30 @@ def _estimate(
 ) -> Estimate:
     if verified is None:
         return Estimate(None, 0.0)
+    model = object_model(surface)
     k = verified.candidate
     best, gains = found[k], selection.gains(i)
     if scene.cloud.instances is None and gains[k] < FEWEST and best.hits < 0.2:
         return Estimate(None, 0.0)
-    pose = likeliest_turn(scene.cloud, model, verified.pose, verified.own)
+    pose = _turned(scene, surface, model, verified)
     others = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
     ]
     ahead = _ahead(selection, i, gains, others, verified)
     confidence = _confidence(best, float(gains[k]), OVERLAP * selection.clash(i, k), ahead)
     return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
+
+
+def _turned(scene: Volume, surface: Surface, model: ObjectModel, verified: Verified) -> Array:
+    """The pose, turned as its shape's near symmetries allow: as colours tell, or whole pictures where it has none."""
+    turns = model.symmetries
+    if not model.colored and 1 < len(turns) <= TURNS:
+        some = verified.own[:: max(1, len(verified.own) // TURNED)]
+        poses = np.stack([polished(scene.cloud, model, verified.pose @ turn, some) for turn in turns])
+        shown = turn_shown(scene.frames, surface, poses)
+        if shown is not None:
+            return np.asarray(poses[shown])
+    return likeliest_turn(scene.cloud, model, verified.pose, verified.own)
 
 
 def _ahead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:

@@ -17,9 +17,9 @@ from tamp.perception.estimation.assignment import assigned
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fit import agreement, gaps, polished
 from tamp.perception.estimation.fusion import VOXEL
-from tamp.perception.estimation.likeness import misfit
 from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.selection import Selection
+from tamp.perception.estimation.turns.likeness import misfit
 from tamp.perception.estimation.volume import Volume
 
 if TYPE_CHECKING:

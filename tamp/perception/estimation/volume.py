@@ -35,12 +35,14 @@ class Volume:
         origin: corner of the first cell, shape (3,) [m]; z is the table's top.
         nearest: index of the nearest point within 16 mm, -1 for none; int32 (x, y, z).
         free: whether a camera saw through the cell; bool (x, y, z).
+        frames: what it was surveyed from.
     """
 
     cloud: Cloud
     origin: Array
     nearest: NDArray[np.int32]
     free: NDArray[np.bool_]
+    frames: tuple[LevelFrame, ...] = ()
 
     def look_up(self, points: Array) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """For points (n, 3): the nearest measured point or -1, and whether the place is known to be empty.
@@ -53,7 +55,7 @@ class Volume:
         """The same space with some of the measured points alone, by their indices; what was seen through stays so."""
         number = np.full(len(self.cloud.points) + 1, -1, dtype=np.int32)
         number[some] = np.arange(len(some), dtype=np.int32)
-        return Volume(self.cloud.at(some), self.origin, np.asarray(number[self.nearest]), self.free)
+        return Volume(self.cloud.at(some), self.origin, np.asarray(number[self.nearest]), self.free, self.frames)
 
     @property
     def cells(self) -> tuple[Array, float, NDArray[np.int32], NDArray[np.bool_]]:
@@ -76,7 +78,7 @@ def survey(frames: Sequence[LevelFrame], cloud: Cloud, within: tuple[Array, Arra
     for frame in frames:
         free |= _seen_through(frame, lower, shape)
     nearest = _nearest(cloud.points, lower, shape)
-    return Volume(cloud, lower, nearest, free & (nearest < 0) | _clearly(free, nearest, cloud, lower))
+    return Volume(cloud, lower, nearest, free & (nearest < 0) | _clearly(free, nearest, cloud, lower), tuple(frames))
 
 
 def _clearly(free: NDArray[np.bool_], nearest: NDArray[np.int32], cloud: Cloud, lower: Array) -> NDArray[np.bool_]:

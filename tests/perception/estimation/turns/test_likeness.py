@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.likeness import likeliest_turn
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
+from tamp.perception.estimation.turns.likeness import likeliest_turn
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Pose, Sphere
 
