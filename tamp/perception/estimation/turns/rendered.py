@@ -37,7 +37,7 @@ NEAR = 0.008
 EDGE, ASIDE = 0.020, 2
 """Pixels with one so much nearer or farther [m] within so many are on an edge, where sensors invent surfaces."""
 
-FEWEST = 200
+FEWEST = 100
 """A view of fewer pixels tells nothing."""
 
 CAP = 4.5
@@ -134,12 +134,13 @@ def turn_shown(frames: Sequence[LevelFrame], surface: Surface, poses: Array) -> 
     Returns:
         None where no frame shows enough of what all of them have in common.
     """
-    costs = _costs(frames, surface, poses, FIRST)
-    if costs is None:
-        return None
-    first = np.argsort(costs, kind="stable")[:FINALISTS]
+    first, costs = np.arange(len(poses)), _costs(frames, surface, poses, FIRST)
+    if costs is not None:  # what is small shows enough only when it is looked at closely
+        first = np.argsort(costs, kind="stable")[:FINALISTS]
     closely = _costs(frames, surface, poses[first], CLOSELY)
-    return int(first[0 if closely is None else closely.argmin()])
+    if closely is None:
+        return None if costs is None else int(first[0])
+    return int(first[closely.argmin()])
 
 
 def _costs(frames: Sequence[LevelFrame], surface: Surface, poses: Array, step: int) -> Array | None:

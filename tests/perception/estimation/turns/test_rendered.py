@@ -64,6 +64,14 @@ def test_the_perceiver_says_that_turn() -> None:
     assert pose_error(model, found, true)[1] < 0.005
 
 
+def test_what_is_small_is_looked_at_closely() -> None:
+    small = Surface(0.4 * _plate(0.003).vertices, PLATE.faces, PLATE.colors)
+    true = Pose.from_rpy((-0.05, 0.1, 0.0), (0.0, 0.0, 0.4))
+    shots = shoot({"small": small}, {"small": true}, views(CAMERAS, PANDA), PANDA)
+    poses = np.stack([true.matrix @ turn for turn in TURNS[::-1]])
+    assert turn_shown([level(shot.frame, Table()) for shot in shots], small, poses) == 3
+
+
 def test_what_no_frame_shows_tells_nothing() -> None:
     true = Pose((-0.05, 0.1, 0.0))
     frames = [level(shot.frame, Table()) for shot in _shots(true, 0)]
