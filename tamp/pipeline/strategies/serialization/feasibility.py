@@ -10,7 +10,7 @@ from typing import Any
 
 from tamp.pipeline.strategies.serialization.goal_graph import alone, goal_supports, supports_first, supports_in_the_way
 from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
-from tamp.planning import Context
+from tamp.planning import Context, Solution
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.flat_faces import lies_flat
 from tamp.streams.affordances.tilts import upside_down
@@ -30,6 +30,7 @@ class Prospects:
         asker: the plan so far.
         hopeless: object that does not reach its goal even alone -> where it stood then, and why.
         regrasped: objects that reach theirs alone by way of another grasp.
+        plans: object that reaches its goal alone -> how.
         unknown: objects of which time was up before that was known.
     """
 
@@ -37,7 +38,7 @@ class Prospects:
     hopeless: dict[str, tuple[Placement, str]] = field(default_factory=dict)
     regrasped: set[str] = field(default_factory=set)
     unknown: set[str] = field(default_factory=set)
-    _hopeful: set[str] = field(default_factory=set)
+    plans: dict[str, Solution] = field(default_factory=dict)
 
     def known_against(self, name: str) -> str | None:
         """Why an object does not reach its goal even alone, where that is known by now, wherever it stands."""
@@ -53,7 +54,7 @@ class Prospects:
 
     def against(self, name: str) -> str | None:
         """Why an object does not reach its goal even with all others out of the way; None where it does."""
-        if name in self._hopeful:
+        if name in self.plans:
             return None
         if name in self.hopeless:
             return self.known_against(name)
@@ -64,17 +65,15 @@ class Prospects:
             longer *= BEGINNING_WITH_A_SLIDE
         # What no single hand can turn over is asked about two of them first.
         if self.turned(name) and self._regrasp_helps(workspace, name, longer):
-            self._hopeful.add(name)
             return None
         movable = {name, *supports_in_the_way(workspace, name)}
         solution = self.asker.ask(workspace, iterations, movable, about=name)
         if solution.plan is None and not self.turned(name) and self._regrasp_helps(workspace, name, longer):
-            self._hopeful.add(name)
             return None
         if solution.plan is None and pushed:
             solution = self.asker.ask(workspace, longer, movable, about=name)
         if solution.plan is not None:
-            self._hopeful.add(name)
+            self.plans[name] = solution
             return None
         why = f"even alone: {reason(solution)}"
         if self.asker.late:
@@ -98,6 +97,7 @@ class Prospects:
         solution = self.asker.ask(workspace, iterations, movable, regrasped={name}, about=name)
         if solution.plan is not None:
             self.regrasped.add(name)
+            self.plans[name] = solution
         elif solution.status == "failed" and self.turned(name):
             self.asker.unturned[name] = self.asker.workspace.start[name]
         return solution.plan is not None

@@ -239,7 +239,8 @@ class Ordering:
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
-        solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name)
+        known = self._prospects.plans.get(name) if effort.guided else None
+        solution = self._asker.ask(asked, effort.iterations, movable, regrasped=regrasped, about=name, known=known)
         return self._take(name, effort, solution, turned)
 
     def _take(self, name: str, effort: Effort, solution: Solution, turned: Collection[str]) -> bool:

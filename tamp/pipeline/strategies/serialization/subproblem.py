@@ -13,7 +13,7 @@ from tamp.pipeline.options.tuning import Tuning
 from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.strategies.serialization.goal_graph import away
 from tamp.pipeline.strategies.serialization.partial_plan import Progress
-from tamp.planning import GroundAction, Problem, Report, Solution, solve
+from tamp.planning import GroundAction, Problem, Report, Reuse, Solution, solve
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement
@@ -96,6 +96,7 @@ class Asker:
         strategy: str = "all-at-once",
         either: bool = False,
         about: str = ALL,
+        known: Solution | None = None,
     ) -> Solution:
         """Plan for what a workspace asks for, from where the arm is by now.
 
@@ -107,6 +108,7 @@ class Asker:
             regrasped: objects that shall reach the goal poses asked for only by way of another placement and grasp.
             either: whether all others that shall reach goal poses may do so by way of another placement and grasp.
             about: the object that the question is for.
+            known: a plan that would serve if some others were not there; its values are tried first.
             strategy: of the stream planner; "net-benefit" takes each goal for worth what it takes off the error.
         """
         now = self.progress.now
@@ -122,6 +124,7 @@ class Asker:
             seed=self.drawn_seed(about),
             max_iterations=iterations,
             search=now.setup.settings.chosen("search"),
+            reuse=None if known is None else Reuse.after(known, 0),
             strategy=NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once",
         )
         self.reports.append(solution.report)
@@ -160,15 +163,17 @@ class Effort:
         iterations: of the stream planner; counts, so that a busy machine finds the same plan.
         others_move: whether other objects may be put aside.
         hopeless_too: whether goals that not even the object alone could reach are tried.
+        guided: whether the values come first by which the object alone reaches its goal; what bars those has to leave.
     """
 
     iterations: int
     others_move: bool
     hopeless_too: bool = False
+    guided: bool = False
 
 
-EFFORTS = (Effort(4, False), Effort(8, True), Effort(12, True))
-LAST = (Effort(12, True), Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
+EFFORTS = (Effort(4, False), Effort(8, True), Effort(16, True, guided=True))
+LAST = (EFFORTS[-1], Effort(12, True, hopeless_too=True))  # once what they will hardly reach is near its goal
 
 
 def reason(solution: Solution) -> str:

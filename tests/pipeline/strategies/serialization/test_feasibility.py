@@ -10,9 +10,10 @@ import pytest
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.known import Known
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first, in_the_way
+from tamp.pipeline.strategies.serialization.goal_graph import asking_for
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.task import At, Box, Object, Pose, Task, load_robot
 from tests.pipeline.samplers import no_grasp, no_slide
 
@@ -108,6 +109,35 @@ def test_what_does_not_get_to_its_goal_even_alone_is_remembered_with_a_reason(at
     assert found.known_against("red") is None
     assert set(found.hopeless) == {"board"}
     assert len(found.asker.reports) == asked + 1
+    assert set(found.plans) == {"red"}
+
+
+def test_a_question_tries_the_values_of_a_known_plan_first(attempt):
+    found = prospects(attempt)
+    assert found.against("red") is None
+    known = found.plans["red"]
+    found.asker.refusals["red"] += 1  # which has the question draw others
+    asked = asking_for(found.asker.workspace, {"red"})
+    guided, anew = (found.asker.ask(asked, 8, {"red"}, about="red", known=plan) for plan in (known, None))
+    kinds = "pick", "place"
+    values = [[action.args for action in answer.plan if action.name in kinds] for answer in (known, guided, anew)]
+    assert values[0] == values[1] != values[2]
+
+
+def test_how_an_object_reaches_its_goal_alone_guides_great_efforts_for_it(attempt, monkeypatch):
+    asked = []
+
+    def ask(self, *_, known=None, **__):
+        asked.append(known)
+        return SimpleNamespace(plan=None, status="failed", report=SimpleNamespace(skeletons=(), streams=()))
+
+    ordering = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive")
+    assert ordering._prospects.against("red") is None
+    monkeypatch.setattr(Asker, "ask", ask)
+    for effort in EFFORTS:
+        ordering._try("red", effort)
+    assert asked == [ordering._prospects.plans["red"] if effort.guided else None for effort in EFFORTS]
+    assert asked[-1] is not None
 
 
 def test_what_time_cut_short_is_not_remembered(attempt):
