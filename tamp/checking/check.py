@@ -14,6 +14,7 @@ from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
 from tamp.errors import PlanError, TaskError
 from tamp.task.robots import task_robot
+from tamp.task.validate import check_sizes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -54,7 +55,7 @@ def check(
 
     Raises:
         PlanError: where the plan is for another task or robot.
-        TaskError, RobotError: where a mesh or the robot cannot be used.
+        TaskError, RobotError: where a shape, a mesh or the robot cannot be used.
     """
     _refuse_misfit(task, plan, start)
     poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
@@ -77,7 +78,7 @@ def check(
 
 
 def _refuse_misfit(task: Task, plan: Plan, start: Mapping[str, Pose] | None) -> None:
-    """Raise where names or sizes do not fit, so that nothing can be judged."""
+    """Raise where names or numbers of joints do not fit, or sizes are those of nothing: then nothing can be judged."""
     if plan.task != task.name or plan.robot != task.robot:
         raise PlanError(
             f"the plan is for task {plan.task!r} and robot {plan.robot!r}, not for {task.name!r} and {task.robot!r}"
@@ -85,6 +86,7 @@ def _refuse_misfit(task: Task, plan: Plan, start: Mapping[str, Pose] | None) -> 
     joints = len(task_robot(task).joints)
     if len(plan.home) != joints:
         raise PlanError(f"the plan's home has {len(plan.home)} values for the {joints} joints of robot {task.robot!r}")
+    check_sizes(task)
     named = [*(thing.name for thing in task.objects), *(region.name for region in task.regions)]
     for name in named:
         if name in (TABLE, ROBOT) or named.count(name) > 1:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from tamp.errors import PlanError
 from tamp.frozen import FrozenDict
 from tamp.task.pose import Pose
 
@@ -22,6 +23,9 @@ class Trajectory:
         times: shape (n,), strictly increasing from 0 [s].
         positions: shape (n, joints) [rad].
         velocities: shape (n, joints) [rad/s]; zero at both ends.
+
+    Raises:
+        PlanError: where one of them is no array of real numbers.
     """
 
     times: NDArray[np.float64]
@@ -29,8 +33,16 @@ class Trajectory:
     velocities: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        for array in (self.times, self.positions, self.velocities):
+        import numpy as np
+
+        for name in ("times", "positions", "velocities"):
+            given = getattr(self, name)
+            if not isinstance(given, np.ndarray) or given.dtype.kind not in "iuf":
+                found = f"of {given.dtype}" if isinstance(given, np.ndarray) else f"but a {type(given).__name__}"
+                raise PlanError(f"the {name} of a trajectory are an array of real numbers, not {found}")
+            array = np.ascontiguousarray(given, np.float64)
             array.setflags(write=False)
+            object.__setattr__(self, name, array)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Trajectory) and self._content == other._content
@@ -171,6 +183,9 @@ class Plan:
     def __post_init__(self) -> None:
         for name in ("start", "goals", "report"):
             object.__setattr__(self, name, FrozenDict(getattr(self, name)))
+        for name, pose in (*self.start.items(), *self.goals.items()):
+            if not isinstance(pose, Pose):
+                raise PlanError(f"a plan needs a tamp.Pose for {name}, not a {type(pose).__name__}")
 
     @property
     def steps(self) -> tuple[Step, ...]:

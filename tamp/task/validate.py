@@ -15,7 +15,8 @@ THINNEST, LARGEST = 1e-4, 2.0
 """Least and largest side of an object's shape [m]; meshes are judged when they are read."""
 LARGEST_TABLE = 10.0
 
-_Refuse = Callable[[FieldPath, str], TaskError]
+Refuse = Callable[[FieldPath, str], TaskError]
+"""Makes the error about a field."""
 
 
 def validate(task: Task, document: Document | None = None) -> None:
@@ -30,13 +31,13 @@ def validate(task: Task, document: Document | None = None) -> None:
     """
 
     def refuse(field: FieldPath, complaint: str) -> TaskError:
-        return TaskError(f"{document.where(field) if document else f'task {task.name}: {dotted(field)}'}: {complaint}")
+        return TaskError(f"{document.where(field)}: {complaint}") if document else _refusal(task, field, complaint)
 
     if not is_path(task.robot) and task.robot not in robot_names():
         valid = f"installed are {', '.join(robot_names())}, or give the path of a robot.yaml"
         raise refuse(("robot",), f"unknown robot {task.robot!r}; {meant(task.robot, robot_names())}{valid}")
     _check_names(task, refuse)
-    _check_sizes(task, refuse)
+    check_sizes(task, refuse)
     _check_places(task, refuse)
     for name in ("planning_s", "execution_sim_s"):
         if not getattr(task.limits, name) > 0:  # nor is NaN
@@ -51,7 +52,7 @@ def validate(task: Task, document: Document | None = None) -> None:
             )
 
 
-def _check_names(task: Task, refuse: _Refuse) -> None:
+def _check_names(task: Task, refuse: Refuse) -> None:
     seen: set[str] = set()
     named = [(("objects", i), o.name) for i, o in enumerate(task.objects)]
     named += [(("regions", i), r.name) for i, r in enumerate(task.regions)]
@@ -63,7 +64,17 @@ def _check_names(task: Task, refuse: _Refuse) -> None:
         seen.add(name)
 
 
-def _check_sizes(task: Task, refuse: _Refuse) -> None:
+def check_sizes(task: Task, refuse: Refuse | None = None) -> None:
+    """Refuse shapes of objects, and a table, that are too small or too large to be any, or whose size is no number.
+
+    Args:
+        task: the task.
+        refuse: makes the error; without it that names the task and the field.
+
+    Raises:
+        TaskError: as `refuse` makes it.
+    """
+    refuse = refuse or (lambda field, complaint: _refusal(task, field, complaint))
     for index, o in enumerate(task.objects):
         if not isinstance(o.shape, Shape):
             complaint = f"{o.shape!r} is no shape; valid are tamp.Box, Cylinder, Sphere, Capsule and Mesh"
@@ -77,6 +88,10 @@ def _check_sizes(task: Task, refuse: _Refuse) -> None:
         raise refuse(("table",), f"sides and thickness are {THINNEST:g} to {LARGEST_TABLE:g} m long")
 
 
+def _refusal(task: Task, field: FieldPath, complaint: str) -> TaskError:
+    return TaskError(f"task {task.name}: {dotted(field)}: {complaint}")
+
+
 def _sides(shape: Shape) -> tuple[float, ...]:
     """Sides of the box round a shape [m]; none for a mesh."""
     if isinstance(shape, Mesh):
@@ -88,7 +103,7 @@ def _sides(shape: Shape) -> tuple[float, ...]:
     return (2 * shape.radius, shape.height + (2 * shape.radius if isinstance(shape, Capsule) else 0.0))
 
 
-def _check_places(task: Task, refuse: _Refuse) -> None:
+def _check_places(task: Task, refuse: Refuse) -> None:
     """Refuse what stands, or shall stand, off the table; what a mesh's centre is, is known once it is read."""
     (x_low, x_high), (y_low, y_high) = _spans(task.table)
     for index, o in enumerate(task.objects):
@@ -105,7 +120,7 @@ def _check_places(task: Task, refuse: _Refuse) -> None:
                 raise refuse(field, f"{o.name} is under the table top, which is at z = 0")
 
 
-def _check_goals(task: Task, refuse: _Refuse) -> None:
+def _check_goals(task: Task, refuse: Refuse) -> None:
     objects = [o.name for o in task.objects]
     regions = [r.name for r in task.regions]
     rests_on: dict[str, str] = {}
@@ -127,7 +142,7 @@ def _check_goals(task: Task, refuse: _Refuse) -> None:
                 raise refuse(field, f"the goals rest on each other in a circle: {' on '.join(chain)}")
 
 
-def _check_facts(task: Task, refuse: _Refuse) -> None:
+def _check_facts(task: Task, refuse: Refuse) -> None:
     """The domain knows which predicates there are; here, whether what they are about is there."""
     valid = [*(o.name for o in task.objects), *(r.name for r in task.regions), "table"]
     for field, facts in (("init", task.init), ("goal", task.goal)):

@@ -355,6 +355,27 @@ def test_no_motion_takes_so_long_that_nothing_is_seen_between_its_samples():
     assert "it takes longer than 1,000,000 s" in said
 
 
+@pytest.mark.parametrize("side", [1e6, 1e300, -0.04, 1e-9, np.nan])
+def test_what_measures_nothing_or_the_world_is_refused(side):
+    task, plan = two_boxes()
+    odd = Object("odd", Box((side, 0.04, 0.06)), Pose((-0.2, 0.3, 0.03)))
+    with pytest.raises(TaskError, match=r"objects\[3\]\.shape: measures .* m; sides are 0\.0001 to 2 m long"):
+        check(replace(task, objects=(*task.objects, odd)), replace(plan, start={**plan.start, "odd": odd.pose}))
+    with pytest.raises(TaskError, match="table: sides and thickness are"):
+        check(replace(task, table=replace(task.table, size=(side, 1.0))), plan)
+
+
+def test_samples_are_no_nearer_to_each_other_than_anybody_could_look():
+    """A jump within a rounding error of time was halved for hours, and never judged."""
+    task, plan = two_boxes()
+    transit = plan.actions[0].steps[0]
+    times = transit.trajectory.times.copy()
+    times[len(times) // 2] = np.nextafter(times[len(times) // 2 - 1], np.inf)
+    hasty = replace(transit, trajectory=replace(transit.trajectory, times=times))
+    found = check(task, replace(plan, actions=(replace(plan.actions[0], steps=(hasty,)), *plan.actions[1:])))
+    assert "two of its samples are less than 1e-06 s apart" in str(found)
+
+
 @pytest.mark.parametrize(("opening", "meets"), [(0.08, False), (0.001, True)])
 def test_fingers_that_close_at_home_pass_nothing_that_stands_between_them(opening, meets):
     stick = Object("stick", Box((0.008, 0.008, 0.53)), Pose((0.1345, 0.032, 0.265)))

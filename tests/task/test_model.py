@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tamp
-from tamp.errors import ModelError
+from tamp.errors import ModelError, PlanError
 from tamp.task import At, Box, Mesh, Object, On, Pose, Task
 from tamp.task.files.plan_file import save_plan
-from tamp.task.plan import Plan
+from tamp.task.plan import Plan, Trajectory
 from tamp.task.validate import validate
 
 BOX, POSE = Box((0.05, 0.05, 0.05)), Pose((0.0, 0.0, 0.025))
@@ -81,3 +82,23 @@ def test_a_plan_is_saved_with_its_folders_and_what_bars_it_is_named(tmp_path: Pa
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(OSError, match=r"file/plan\.json'$"):
         save_plan(plan, tmp_path / "file" / "plan.json")
+
+
+@pytest.mark.parametrize("odd", [[0.0, 1.0], np.array(["0", "1"]), np.array([0.0, 1.0j]), np.array([0.0, None])])
+def test_a_trajectory_is_made_of_arrays_of_real_numbers(odd: object) -> None:
+    rows = np.zeros((2, 7))
+    with pytest.raises(PlanError, match="the times of a trajectory are an array of real numbers, not"):
+        Trajectory(odd, rows, rows)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.float32, ">f8", np.longdouble])
+def test_numbers_of_any_kind_are_those_that_a_checker_computes_with(kind: str) -> None:
+    rows = np.asfortranarray(np.arange(14.0).reshape(2, 7))
+    made = Trajectory(np.array([0, 1], kind), rows.astype(kind), rows)
+    assert made == Trajectory(np.array([0.0, 1.0]), np.ascontiguousarray(rows), np.ascontiguousarray(rows))
+    assert made.positions.dtype == np.float64 and made.positions.flags.c_contiguous
+
+
+def test_a_plan_stands_where_poses_say() -> None:
+    with pytest.raises(PlanError, match=r"a plan needs a tamp\.Pose for cup, not a ndarray"):
+        Plan("t", "panda", 0, {"cup": np.eye(4)}, (), {}, ())  # type: ignore[dict-item]

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 LONGEST = 1e6
 """What takes longer is no motion [s]: its square may be no number, and then nobody sees what moves in between."""
+SHORTEST = 1e-6
+"""Samples nearer to each other are none [s]: rounding leaves no times in between at which anybody could look."""
 
 
 def malformed(trajectory: Trajectory, spec: RobotSpec) -> str | None:
@@ -35,6 +37,8 @@ def malformed(trajectory: Trajectory, spec: RobotSpec) -> str | None:
         return "it holds numbers that are not finite"
     if trajectory.times[0] != 0.0 or (np.diff(trajectory.times) <= 0.0).any():
         return "its times do not increase strictly from 0"
+    if np.diff(trajectory.times).min() < SHORTEST:
+        return f"two of its samples are less than {SHORTEST:g} s apart"
     if trajectory.times[-1] > LONGEST:
         return f"it takes longer than {LONGEST:,.0f} s"
     return None
