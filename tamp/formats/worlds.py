@@ -124,10 +124,7 @@ def _inertia(model: ElementTree.Element) -> Inertia | None:
     xx, yy, zz, xy, xz, yz = (_numbers(model, f"link/inertial/inertia/i{i}", 1)[0] for i in _PRODUCTS)
     frame = _pose(model, "link/inertial/pose")
     plain = xy == xz == yz == 0
-    inertia = Inertia(frame, (xx, yy, zz)) if plain else _principal(frame, (xx, yy, zz), (xy, xz, yz))
-    for moment in inertia.moments:
-        _positive("moment of inertia", moment)
-    return inertia
+    return Inertia(frame, (xx, yy, zz)) if plain else _principal(frame, (xx, yy, zz), (xy, xz, yz))
 
 
 _PRODUCTS = ("xx", "yy", "zz", "xy", "xz", "yz")

@@ -108,6 +108,10 @@ class Symmetry:
     z: int = 1
 
 
+ROUNDED = 1.01
+"""By how much more, as a factor, a moment of inertia may be said to be than the other two together."""
+
+
 @dataclass(frozen=True, slots=True)
 class Inertia:
     """How an object's mass is spread.
@@ -115,14 +119,25 @@ class Inertia:
     Attributes:
         frame: centre of mass and principal axes in the object's frame.
         moments: principal moments of inertia about them [kg m^2].
+
+    Raises:
+        ModelError: for moments that no body has: each is positive, and no more than the other two together.
     """
 
     frame: Pose
     moments: Vector3
 
+    def __post_init__(self) -> None:
+        if not all(0.0 < value <= ROUNDED * (sum(self.moments) - value) for value in self.moments):
+            raise ModelError(
+                f"no body has the moments of inertia {self.moments!r}: each is positive, at most the sum of the others"
+            )
+
 
 MOST = 1e6
 """The largest mass [kg] and coefficient of friction; products of what is larger are no numbers any more."""
+LIGHTEST = 1e-5
+"""The least mass [kg]: a hundredth of a gram; what is lighter no simulator holds between fingers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,11 +173,11 @@ class Object:
         ):
             if not isinstance(value := getattr(self, field_name), kind):
                 raise ModelError(f"object {self.name}: {value!r} is no {field_name}; valid are {valid}")
-        for field_name in ("mass", "friction"):
-            if not (isinstance(value := getattr(self, field_name), Real) and 0 < float(value) <= MOST):
-                raise ModelError(
-                    f"object {self.name}: {field_name} is {value!r}; valid are positive numbers up to {MOST:g}"
-                )
+        for field_name, least in (("mass", LIGHTEST), ("friction", 0.0)):
+            value = getattr(self, field_name)
+            if not (isinstance(value, Real) and float(value) > 0.0 and least <= float(value) <= MOST):
+                valid = f"positive numbers up to {MOST:g}" + (f", and {least:g} at least" if least else "")
+                raise ModelError(f"object {self.name}: {field_name} is {value!r}; valid are {valid}")
 
 
 @dataclass(frozen=True, slots=True)

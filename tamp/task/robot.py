@@ -20,6 +20,10 @@ is more slippery. A simulator loses what has 0.02, and at times 0.03; it keeps w
 GENTLE_FORCE = 20.0
 """Force of a finger that opens, or that holds something light [N]."""
 
+GENTLE_SHARE = 200.0
+"""How many times its weight a finger presses on something light, at most: what is squeezed by more shoots out of
+fingers in PyBullet, as three grams do at 20 N."""
+
 LEVERAGE = 10.0
 """How many times the force that just carries an object it takes to keep it from turning, held beside its centre."""
 
@@ -62,7 +66,7 @@ class Gripper:
     def holding_force(self, weight: float, friction: float) -> float:
         """What each finger presses with to hold an object of a weight [N] and a friction coefficient [N]."""
         carries = weight / (2 * PAD_FRICTION * friction)
-        return min(self.force, max(GENTLE_FORCE, LEVERAGE * carries))
+        return min(self.force, max(min(GENTLE_FORCE, GENTLE_SHARE * weight), LEVERAGE * carries))
 
     def pressing(self, weight: float, friction: float, force: float | None) -> tuple[float, float]:
         """What each finger presses with on such an object as it closes and before it opens, and as it carries it [N].

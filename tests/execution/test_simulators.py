@@ -12,14 +12,14 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tamp.errors import TampError
+from tamp.errors import TampError, TaskError
 from tamp.execution.controller import Operator
 from tamp.execution.executor import execute
 from tamp.execution.pybullet.simulator import PyBulletSimulator
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulator import GRAVITY, STEP, TABLE, wait
 from tamp.execution.simulators import DEFAULT, SIMULATORS, Entry, make_simulator, require
-from tamp.task import Attachment, Box, Mesh, Object, Pose, Task, load_robot
+from tamp.task import Attachment, Box, Inertia, Mesh, Object, Pose, Task, load_robot
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.linkage import linkage
 from tests.checking.handmade import alone, timed
@@ -62,6 +62,25 @@ def test_a_simulator_from_outside_is_given_by_its_address():
 def test_a_simulator_that_is_not_there_is_refused(name, complaint):
     with pytest.raises(TampError, match=complaint):
         require(name)
+
+
+def test_what_has_its_mass_all_in_its_middle_is_refused_before_a_touch_throws_it_about():
+    moments = (5e-7, 5e-7, 5e-7)
+    speck = replace(BOX, inertia=Inertia(Pose(), moments))
+    with pytest.raises(TaskError, match=r"box: its least moment of inertia is 5.0e-07 kg m\^2, .* valid is 3.8e-05"):
+        settle(Task("one", (speck,)))
+    settle(Task("one", (replace(BOX, inertia=Inertia(Pose(), (4e-5, 4e-5, 4e-5))),)))
+
+
+@pytest.mark.parametrize("mass", [1e-5, 1e-3, 3e-3])
+@pytest.mark.parametrize("simulator", ["pybullet", "mujoco"])
+def test_what_weighs_next_to_nothing_is_pressed_gently_and_stays_in_the_fingers(simulator, mass):
+    """By the force that holds a cup it shot out of them in PyBullet."""
+    pytest.importorskip(simulator)
+    start, end = Pose((0.05, -0.2, 0.03)), Pose((0.05, 0.2, 0.03))
+    task, plan = alone(Box((0.04, 0.04, 0.06)), start, end, 0.04, 0.005, mass=mass)
+    done = execute(task, plan, monitor=None, simulator=simulator)
+    assert math.dist(done.final_poses["red"].xyz, end.xyz) < 0.008
 
 
 def test_one_whose_library_is_absent_says_what_to_install(monkeypatch):

@@ -11,7 +11,7 @@ import pytest
 
 import tamp
 from tamp.errors import ModelError, PlanError
-from tamp.task import At, Box, Mesh, Object, On, Pose, Task
+from tamp.task import At, Box, Inertia, Mesh, Object, On, Pose, Task
 from tamp.task.files.plan_file import save_plan
 from tamp.task.plan import Plan, Trajectory
 from tamp.task.validate import validate
@@ -34,6 +34,9 @@ BOX, POSE = Box((0.05, 0.05, 0.05)), Pose((0.0, 0.0, 0.025))
         (lambda: Object("a", BOX, (0, 0, 0)), "is no pose; valid are tamp.Pose"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, POSE, mass=-1), "object a: mass is -1; valid are positive numbers"),
         (lambda: Object("a", BOX, POSE, mass=1e160), r"valid are positive numbers up to 1e\+06"),
+        (lambda: Object("a", BOX, POSE, mass=1e-6), "object a: mass is 1e-06; valid are .* and 1e-05 at least"),
+        (lambda: Inertia(POSE, (1.0, 0.3, 0.3)), r"no body has the moments of inertia \(1.0, 0.3, 0.3\)"),
+        (lambda: Inertia(POSE, (0.0, 1.0, 1.0)), "each is positive"),
         (lambda: Object("a", BOX, POSE, friction=1e300), r"object a: friction is 1e\+300"),
         (lambda: Object("a", BOX, POSE, mass="1"), "object a: mass is '1'"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, POSE, friction=math.nan), "object a: friction is nan"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from tamp.errors import TaskError
+from tamp.errors import ModelError, TaskError
 from tamp.task.files import schema
 from tamp.task.files.errors import sentence
 from tamp.task.files.yaml_document import Document, FieldPath, read_document
@@ -102,9 +102,17 @@ class _Reader:
         return text
 
     def _object(self, model: schema.ObjectModel, field: FieldPath) -> Object:
+        shape = self._shape(model.shape, (*field, "shape"))
+        try:
+            return self._made(model, shape)
+        except ModelError as error:
+            raise TaskError(f"{self._document.where(field)}: {error}") from None
+
+    def _made(self, model: schema.ObjectModel, shape: Shape) -> Object:
+        """The object of a shape; ModelError where no body has such a mass or such moments of inertia."""
         return Object(
             name=model.name,
-            shape=self._shape(model.shape, (*field, "shape")),
+            shape=shape,
             pose=_pose(model.pose),
             goal=None if model.goal is None else _goal(model.goal),
             mass=model.mass,

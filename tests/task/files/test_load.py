@@ -52,6 +52,8 @@ REFUSED = {
     "objects:\n - {name: a, shape: {box: [1, 1, 1]}}": "objects[0].pose: is missing",
     "objects:\n - {name: a/b, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0]}}": "letters, digits",
     f"objects: [{BLOCK[:-1]}, symmetry: {{z: true}}}}]\n": "symmetry.z: True is not valid; it must be",
+    f"objects: [{BLOCK[:-1]}, mass: 1.0e-12}}]\n": ":1: objects[0]: object a: mass is 1e-12; valid are positive",
+    f"objects: [{BLOCK[:-1]}, inertia: {{frame: {{xyz: [0, 0, 0]}}, moments: [3, 1, 1]}}}}]\n": "no body has the",
     "objects:\n - {name: 7, shape: {box: [1, 1, 1]}, pose: {xyz: [0, 0, 0]}}": "7 is not valid; it must be text",
     "objects:\n - {name: a, shape: {box: [1, 1, 1.0e-320]}, pose: {xyz: [0, 0, 0]}}": "[0].shape: measures",
     "objects:\n - {name: a, shape: {sphere: {radius: 1.5}}, pose: {xyz: [0, 0, 0]}}": "sides are 0.0001 to 2 m long",
