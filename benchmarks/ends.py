@@ -4,8 +4,10 @@ Makes random tasks as `tamp generate` does, plans each, has the checker judge th
 every accepted plan out without a monitor, and compares where objects end with where the plan leaves them (the score's
 displacement). What ends farther off than `BOUND_M` is `astray`, and counted by what explains it: the first action after
 which it was off. `let_go`, `fell` and `pushed` are of the action that handled the object, `with_support` follows what
-it stands on, `touched` was moved by an action on something else, which no accepted plan should do. Plans that the
-planner returns and the checker rejects from the task alone are `rejected`.
+it stands on, `touched` was moved by an action on something else, which no accepted plan should do. `unsteady` is what
+was let go, or fell, and comes to rest that far off by itself as well, as benchmarks.steadiness has it: where the object
+ends is chance, within what the checker allows. Plans that the planner returns and the checker rejects from the task
+alone are `rejected`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import argparse
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -24,6 +26,7 @@ import numpy as np
 
 import tamp
 from benchmarks.harness import Row, main, percentile
+from benchmarks.steadiness import expected, spread
 from tamp.checking import check
 from tamp.checking.robot.links import read_links
 from tamp.cli import main as command
@@ -31,13 +34,13 @@ from tamp.errors import PlanningFailure
 from tamp.execution import executor
 from tamp.execution.log import Execution
 from tamp.scoring.ede import ede, mean_edge
-from tamp.task import Action, Fall, Move, Plan, Pose, Release, Task, load_robot
+from tamp.task import Action, Fall, Move, Plan, Pose, Task, load_robot
 from tamp.task.files.load import load_task
 
 BOUND_M = 0.01
 NUMBER = 1000
 BATCH = 50
-REASONS = ("in_hand", "let_go", "fell", "pushed", "with_support", "touched")
+REASONS = ("in_hand", "unsteady", "let_go", "fell", "pushed", "with_support", "touched")
 FRAME_S = 0.1
 
 
@@ -131,6 +134,8 @@ def compared(task: Task, plan: Plan, execution: Execution) -> Iterator[End]:
         first = next((k for k, far in enumerate(gone) if far and not held[k]), len(gone) - 1)
         carried = max(loose[max(0, first - 1) : first + 1]) > BOUND_M
         why = "in_hand" if carried else _why(plan.actions[first], thing.name, plan.actions[:first])
+        if why in ("let_go", "fell") and max(spread(task, plan, first), default=0.0) > BOUND_M:
+            why = "unsteady"
         yield End(thing.name, off, str(plan.actions[first]), why)
 
 
@@ -163,20 +168,6 @@ def _holds(actions: Sequence[Action], name: str) -> bool:
     """Whether an object is in the hand after some actions: then it is where the hand is."""
     handled = [action.name for action in actions if action.name != "move" and action.arguments[:1] == (name,)]
     return handled[-1:] in (["pick"], ["unstack"])
-
-
-def expected(plan: Plan) -> Iterator[Mapping[str, Pose]]:
-    """Where the plan has every object at the start and after each of its actions; what is held where it was taken."""
-    poses, tree = dict(plan.start), read_links(load_robot(plan.robot)).tree
-    yield dict(poses)
-    for action in plan.actions:
-        for step in action.steps:
-            if isinstance(step, Release | Fall):
-                poses[step.object] = step.pose
-            elif isinstance(step, Move) and step.pushed is not None:
-                tool = tree.tool(np.array(step.trajectory.positions[-1:]))[0]
-                poses[step.pushed.object] = Pose.from_matrix(tool) @ step.pushed.T_tool_object
-        yield dict(poses)
 
 
 def _options() -> argparse.ArgumentParser:
