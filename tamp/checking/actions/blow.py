@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 ALIKE = 0.05  # masses that differ by such a share are one
 PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
+SURE = 0.4  # share of what it takes to tip over from which on it may: a hand that pushed it adds some
+UP = np.array([0.0, 0.0, 1.0])
+WAYS = np.stack([np.cos(turns := np.linspace(0.0, 2 * np.pi, 72, endpoint=False)), np.sin(turns), 0.0 * turns], axis=1)
 
 RECOIL = 0.37  # of its weight, with which a rod that falls over pushes back where it stands, at most
 
@@ -153,6 +156,44 @@ def struck_aside(
         least = min(_passed(scene, state, ends, at, each) for each in lower)
         if PASSED * energy * least > needed:
             yield other
+
+
+def tips_on(
+    scene: Scene, state: State, name: str, drop: float, turn: tuple[Array, Array], allow: Tolerances
+) -> str | None:
+    """Over the edge of what an object tips on that has turned over and come down on it; None where it stays.
+
+    What it strikes farthest ahead stops it there and nowhere else: its angular momentum about that place is kept, and
+    it goes on turning about it. To tip it must lift its centre of mass over that place.
+
+    Args:
+        scene: the bodies.
+        state: where all of them are, the object where it has come down.
+        name: the object.
+        drop: how far its centre of mass has come down [m].
+        turn: of the fall: its axis, a unit vector, and a point on it, shape (3,) each.
+        allow: tolerances.
+    """
+    axis, pivot = turn
+    touching = carriers(scene, state, name, allow)
+    if not touching.points:
+        return None
+    points = np.concatenate(list(touching.points.values()))
+    under = [other for other, found in touching.points.items() for _ in found]
+    center, mass = scene.center_of_mass(name, state.poses[name]), scene.task.object(name).mass
+    R = state.poses[name][:3, :3]
+    spin, velocity = R @ scene.inertia(name) @ R.T @ axis, np.cross(axis, center - pivot)
+    for way in WAYS[WAYS @ np.cross(axis, UP) > 0.0]:
+        over, last = np.cross(UP, way), int((points @ way).argmax())
+        if any((held.normals @ way < -HELD).any() for held in touching.patches.values()):
+            continue
+        lever = center - points[last]
+        kept = float(over @ (spin + mass * np.cross(lever, velocity)))
+        swings = inertia(scene, state, name, axis, center - pivot) * inertia(scene, state, name, over, lever)
+        inside, height = max(-float(lever @ way), 0.0), float(lever[2])
+        if drop * max(kept, 0.0) ** 2 / swings > SURE * (np.hypot(inside, height) - height):
+            return under[last]
+    return None
 
 
 def pushed_back(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> Iterator[str]:

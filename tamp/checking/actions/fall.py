@@ -17,6 +17,7 @@ from tamp.checking.actions.blow import (
     slid_past,
     struck_aside,
     tipped_over,
+    tips_on,
     upset_by_fall,
 )
 from tamp.checking.actions.grip_and_release import check_righted, check_strayed
@@ -95,6 +96,10 @@ def check_fall(
     if drop > allow.drop and rolls_away(scene, state, name, None if straight else ahead, allow):
         report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
     turned = _upset_turning(scene, state, name, before, touched, met, drop, allow)
+    axis, angle = _turn(before, after)
+    tipped = None if straight else tips_on(scene, state, name, drop, (axis, _pivot(before, after, axis, angle)), allow)
+    if tipped is not None:
+        report("fall", f"{name} tips on over the edge of {tipped} as it comes down on it", bodies=(name, tipped))
     for sentence, bodies in _upset_straight(scene, state, name, drop, allow) if straight else turned:
         report("fall", sentence, bodies=bodies)
 

@@ -115,7 +115,7 @@ from tests.checking.mutations.stacks import (
     stands_tilted,
     sunk_tower,
 )
-from tests.checking.mutations.topples import topple_halfway, topple_on_ice
+from tests.checking.mutations.topples import topple_halfway, topple_on_ice, topple_over_the_edge
 
 __all__ = ["FALLS", "MUTATIONS", "PUSHES", "STACKS", "TOPPLES", "Mutation"]
 
@@ -223,6 +223,7 @@ TOPPLES: dict[Mutation, tuple[str, ...]] = {
     push_loaded: ("precondition",),
     topple_halfway: ("push",),
     topple_on_ice: ("push",),
+    topple_over_the_edge: ("fall",),
 }
 
 STACKS: dict[Mutation, tuple[str, ...]] = {

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Move, Plan, Task, Trajectory
+from tamp.checking.scene import Scene
+from tamp.task import Fall, Move, Plan, Task, Trajectory
 from tests.checking.mutations.editing import Pair, changed, put, step_at, steps_of
 
 
@@ -29,6 +30,23 @@ def topple_on_ice(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | No
         return None
     name, friction = step_at(plan, where).pushed.object, rng.uniform(0.02, 0.15)
     return changed(task, name, friction=friction), plan
+
+
+def topple_over_the_edge(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """The table ends just beyond where the centre of what falls over comes down."""
+    where = _topple(plan)
+    falls = [w for w in steps_of(plan, Fall) if where is not None and w > where]
+    if where is None or not falls:
+        return None
+    fall = step_at(plan, falls[0])
+    center = Scene.of(task).center_of_mass(fall.object, fall.pose.matrix)[:2]
+    way = center - np.array(plan.start[fall.object].xyz[:2])
+    axis = int(np.abs(way).argmax())
+    middle, half = np.array(task.table.center), np.array(task.table.size) / 2
+    ends = np.stack([middle - half, middle + half])
+    ends[int(way[axis] > 0.0), axis] = center[axis] + np.sign(way[axis]) * rng.uniform(0.003, 0.012)
+    middle, size = ends.mean(axis=0), ends[1] - ends[0]
+    return replace(task, table=replace(task.table, center=tuple(middle), size=tuple(size))), plan
 
 
 def _topple(plan: Plan) -> tuple[int, int] | None:

@@ -10,6 +10,7 @@ from tests.checking.oracle.world import TOUCHING, World, rests
 
 RISES = 0.01  # a centre that comes to rest so much higher has not fallen [m]
 SLIDES = 0.02  # the part that was lowest, or the centre, goes no further than this along the ground [m]
+CLEARLY = 1.5  # so many times the energy that it takes to tip over is too much
 FALLEN, TOPPLED = 1.3, 1.8  # what falls flat, or is pushed over, turns no further [rad]
 
 
@@ -30,4 +31,33 @@ def fall(world: World, fall: Fall, turns: float) -> str | None:
     for other, T in world.others(name).items():
         if depth(body, after, world.bodies[other], T) > TOUCHING:
             return f"{name} falls into {other}"
-    return rests(world, name)
+    return rests(world, name) or tips_on(world, name, before, after)
+
+
+def tips_on(world: World, name: str, before: np.ndarray, after: np.ndarray) -> str | None:
+    """Why a body that has turned over onto the table does not stop there, or None.
+
+    A cloud of equal masses stands for it, in whose plane of motion the first point over the table's edge is struck.
+    """
+    R = after[:3, :3] @ before[:3, :3].T
+    turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], 0.0])
+    if np.linalg.norm(turn) < 0.5:
+        return None
+    body, table = world.bodies[name].points, world.task.table
+    starts, ends = (body @ T[:3, :3].T + T[:3, 3] for T in (before, after))
+    axis = turn / np.linalg.norm(turn)
+    pivot = ends[np.linalg.norm(ends - starts, axis=1).argmin()]
+    drop = float(starts[:, 2].mean() - ends[:, 2].mean())
+    speeds = np.cross(axis, ends - pivot)
+    speeds *= np.sqrt(2 * 9.81 * max(drop, 0.0) / (speeds**2).sum(axis=1).mean())
+    for way in np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]):
+        line = float(way[:2] @ table.center + np.abs(way[:2]) @ table.size / 2)
+        over, arms = np.cross((0.0, 0.0, 1.0), way), ends - line * way
+        arms[:, 2] = ends[:, 2]
+        inside, high = -float((arms @ way).mean()), float(arms[:, 2].mean())
+        arms -= np.outer(arms @ over, over)
+        kept = float((np.cross(arms, speeds) @ over).mean())
+        energy = max(kept, 0.0) ** 2 / (arms**2).sum(axis=1).mean() / 2
+        if (arms @ way).max() > 0.0 and energy > CLEARLY * 9.81 * (np.hypot(max(inside, 0.0), high) - high):
+            return f"{name} tips on over the edge of the table"
+    return None
