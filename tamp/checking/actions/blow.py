@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 ALIKE = 0.05  # masses that differ by such a share are one
 PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
-SURE = 0.4  # share of what it takes to tip over from which on it may: a hand that pushed it adds some
+MAY_TIP = 0.1  # share of what it takes to tip over from which on it may: edges slip, and a hand adds some
 UP = np.array([0.0, 0.0, 1.0])
 WAYS = np.stack([np.cos(turns := np.linspace(0.0, 2 * np.pi, 72, endpoint=False)), np.sin(turns), 0.0 * turns], axis=1)
 
@@ -191,7 +191,7 @@ def tips_on(
         kept = float(over @ (spin + mass * np.cross(lever, velocity)))
         swings = inertia(scene, state, name, axis, center - pivot) * inertia(scene, state, name, over, lever)
         inside, height = max(-float(lever @ way), 0.0), float(lever[2])
-        if drop * max(kept, 0.0) ** 2 / swings > SURE * (np.hypot(inside, height) - height):
+        if drop * max(kept, 0.0) ** 2 / swings > MAY_TIP * (np.hypot(inside, height) - height):
             return under[last]
     return None
 
