@@ -30,7 +30,8 @@ PASSED = 0.5  # share of the energy passed on in a blow without a rebound that i
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
 MAY_TIP = 0.1  # share of what it takes to tip over from which on it may: edges slip, and a hand adds some
 UP = np.array([0.0, 0.0, 1.0])
-WAYS = np.stack([np.cos(turns := np.linspace(0.0, 2 * np.pi, 72, endpoint=False)), np.sin(turns), 0.0 * turns], axis=1)
+ANGLES = np.linspace(0.0, 2 * np.pi, 72, endpoint=False)  # of the level ways in which something may tip [rad]
+WAYS = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)], axis=1)
 
 RECOIL = 0.37  # of its weight, with which a rod that falls over pushes back where it stands, at most
 
