@@ -22,7 +22,7 @@ GENTLE_FORCE = 20.0
 
 GENTLE_SHARE = 200.0
 """How many times its weight a finger presses on something light, at most: what is squeezed by more shoots out of
-fingers in PyBullet, as three grams do at 20 N."""
+fingers in a simulator, as three grams do at 20 N."""
 
 LEVERAGE = 10.0
 """How many times the force that just carries an object it takes to keep it from turning, held beside its centre."""
