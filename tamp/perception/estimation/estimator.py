@@ -19,7 +19,7 @@ from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import OVERLAP, Selection
 from tamp.perception.estimation.turns.likeness import likeliest_turn
 from tamp.perception.estimation.turns.rendered import turn_shown
-from tamp.perception.estimation.verification import APART, Verified, verify
+from tamp.perception.estimation.verification import APART, POINTS, Verified, verify
 from tamp.perception.estimation.volume import Volume, survey
 from tamp.perception.rendering.surface import Surface
 from tamp.task.model import Table
@@ -57,6 +57,9 @@ SEEN_THROUGH = 0.06
 
 TURNS = 80
 """More turns than this are not rendered: they are a ball's."""
+
+RIVALS = 4
+"""Poses in an object's place that are held against the chosen one."""
 
 TURNED = 600
 """Points, about, that each turn is fitted to before it is rendered."""
@@ -239,7 +242,9 @@ def _estimate(
     best, gains = found[k], selection.gains(i)
     if scene.cloud.instances is None and gains[k] < FEWEST and best.hits < 0.2:
         return Estimate(None, 0.0)
-    pose = _turned(scene, surface, model, verified)
+    rivals = _rivals(selection, model, found, gains, i, k)
+    pose = _shown(scene, surface, model, [verified.pose, *rivals], verified.own)
+    pose = _turned(scene, surface, model, pose, verified.own)
     others = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
     ]
@@ -248,16 +253,44 @@ def _estimate(
     return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
 
 
-def _turned(scene: Volume, surface: Surface, model: ObjectModel, verified: Verified) -> Array:
+def _rivals(
+    selection: Selection, model: ObjectModel, found: Sequence[Candidate], gains: Array, i: int, k: int
+) -> list[Array]:
+    """Poses (4, 4) in the place of an object's candidate k that are clearly turned and explain hardly less."""
+    best = found[k].pose
+    return [
+        found[o].pose
+        for o in selection.at(i, selection.center(i, k))
+        if gains[o] > (1 - AHEAD) * gains[k] and model.apart(best, found[o].pose) > APART
+    ][:RIVALS]
+
+
+def _shown(
+    scene: Volume, surface: Surface, model: ObjectModel, poses: Sequence[Array], own: NDArray[np.int64]
+) -> Array:
+    """The pose, of several in one place, that whole pictures show; the first where they show too little of it.
+
+    A rack that lies the other way round explains as many points as well; that its bars are a millimetre beside shows
+    only when what each view errs by is taken out.
+    """
+    if len(poses) == 1:
+        return poses[0]
+    some = own[:: max(1, len(own) // POINTS)]
+    fitted = np.stack([polished(scene.cloud, model, pose, some) for pose in poses])
+    shown = turn_shown(scene.frames, surface, fitted)
+    return poses[0] if shown is None or model.apart(fitted[0], fitted[shown]) < APART else np.asarray(fitted[shown])
+
+
+def _turned(scene: Volume, surface: Surface, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> Array:
     """The pose, turned as its shape's near symmetries allow: as colours tell, or whole pictures where it has none."""
     turns = model.symmetries
     if not model.colored and 1 < len(turns) <= TURNS:
-        some = verified.own[:: max(1, len(verified.own) // TURNED)]
-        poses = np.stack([polished(scene.cloud, model, verified.pose @ turn, some) for turn in turns])
+        some = own[:: max(1, len(own) // TURNED)]
+        poses = np.stack([polished(scene.cloud, model, pose @ turn, some) for turn in turns])
         shown = turn_shown(scene.frames, surface, poses)
         if shown is not None:
             return np.asarray(poses[shown])
-    return likeliest_turn(scene.cloud, model, verified.pose, verified.own)
+    return likeliest_turn(scene.cloud, model, pose, own)
 
 
 def _ahead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:

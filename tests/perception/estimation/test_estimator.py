@@ -15,8 +15,9 @@ from tamp.perception.estimate import Estimate
 from tamp.perception.estimation import estimator
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.estimator import estimate_poses
+from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.rendering.surface import Surface, plain
-from tamp.task import Box, Cylinder, Pose, load_robot
+from tamp.task import Box, Cylinder, Pose, Table, load_robot
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -101,3 +102,28 @@ def test_what_is_alike_is_sought_in_each_others_place(monkeypatch: pytest.Monkey
     for name, estimate in _estimates(looks, poses).items():
         assert estimate.pose is not None
         assert math.dist(estimate.pose.xyz, poses[name].xyz) < 0.01
+
+
+def test_of_two_ways_round_in_one_place_whole_pictures_show_one() -> None:
+    """A rack of which one bar is higher: most points are explained the other way round, too."""
+    bars = [_bar(x, height) for x, height in ((-0.07, 0.03), (-0.035, 0.03), (0.035, 0.037), (0.07, 0.03))]
+    offsets = np.cumsum([0, *(len(bar.vertices) for bar in bars)])
+    rack = Surface(
+        np.concatenate([bar.vertices for bar in bars]),
+        np.concatenate([bar.faces + first for bar, first in zip(bars, offsets, strict=False)]),
+        np.concatenate([bar.colors for bar in bars]),
+    )
+    true = Pose.from_rpy((-0.05, 0.1, 0.0), (0.0, 0.0, 0.6)).matrix
+    around = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi)).matrix
+    shots = shoot({"rack": rack}, {"rack": Pose.from_matrix(true)}, views(CAMERAS, PANDA), PANDA)
+    scene = estimator.see([shot.frame for shot in shots], Table())
+    assert scene is not None
+    model, own = object_model(rack), np.arange(len(scene.cloud.points))
+    for poses in ([true, true @ around], [true @ around, true]):
+        found = estimator._shown(scene, rack, model, poses, own)
+        assert np.allclose(found[:3, :3], true[:3, :3], atol=0.03)
+
+
+def _bar(x: float, height: float) -> Surface:
+    bar = plain(Box((0.016, 0.12, height)))
+    return Surface(bar.vertices + np.array((x, 0.0, height / 2)), bar.faces, bar.colors)
