@@ -4,10 +4,10 @@ Makes random tasks as `tamp generate` does, plans each, has the checker judge th
 every accepted plan out without a monitor, and compares where objects end with where the plan leaves them (the score's
 displacement). What ends farther off than `BOUND_M` is `astray`, and counted by what explains it: the first action after
 which it was off. `let_go`, `fell` and `pushed` are of the action that handled the object, `with_support` follows what
-it stands on, `touched` was moved by an action on something else, which no accepted plan should do. `unsteady` is what
-was let go, or fell, and comes to rest that far off by itself as well, as benchmarks.steadiness has it: where the object
-ends is chance, within what the checker allows. Plans that the planner returns and the checker rejects from the task
-alone are `rejected`.
+it stands on, or was put on what was astray, `touched` was moved by an action on something else, which no accepted plan
+should do. `unsteady` is what was let go, or fell, and comes to rest that far off by itself as well, as
+benchmarks.steadiness has it: where it ends is chance, within what the checker allows. Plans that the planner returns
+and the checker rejects from the task alone are `rejected`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import argparse
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -134,9 +134,17 @@ def compared(task: Task, plan: Plan, execution: Execution) -> Iterator[End]:
         first = next((k for k, far in enumerate(gone) if far and not held[k]), len(gone) - 1)
         carried = max(loose[max(0, first - 1) : first + 1]) > BOUND_M
         why = "in_hand" if carried else _why(plan.actions[first], thing.name, plan.actions[:first])
-        if why in ("let_go", "fell") and max(spread(task, plan, first), default=0.0) > BOUND_M:
-            why = "unsteady"
+        if why in ("let_go", "fell"):
+            why = _by_itself(task, plan, first, were[first], meant[first + 1]) or why
         yield End(thing.name, off, str(plan.actions[first]), why)
+
+
+def _by_itself(task: Task, plan: Plan, index: int, there: Mapping[str, Pose], said: Mapping[str, Pose]) -> str:
+    """What brings elsewhere what an action lets go, besides the hand, where objects are and are said to be; or ""."""
+    under = (task.object(name) for name in plan.actions[index].arguments[1:] if name in said)
+    if any(ede(mean_edge(o.shape), there[o.name], said[o.name]) > BOUND_M for o in under):
+        return "with_support"
+    return "unsteady" if max(spread(task, plan, index), default=0.0) > BOUND_M else ""
 
 
 def _why(action: Action, name: str, before: Sequence[Action]) -> str:
