@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 ALIKE = 0.05  # masses that differ by such a share are one
 PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
-MAY_TIP = 0.1  # share of what it takes to tip over from which on it may: edges slip, and a hand adds some
+MAY_TIP = 0.2  # share of what it takes to tip over from which on it may: edges slip, and a hand adds some
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = np.linspace(0.0, 2 * np.pi, 72, endpoint=False)  # of the level ways in which something may tip [rad]
 WAYS = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)], axis=1)
