@@ -176,6 +176,20 @@ def test_no_circle_between_files() -> None:
         left = {module: below for module, below in left.items() if module not in free}
 
 
+@pytest.mark.parametrize("module", MODULES)
+def test_a_constant_has_one_value(module: str) -> None:
+    """Where a module gives it another one further down, that is what all its functions see."""
+    body = ast.parse(MODULES[module].read_text(encoding="utf-8")).body
+    given = [target.id for node in body for target in _targets(node) if isinstance(target, ast.Name)]
+    assert sorted(name for name in given if name != "_") == sorted({*given} - {"_"})
+
+
+def _targets(node: ast.stmt) -> list[ast.expr]:
+    if isinstance(node, ast.Assign):
+        return [part for target in node.targets for part in getattr(target, "elts", [target])]
+    return [node.target] if isinstance(node, ast.AnnAssign) and node.value is not None else []
+
+
 @pytest.mark.parametrize("module", [name for name in MODULES if MODULES[name].name == "__init__.py" and name])
 def test_every_room_says_what_it_is_for(module: str) -> None:
     assert ast.get_docstring(ast.parse(MODULES[module].read_text(encoding="utf-8")))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 LOWERINGS = 48  # steps on the way down
 SETTLING_S = 3.0  # an object that moves longer than this has no place there
 PUSHED = 0.005  # what the others move at most when an object settles among them [m]
+SUNK = 4  # release heights at most above where an object comes to rest, to be clear of what it sinks into there
 AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 
 
@@ -65,6 +66,8 @@ def lowered(
 def settled(workspace: Workspace, name: str, place: Placement, simulator: str = DEFAULT) -> Placement | None:
     """Where an object comes to rest that is let go at a place; None where that pushes others or it falls off the table.
 
+    It may sink into others as it does: it is let go as far above as it takes to be clear of them.
+
     Args:
         workspace: what else stands where.
         name: the object.
@@ -76,7 +79,13 @@ def settled(workspace: Workspace, name: str, place: Placement, simulator: str = 
     pushed = any(moved > PUSHED for other, moved in after.moved.items() if other != name)
     if pushed or not after.resting or after.poses[name].xyz[2] < -workspace.task.table.thickness:
         return None
-    return raised(placements(after.poses, after.supports)[name])
+    rest = placements(after.poses, after.supports)[name]
+    above = (raised(rest, steps * RELEASE_HEIGHT) for steps in range(1, SUNK + 1))
+    return next((place for place in above if not _overlaps(workspace, name, place, poses)), None)
+
+
+def _overlaps(workspace: Workspace, name: str, place: Placement, others: Iterable[str]) -> bool:
+    return any(overlap(workspace, name, place, other, workspace.start[other]) for other in others)
 
 
 def _company(workspace: Workspace, name: str, place: Placement) -> list[str]:
@@ -105,7 +114,7 @@ UNSEEN = 3  # of those, the nearest, that are tried whether they seem worth it o
 UNFIT = 30  # beginnings that are looked at, the nearest, of those in which no hand has room
 APART = 0.02  # EDE between two that are tried [m]
 ALIKE = 0.02  # orientations whose entries differ by less are one
-PUSHED = 0.04  # between places that an object is pushed to [m]
+STRIDE = 0.04  # between places that an object is pushed to [m]
 ABOVE = 0.005  # where an object begins on its way down, above everything below it [m]
 
 
@@ -233,7 +242,7 @@ def straight_ahead(workspace: Workspace, name: str) -> list[Placement]:
     to_goal = np.subtract(_goal(workspace, name).xyz, here.pose.xyz)[:2]
     straight = towards(workspace, name, here, to_goal) if to_goal.any() else ()
     for direction in (*directions(workspace, name, here), *straight):
-        for length in np.arange(PUSHED, LONGEST, PUSHED):
+        for length in np.arange(STRIDE, LONGEST, STRIDE):
             shift = length * direction.ahead
             whole = (lower + shift > middle - half).all() and (upper + shift < middle + half).all()
             taken = ((lower + shift < boxes[:, 1, :2]) & (upper + shift > boxes[:, 0, :2])).all(axis=1).any()

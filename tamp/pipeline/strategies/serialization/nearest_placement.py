@@ -328,4 +328,4 @@ def _put(
 
     samplers = {"sample-grasp": grasps} if serving else {}
     solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers, regrasped, about=name)
-    return solution.plan is not None and asker.refused(solution.plan, name) is None
+    return solution.plan is not None and asker.refused(solution.plan, name, near=True) is None

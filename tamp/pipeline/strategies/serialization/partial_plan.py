@@ -18,7 +18,7 @@ from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
-from tamp.pipeline.strategies.serialization.rehearsal import rehearsal
+from tamp.pipeline.strategies.serialization.rehearsal import WORTH, rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
@@ -104,9 +104,6 @@ def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
     return {name: place.pose for name, place in places.items()}
 
 
-WORTH = 0.001  # what pieces at the end of a plan must gain to be carried out [m]
-
-
 @dataclass
 class Progress:
     """What a plan does so far.
@@ -132,8 +129,10 @@ class Progress:
         """Object -> where it stands by now."""
         return self.now.workspace.start
 
-    def take(self, solution: Sequence[GroundAction], seed: int) -> str | None:
+    def take(self, solution: Sequence[GroundAction], seed: int, *, near: bool = False) -> str | None:
         """Time a further piece, have it checked and rehearsed, and add it; what is wrong with it where it is refused.
+
+        `near`: whether it brings something merely near its goal; see `rehearsal`.
 
         Raises:
             DomainError: where a skill and its rule have different facts hold after it.
@@ -143,7 +142,7 @@ class Progress:
         except NotFree as reason:
             self.blocked.append(str(reason))
             return str(reason)
-        if (refused := presumed(lambda: self._against(piece, solution), None)) is not None:
+        if (refused := presumed(lambda: self._against(piece, solution, near), None)) is not None:
             return refused
         domain = self.now.setup.domain
         self.before.append((len(self.actions), self.now))
@@ -155,7 +154,7 @@ class Progress:
         self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
         return None
 
-    def _against(self, piece: Plan, solution: Sequence[GroundAction]) -> str | None:
+    def _against(self, piece: Plan, solution: Sequence[GroundAction], near: bool) -> str | None:
         """What is wrong with a further piece: the checker's verdict, or where it goes astray in a simulator.
 
         Raises:
@@ -166,7 +165,7 @@ class Progress:
             self.rejections.append(str(verdict))
             self._learn(verdict, solution)
             return str(verdict)
-        if (astray := rehearsal(self.now.setup, piece)) is not None:
+        if (astray := rehearsal(self.now.setup, piece, _poses(self.start) if near else None)) is not None:
             return astray
         domain = self.now.setup.domain
         facts = domain.facts_after(self.now.facts, piece.actions)

@@ -132,9 +132,12 @@ class Asker:
             raise KeyboardInterrupt
         return solution
 
-    def refused(self, actions: Sequence[GroundAction], about: str = ALL) -> str | None:
-        """Add the actions for an object to the plan; what is wrong with them where the checker refuses them."""
-        refused = self.progress.take(actions, self.seed)
+    def refused(self, actions: Sequence[GroundAction], about: str = ALL, *, near: bool = False) -> str | None:
+        """Add the actions for an object to the plan; what is wrong with them where the checker refuses them.
+
+        `near`: whether they bring it merely near its goal, so that it does not matter how it comes to rest there.
+        """
+        refused = self.progress.take(actions, self.seed, near=near)
         self.refusals[about] += refused is not None
         return refused
 

@@ -19,6 +19,7 @@ from tamp.pipeline.strategies.serialization.candidate_placements import (
 )
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.scoring.ede import ede, mean_edge
+from tamp.streams.collisions import overlap
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose, Sphere, Task, load_robot
 
@@ -66,6 +67,34 @@ def test_where_it_falls_off_the_table_or_pushes_others_it_has_no_place(workspace
     above = down(workspace, (0.1, 0.0, 0.3))
     monkeypatch.setattr(resting, "PUSHED", -1.0)
     assert settled(workspace, "block", above) is None
+
+
+def settling_with(monkeypatch, **changes):
+    """Let scenes come to rest with these entries changed of what is found."""
+    settle = resting.settle
+
+    def changed(*scene, **options):
+        after = settle(*scene, **options)
+        return replace(after, **{field: {**getattr(after, field), **entries} for field, entries in changes.items()})
+
+    monkeypatch.setattr(resting, "settle", changed)
+
+
+@pytest.mark.parametrize(("moved", "pushed"), [(0.004, False), (0.01, True)])
+def test_what_moves_by_a_centimetre_is_pushed(workspace, monkeypatch, moved, pushed):
+    settling_with(monkeypatch, moved={"base": moved})
+    assert (settled(workspace, "block", down(workspace, (0.1, 0.0, 0.3))) is None) == pushed
+
+
+def test_what_sinks_into_others_is_let_go_clear_of_them(workspace, monkeypatch):
+    place = settled(workspace, "block", down(workspace, (0.1, 0.0, 0.3)))
+    sunk = Pose((*place.pose.xyz[:2], place.pose.xyz[2] - 0.006), place.pose.quat)
+    settling_with(monkeypatch, poses={"block": sunk})
+    found = settled(workspace, "block", place)
+    assert sunk.xyz[2] + 0.002 < found.pose.xyz[2] < place.pose.xyz[2]
+    assert not overlap(workspace, "block", found, "base", workspace.start["base"])
+    monkeypatch.setattr(resting, "SUNK", 1)
+    assert settled(workspace, "block", place) is None
 
 
 def test_what_moves_far_away_is_no_matter_but_what_moves_on_its_support_is():

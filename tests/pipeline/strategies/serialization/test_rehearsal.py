@@ -64,6 +64,22 @@ def test_a_piece_in_which_something_falls_is_taken_as_its_rehearsal_ends(fallen,
         assert refused is None and progress.actions
 
 
+@pytest.mark.parametrize(
+    ("kind", "nearer", "taken"), [("misplaced", True, True), ("misplaced", False, False), ("disturbed", True, False)]
+)
+def test_what_is_brought_near_may_come_to_rest_in_another_way_if_only_that_is_better(
+    fallen, monkeypatch, kind, nearer, taken
+):
+    state, plan = fallen
+    there = {name: state.workspace.goals[name].pose for name in state.workspace.goals}
+    ends = there if nearer else {name: state.workspace.start[name].pose for name in there}
+    deviation = Deviation(next(iter(there)), kind, 0.07, 0.99)
+    run = SimpleNamespace(status="deviated", deviation=deviation, final_poses=ends)
+    monkeypatch.setattr("tamp.pipeline.strategies.serialization.rehearsal.execute", lambda *_, **__: run)
+    assert Progress(state).take(plan, 0) is not None
+    assert (Progress(state).take(plan, 0, near=True) is None) == taken
+
+
 def test_what_goes_as_planned_in_the_simulator_is_taken(fallen):
     state, plan = fallen
     assert Progress(state).take(plan, 0) is None
