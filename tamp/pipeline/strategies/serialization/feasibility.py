@@ -30,7 +30,7 @@ class Prospects:
         asker: the plan so far.
         hopeless: object that does not reach its goal even alone -> where it stood then, and why.
         regrasped: objects that reach theirs alone by way of another grasp.
-        plans: object that reaches its goal alone -> how.
+        plans: object that reaches its goal alone -> how; None where a plan for it was sent back since.
         unknown: objects of which time was up before that was known.
     """
 
@@ -38,7 +38,7 @@ class Prospects:
     hopeless: dict[str, tuple[Placement, str]] = field(default_factory=dict)
     regrasped: set[str] = field(default_factory=set)
     unknown: set[str] = field(default_factory=set)
-    plans: dict[str, Solution] = field(default_factory=dict)
+    plans: dict[str, Solution | None] = field(default_factory=dict)
 
     def known_against(self, name: str) -> str | None:
         """Why an object does not reach its goal even alone, where that is known by now, wherever it stands."""
@@ -81,6 +81,11 @@ class Prospects:
         else:
             self.hopeless[name] = workspace.start[name], why
         return why
+
+    def mislead(self, name: str) -> None:
+        """A plan for an object was sent back: how it reaches its goal alone guides no more, or that came again."""
+        if name in self.plans:
+            self.plans[name] = None
 
     def turned(self, name: str) -> bool:
         """Whether two grasps have to turn an object over for its goal, as things stand."""

@@ -251,6 +251,8 @@ class Ordering:
             self._ledger.reach(name)
             return True
         self._left[name] = refused
+        if solution.plan is not None:
+            self._prospects.mislead(name)
         workspace = self._asker.workspace
         unsteady = name in workspace.goals and (
             len(self.progress.rejections) > rejected or tips_with(workspace, name, workspace.goals[name])

@@ -136,8 +136,15 @@ def test_how_an_object_reaches_its_goal_alone_guides_great_efforts_for_it(attemp
     monkeypatch.setattr(Asker, "ask", ask)
     for effort in EFFORTS:
         ordering._try("red", effort)
-    assert asked == [ordering._prospects.plans["red"] if effort.guided else None for effort in EFFORTS]
-    assert asked[-1] is not None
+    guide = ordering._prospects.plans["red"]
+    assert asked == [guide if effort.guided else None for effort in EFFORTS]
+    assert guide is not None
+    # A plan that is sent back is no guide any more: it would come out again.
+    monkeypatch.setattr(Asker, "ask", lambda self, *_, known=None, **__: asked.append(known) or guide)
+    monkeypatch.setattr(Asker, "refused", lambda *_, **__: "sent back")
+    for _ in range(2):
+        ordering._try("red", EFFORTS[-1])
+    assert asked[-2:] == [guide, None]
 
 
 def test_what_time_cut_short_is_not_remembered(attempt):
