@@ -13,7 +13,7 @@ import numpy as np
 from tamp import clock
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import DEFAULT
-from tamp.pipeline.situation import placements, raised
+from tamp.pipeline.situation import SAME_PLACE, placements, raised
 from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
 from tamp.streams.affordances.slide_path import LONGEST, directions, shifted, towards
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 LOWERINGS = 48  # steps on the way down
 SETTLING_S = 3.0  # an object that moves longer than this has no place there
-PUSHED = 0.005  # what the others move at most when an object settles among them [m]
+PUSHED = SAME_PLACE  # what the others move at most when an object settles among them [m]
 SUNK = 4  # release heights at most above where an object comes to rest, to be clear of what it sinks into there
 AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 

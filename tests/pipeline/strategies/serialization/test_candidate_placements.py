@@ -80,8 +80,8 @@ def settling_with(monkeypatch, **changes):
     monkeypatch.setattr(resting, "settle", changed)
 
 
-@pytest.mark.parametrize(("moved", "pushed"), [(0.004, False), (0.01, True)])
-def test_what_moves_by_a_centimetre_is_pushed(workspace, monkeypatch, moved, pushed):
+@pytest.mark.parametrize(("moved", "pushed"), [(0.008, False), (0.012, True)])
+def test_what_moves_by_more_than_a_centimetre_is_pushed(workspace, monkeypatch, moved, pushed):
     settling_with(monkeypatch, moved={"base": moved})
     assert (settled(workspace, "block", down(workspace, (0.1, 0.0, 0.3))) is None) == pushed
 
