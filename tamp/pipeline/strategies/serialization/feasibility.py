@@ -30,7 +30,7 @@ class Prospects:
         asker: the plan so far.
         hopeless: object that does not reach its goal even alone -> where it stood then, and why.
         regrasped: objects that reach theirs alone by way of another grasp.
-        plans: object that reaches its goal alone -> how; None where a plan for it was sent back since.
+        plans: object that reaches its goal alone -> how; None where the checker sent a plan for it back since.
         unknown: objects of which time was up before that was known.
     """
 
@@ -83,7 +83,7 @@ class Prospects:
         return why
 
     def mislead(self, name: str) -> None:
-        """A plan for an object was sent back: how it reaches its goal alone guides no more, or that came again."""
+        """The checker sent a plan for an object back: how it reaches its goal alone guides no more."""
         if name in self.plans:
             self.plans[name] = None
 

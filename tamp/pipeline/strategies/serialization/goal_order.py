@@ -251,12 +251,10 @@ class Ordering:
             self._ledger.reach(name)
             return True
         self._left[name] = refused
-        if solution.plan is not None:
+        workspace, sent_back = self._asker.workspace, len(self.progress.rejections) > rejected
+        if sent_back:
             self._prospects.mislead(name)
-        workspace = self._asker.workspace
-        unsteady = name in workspace.goals and (
-            len(self.progress.rejections) > rejected or tips_with(workspace, name, workspace.goals[name])
-        )
+        unsteady = name in workspace.goals and (sent_back or tips_with(workspace, name, workspace.goals[name]))
         if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):
             return self._ledger.reach_near([name])
         if solution.plan is None:

@@ -139,9 +139,9 @@ def test_how_an_object_reaches_its_goal_alone_guides_great_efforts_for_it(attemp
     guide = ordering._prospects.plans["red"]
     assert asked == [guide if effort.guided else None for effort in EFFORTS]
     assert guide is not None
-    # A plan that is sent back is no guide any more: it would come out again.
+    # A plan that the checker sends back is no guide any more: it would come out again.
     monkeypatch.setattr(Asker, "ask", lambda self, *_, known=None, **__: asked.append(known) or guide)
-    monkeypatch.setattr(Asker, "refused", lambda *_, **__: "sent back")
+    monkeypatch.setattr(Asker, "refused", lambda self, *_, **__: self.progress.rejections.append("wrong") or "wrong")
     for _ in range(2):
         ordering._try("red", EFFORTS[-1])
     assert asked[-2:] == [guide, None]
