@@ -30,7 +30,7 @@ class Prospects:
         asker: the plan so far.
         hopeless: object that does not reach its goal even alone -> where it stood then, and why.
         regrasped: objects that reach theirs alone by way of another grasp.
-        plans: object that reaches its goal alone -> how; None where the checker sent a plan for it back since.
+        plans: object that reaches its goal alone -> how; None where no such plan is known that may guide another.
         unknown: objects of which time was up before that was known.
     """
 
@@ -65,10 +65,12 @@ class Prospects:
             longer *= BEGINNING_WITH_A_SLIDE
         # What no single hand can turn over is asked about two of them first.
         if self.turned(name) and self._regrasp_helps(workspace, name, longer):
+            self.plans.setdefault(name, None)
             return None
         movable = {name, *supports_in_the_way(workspace, name)}
         solution = self.asker.ask(workspace, iterations, movable, about=name)
         if solution.plan is None and not self.turned(name) and self._regrasp_helps(workspace, name, longer):
+            self.plans.setdefault(name, None)
             return None
         if solution.plan is None and pushed:
             solution = self.asker.ask(workspace, longer, movable, about=name)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 
-WORTH = 0.001  # what is carried out must gain, in the mean of all objects [m]
+WORTH = 0.001  # what is carried out must gain, all objects together [m]
 BESIDE = 0.08  # what is so near to an object, seen from above, may be met by the fingers that open beside it [m]
 LENIENT = Monitor(0.03, 0.5, 0.05, 1.0)  # what ends no farther off is corrected once it lies there
 
