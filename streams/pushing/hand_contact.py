@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import pad_cone
-from tamp.streams.affordances.slide_path import Way
+from tamp.streams.affordances.slide_path import Way, center_from_above
 from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.hand.finger_closing import felt, felt_surface
 from tamp.streams.hand.hand_boxes import hand_boxes
@@ -32,6 +32,8 @@ TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
 TOUCHED = 0.0015  # of an object, what is so near to a finger touches it as far as samples of its surface tell [m] ...
 LEVER = 0.006  # ... at least so far to both sides of the centre of mass [m]
 FARTHEST, COARSE, HALVINGS = 0.15, 0.01, 10  # of the search for that place behind the object [m]
+PRESSED = 0.001  # so much farther ahead the hand is in the object, and does not only graze it [m]
+LOWER = 0.02  # between two heights at which the hand is tried [m]
 DIGITS = 9  # of a touch in metres: what differs by less is the same
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
 
@@ -42,16 +44,27 @@ def hands_at(
     """Yield the two tools, (4, 4), whose fingers nearly touch the side that a way pushes, and their openings [m].
 
     The hand is turned one way or the other. It is as wide as it can be, with both fingers at that side, or slim: it is
-    closed, and the flat back of one finger is there. At their height the side may be narrower than seen from above.
+    closed, and the flat back of one finger is there. At their height the side may be narrower than seen from above. The
+    palm is above the object, or as little lower as lets the fingers touch a side that ends below there.
     """
     gripper = workspace.world.robot.spec.gripper  # each finger touches the side over all of its width, at least
     wide = float(np.clip(2.0 * (way.room - gripper.fingertip), 0.0, gripper.stroke))
     across = np.array([-way.behind[1], way.behind[0]])
     for beside in (across, -across) if slim else (way.behind, -way.behind):
         opening = 0.0 if slim else wide
-        tool = _touching(workspace, obj, placement, way, opening, beside)
-        if tool is not None and _embraces(workspace, obj, placement, way, tool, opening):
-            yield tool, opening
+        for height in _heights(workspace, obj, placement, opening):
+            tool = _touching(workspace, obj, placement, way, opening, beside, height)
+            if tool is not None and _embraces(workspace, obj, placement, way, tool, opening):
+                yield tool, opening
+                break
+
+
+def _heights(workspace: Workspace, obj: str, placement: Placement, opening: float) -> Array:
+    """Those of the tool that are tried, the highest first, shape (n,) [m]."""
+    boxes = hand_boxes(workspace.world.robot)
+    lowest = ABOVE_TABLE + boxes.tip(opening)
+    highest = float(workspace.bounds(obj, placement.pose)[1][2]) + BELOW_TOP + boxes.palm(opening)
+    return np.append(np.arange(highest, lowest, -LOWER), lowest)
 
 
 def _embraces(workspace: Workspace, obj: str, placement: Placement, way: Way, tool: Array, opening: float) -> bool:
@@ -82,43 +95,43 @@ def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, other
 
 
 def _touching(
-    workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, beside: Array
+    workspace: Workspace, obj: str, placement: Placement, way: Way, opening: float, beside: Array, height: float
 ) -> Array | None:
     """The tool, shape (4, 4), where its upright fingers nearly touch the side that is pushed; None where they do not.
 
     The line of the push through the centre of mass passes midway between the fingers, which close across `beside` (2,).
-    Wherever the object is shifted to, the hand is shifted with it.
+    The tool is at a height [m]. Wherever the object is shifted to, the hand is shifted with it.
     """
     x, y, z = placement.pose.xyz
     there, touch = Pose((0.0, 0.0, z), placement.pose.quat), np.round(way.touch - (x, y), DIGITS)
-    key = ("touching", obj, there, *map(tuple, (touch, way.behind, beside)), opening)
-    tool = workspace.cache.value(key, lambda: _touching_at(workspace, obj, there, touch, way.behind, opening, beside))
+    key = ("touching", obj, there, *map(tuple, (touch, way.behind, beside)), opening, height)
+    tool = workspace.cache.value(
+        key, lambda: _touching_at(workspace, obj, there, np.append(touch, height), way.behind, opening, beside)
+    )
     return None if tool is None else moved(tool, np.array([x, y, 0.0]))
 
 
 def _touching_at(
     workspace: Workspace, obj: str, pose: Pose, touch: Array, behind: Array, opening: float, beside: Array
 ) -> Array | None:
-    T, boxes = pose.matrix, hand_boxes(workspace.world.robot)
-    tip, root = boxes.tip(opening), boxes.palm(opening)
-    top = float(workspace.bounds(obj, pose)[1][2])
-    tool = upright(workspace, beside)
-    tool[:2, 3] = touch
-    tool[2, 3] = max(ABOVE_TABLE + tip, top + BELOW_TOP + root)
+    T, tool = pose.matrix, upright(workspace, beside)
+    tool[:3, 3] = touch
     scene, back = Scene({obj: T}), np.append(behind, 0.0)
+    # A side that leans is met farther in than where it stands out most, at the latest above the centre of mass.
+    inmost = float((center_from_above(workspace, obj, Placement(pose, ())) - touch[:2]) @ behind)
 
-    def touches(away: float) -> bool:
-        return workspace.world.hand_contact(moved(tool, away * back), opening, scene, margin=TOUCHING) == obj
+    def touches(away: float, margin: float = TOUCHING) -> bool:
+        return workspace.world.hand_contact(moved(tool, away * back), opening, scene, margin=margin) == obj
 
     # From outside: farther in, the hand may be in a hollow, where it touches nothing either.
-    near = next((away for away in np.arange(FARTHEST - COARSE, -COARSE / 2, -COARSE) if touches(away)), None)
+    near = next((away for away in np.arange(FARTHEST - COARSE, inmost, -COARSE) if touches(away)), None)
     if near is None:
         return None
     clear = near + COARSE
     for _ in range(HALVINGS):
         middle = (near + clear) / 2
         near, clear = (middle, clear) if touches(middle) else (near, middle)
-    return moved(tool, clear * back)
+    return moved(tool, clear * back) if touches(clear - PRESSED, margin=0.0) else None
 
 
 def upright(workspace: Workspace, beside: Array) -> Array:

@@ -190,12 +190,27 @@ def test_every_hand_that_pushes_touches_what_it_pushes_from_outside(angle):
     assert hands
 
 
+def test_all_four_sides_of_a_wedge_are_pushed_though_one_leans_and_one_is_low(tmp_path):
+    """The palm cannot be above its top where the low side is pushed, and the side that leans is met farther in."""
+    profile = np.array([(-0.08, 0.0), (0.08, 0.0), (0.05, 0.1), (-0.08, 0.03)])  # x and z
+    corners = np.array([(x, y, z) for y in (-0.08, 0.08) for x, z in profile])
+    path = tmp_path / "wedge.stl"
+    trimesh.convex.convex_hull(corners).export(path)
+    workspace = workspace_of(Object("wedge", Mesh(path), Pose((0.1, -0.1, 0.0))))
+    start, pushed = workspace.start["wedge"], list[np.ndarray]()
+    for direction in directions(workspace, "wedge", start):
+        way = direction.way(start, np.zeros(2), 0.1, 0.0)
+        pushed += [direction.behind for _ in hands_at(workspace, "wedge", start, way, False)]
+    for side in np.vstack([np.eye(2), -np.eye(2)]):
+        assert any(behind @ side > 0.99 for behind in pushed), f"no hand pushes the side {side}"
+
+
 def test_fingers_that_would_touch_it_on_one_side_only_do_not_push(tmp_path):
     """From above its side is as wide as its foot, which is lower than fingers reach; above that it is a narrow wall."""
-    foot, wall = Box((0.16, 0.16, 0.01)), Box((0.02, 0.02, 0.07))
+    foot, wall = Box((0.16, 0.16, 0.006)), Box((0.02, 0.02, 0.07))
     parts = [trimesh.creation.box(foot.size), trimesh.creation.box(wall.size)]
-    parts[0].apply_translation((0.0, 0.0, 0.005))
-    parts[1].apply_translation((0.07, 0.07, 0.045))
+    parts[0].apply_translation((0.0, 0.0, 0.003))
+    parts[1].apply_translation((0.07, 0.07, 0.041))
     path = tmp_path / "foot.obj"
     path.write_text(
         "".join(

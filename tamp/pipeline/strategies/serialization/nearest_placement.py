@@ -168,7 +168,10 @@ def _bring_near(asker: Asker, name: str, kept: Collection[str], free: Collection
     if not grips.grasps:
         if not to_be_pushed(workspace, name, workspace.start[name]):
             return False
-        return _put_wherever(asker, name, kept, free, SLIDING) or _push_near(asker, name, kept, free)
+        with asker.within(CAREFUL):
+            if _put_wherever(asker, name, kept, free, SLIDING):
+                return True
+        return _push_near(asker, name, kept, free)
     with asker.within(CAREFUL):
         if _turn_over(asker, name, kept, free):
             return True
