@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.solids import clearance, deeper
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.robot.sweep import Mover, passed, standing, touches
 
@@ -96,6 +96,6 @@ def _stuck(around: Solid, body: Solid, T: Array, way: Array, room: float = -PRES
             moved = T.copy()
             moved[:3, :3] = R @ T[:3, :3]
             moved[:3, 3] = middle + R @ (T[:3, 3] - middle) + far * short * side
-            if clearance(around, body, moved, max(room, 0.0)) > room:
+            if clearance(around, body, moved, room) > room if room > 0.0 else not deeper(around, body, moved, -room):
                 return False
     return short >= 0.0

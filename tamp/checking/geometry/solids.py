@@ -10,6 +10,7 @@ import fcl
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from tamp.checking.geometry.transforms import inverse
 from tamp.task.mesh.parts import Part, convex_hull
 
 if TYPE_CHECKING:
@@ -62,6 +63,30 @@ def parted(a: Solid, b: Solid, T_a_b: Array, tolerance: float) -> tuple[float, A
     if len(a.pieces) == len(b.pieces) == 1:
         return -_depth(a.hull, b.hull, transform, T_a_b, tolerance), normal
     return _least(a, b, transform, T_a_b, tolerance), normal
+
+
+def deeper(a: Solid, b: Solid, T_a_b: Array, depth: float) -> bool:
+    """Whether two solids are deeper in each other than this, at least 0 [m]; `clearance` finds it too, in more time."""
+    transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
+    if _gap(a.hull, b.hull, transform, T_a_b)[0] > 0.0:
+        return False
+    close = np.argwhere(_gaps_at_least(a, b, T_a_b) < 0.0)
+    return any(_deeper(a.pieces[i], b.pieces[j], transform, T_a_b, depth) for i, j in close)
+
+
+def _deeper(a: Piece, b: Piece, transform: Any, T_a_b: Array, depth: float) -> bool:
+    if _gap(a, b, transform, T_a_b)[0] > 0.0 or _depth(a, b, transform, T_a_b, np.inf) <= depth:
+        return False
+    # Out of a piece that has a corner of the other so far inside, the way is no shorter.
+    if max(_reach_into(a, b, T_a_b), _reach_into(b, a, inverse(T_a_b))) > depth:
+        return True
+    return penetration(a.part, b.part, T_a_b) > depth
+
+
+def _reach_into(a: Piece, b: Piece, T_a_b: Array) -> float:
+    """How far inside the first piece the innermost corner of the second is [m]; negative where all are outside."""
+    normals, offsets = a.planes
+    return float((offsets - (b.corners @ T_a_b[:3, :3].T + T_a_b[:3, 3]) @ normals.T).min(axis=1).max())
 
 
 def _least(a: Solid, b: Solid, transform: Any, T_a_b: Array, tolerance: float) -> float:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from tamp.checking.geometry.solids import Piece, Solid, clearance, parting_normal, penetration
+from tamp.checking.geometry.solids import Piece, Solid, clearance, deeper, parting_normal, penetration
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.links import read_links
 from tamp.task import Box, Cylinder, Pose, Sphere, load_robot
@@ -105,6 +105,17 @@ def test_of_the_pieces_of_two_bodies_none_is_nearer_than_their_clearance(T: np.n
     assert told <= least + 1e-6
     if told < 0.0:
         assert told == pytest.approx(least, abs=1e-6)
+
+
+@given(T=poses, other=shapes, share=st.floats(0.0, 2.0))
+@settings(max_examples=100, deadline=None)
+def test_deeper_tells_what_the_clearance_tells(T: np.ndarray, other: object, share: float) -> None:
+    tray = [convex_hull(parts(Box(size))[0].vertices + shift) for size, shift in TRAY]
+    a, b = Solid.of("tray", tray), solid(other)
+    told = clearance(a, b, T, 0.0)
+    for depth in (0.0, share * max(-told, 0.0)):
+        if abs(-told - depth) > 1e-9:
+            assert deeper(a, b, T, depth) == (-told > depth)
 
 
 def test_mass_of_a_box() -> None:
