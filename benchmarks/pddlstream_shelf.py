@@ -95,10 +95,26 @@ CARRYING_STREAMS = f"""
 """
 
 
+CARRIED_STREAMS = f"""
+{SHELF_STREAMS[: SHELF_STREAMS.index("(:stream plan-path")]}
+  (:stream plan-path
+    :inputs (?q1 ?q2) :domain (and (Conf ?q1) (Conf ?q2)) :fluents (AtPose AtGrip)
+    :outputs (?t) :certified (Path ?q1 ?t ?q2))
+  {SHELF_STREAMS[SHELF_STREAMS.index("(:stream test-apart") :]}
+"""
+
+
 def carrying(
-    starts: list[float], goals: dict[str, str], regions: dict[str, tuple[float, float]], seed: int = 0
+    starts: list[float],
+    goals: dict[str, str],
+    regions: dict[str, tuple[float, float]],
+    seed: int = 0,
+    paths: bool = False,
 ) -> Problem:
-    """Blocks are carried at a height at which they hit tall ones, which stand at odd places: a test told the state."""
+    """Blocks are carried at a height at which they hit tall ones, which stand at odd places: a test told the state.
+
+    `paths`: a stream that is told the state gives a path in place of the test.
+    """
     home = np.array([-9.0, 6.0])
     init: list[Any] = [("Arm", 0), ("MayMove", 0), ("Conf", home), ("AtConf", 0, home), ("Empty", 0)]
     tall = {name for name in "ABCDEFGH"[: len(starts)] if name not in goals}
@@ -119,14 +135,18 @@ def carrying(
         standing = [f for f in fluents if f[0].lower() == "atpose" and f[1] in tall]
         return not (held and any(low - WIDTH < f[2][0] < high + WIDTH for f in standing))
 
+    def path(a: np.ndarray, b: np.ndarray, fluents: Any = ()) -> tuple[list[np.ndarray]] | None:
+        return ([a, b],) if free(a, b, fluents) else None
+
     stream_map = {
         "sample-grip": from_fn(lambda block: ("top",)),
         "sample-pose": from_gen_fn(sample_pose),
         "inverse-kinematics": from_fn(lambda block, pose, grip: (pose + ABOVE,)),
-        "test-free": from_test(free),
+        **({"plan-path": from_fn(path)} if paths else {"test-free": from_test(free)}),
         "test-apart": from_test(lambda b1, p1, b2, p2: abs(p1[0] - p2[0]) > WIDTH),
         "test-within": from_test(lambda b, p, s: bool(regions[s][0] + WIDTH / 2 <= p[0] <= regions[s][1] - WIDTH / 2)),
         "length": lambda a, b: 10.0 + float(np.abs(a - b).sum()),
     }
     goal = ("and", *(("In", name, region) for name, region in goals.items()))
-    return Problem(CARRYING, CARRYING_STREAMS, from_stream_map(stream_map), init, goal)
+    domain, streams = (SHELF, CARRIED_STREAMS) if paths else (CARRYING, CARRYING_STREAMS)
+    return Problem(domain, streams, from_stream_map(stream_map), init, goal)

@@ -67,7 +67,8 @@ class Chooser:
             reason, causes = instance.main_reason
             if fluents and instance.exhausted and not instance.results:
                 named = bool(causes) and not instance.gave_up
-                walk.attempt.nogoods.append(Nogood(template.external, inputs, causes or fluents, named, fluents))
+                facts = self._evaluator.explanations.why(instance) or fluents
+                walk.attempt.nogoods.append(Nogood(template.external, inputs, facts, named, fluents))
             walk.note(position, item.step, f"{template.external.name}: {reason}")
             return set(frame.conflict)
         frame.outputs = outputs

@@ -1,4 +1,4 @@
-"""Why a test that is told the state says no: as few facts as it still says no to, found by asking it (QuickXplain)."""
+"""Why a stream that is told the state gives nothing: as few facts as it still gives nothing for (QuickXplain)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Facts = tuple[Fact, ...]
 class Explanations:
     """Explains answers by what their samplers name, or by asking again with fewer facts (Junker, AAAI 2004).
 
-    The latter is a guess: a test may say yes where more holds.
+    The latter is a guess: a stream may give something where more holds.
     """
 
     def __init__(self, knowledge: Knowledge, sampling: Sampling) -> None:
@@ -25,8 +25,10 @@ class Explanations:
     def why(self, instance: Instance) -> Facts:
         """Facts to blame for what gave nothing; none where it would say no as well if none of them held."""
         named = instance.main_reason[1]
-        if named or not instance.external.is_state_test or not instance.calls:
+        if named or not instance.fluents or not instance.calls or not _barren(instance):
             return named
+        if instance.reasons and not instance.external.is_test:
+            return ()  # what bars it is known, and is none of these facts; it may be dear to ask again
         if instance not in self._found:
             self._found[instance] = self._fewest(instance)
         return self._found[instance]
@@ -37,7 +39,7 @@ class Explanations:
         return self._relevant(instance, (), instance.fluents, changed=False)
 
     def _relevant(self, instance: Instance, kept: Facts, facts: Facts, changed: bool) -> Facts:
-        """The fewest of some facts with which, beside those that are kept, a test says no; `changed`: if more are."""
+        """The fewest of some facts with which, beside those that are kept, it says no; `changed`: if more are."""
         if changed and self._says_no(instance, kept):
             return ()
         if len(facts) == 1:
@@ -47,13 +49,20 @@ class Explanations:
         return self._relevant(instance, kept + needed, first, changed=bool(needed)) + needed
 
     def _says_no(self, instance: Instance, facts: Facts) -> bool:
-        """Whether a test says no where it is told these facts; that it cannot deal with them is no answer."""
+        """Whether a stream gives nothing where it is told these facts; that it cannot deal with them is no answer."""
         told = tuple(fact for fact in instance.fluents if fact in facts)
         other = self._knowledge.instance(instance.external, instance.inputs, told)
         if not other.calls:
             other.record = Record()  # what is asked in states that do not come about says nothing of others
             try:
-                self._sampling.draw(other)
+                for _ in range(instance.calls):  # as often as it took to end where it was told all
+                    if not other.results and not other.exhausted:
+                        self._sampling.draw(other)
             except SamplerError:
                 return False
-        return not other.results
+        return _barren(other)
+
+
+def _barren(instance: Instance) -> bool:
+    """Whether a stream has said no, or has ended without giving anything: where it has not, other calls may."""
+    return not instance.results and (instance.external.is_test or instance.exhausted)

@@ -1,4 +1,6 @@
-"""Tests that are told the state and name no cause: what is found to be in the way, and what the search makes of it."""
+"""Streams told the state that name no cause: what is found to be in the way, and what the search makes of it."""
+
+from itertools import repeat
 
 import numpy as np
 import pytest
@@ -14,24 +16,30 @@ from tamp.planning.search.fast_downward import FastDownward
 from tests.planning.test_problems import ALGORITHMS, check
 from tests.planning.test_told import LAMPS, LAMPS_STREAMS
 
+LIT_STREAMS = """
+(define (stream lamps)
+  (:stream test-bright :inputs (?l) :domain (Lamp ?l) :fluents (On) :outputs (?t) :certified (Lit ?l ?t)))
+"""
 
-def why(says_no, names):
-    """What is blamed for the answer of a test that is told that all of some lamps are on."""
+
+def why(says_no, names, streams=LAMPS_STREAMS, given=lambda bright: bright):
+    """What is blamed for the answer of a stream that is told that all of some lamps are on."""
     asked = []
 
     def bright(context, lamp):
         on = {fact[1] for fact in context.fluents}
         asked.append(on)
-        return not says_no(on)
+        return given(not says_no(on))
 
     init = [*(("Lamp", name) for name in names), *(("On", name) for name in names)]
-    problem = Problem(LAMPS, LAMPS_STREAMS, {"test-bright": bright}, init, ("Read",))
+    problem = Problem(LAMPS, streams, {"test-bright": bright}, init, ("Read",))
     session = Session(problem, Options(), FastDownward(), eager=False, started=clock.now())
     session.begin()
     objects = session.objects
     told = tuple(("on", objects.intern(name)) for name in names)
     instance = session.knowledge.instance(session.schema.externals["test-bright"], (objects.intern(names[0]),), told)
-    session.sampling.draw(instance)
+    while not instance.exhausted and not instance.results and instance.calls < 8:
+        session.sampling.draw(instance)
     asked.clear()
     found = {objects.value(fact[1]) for fact in session.evaluator.explanations.why(instance)}
     return found, len(asked)
@@ -45,6 +53,21 @@ def test_the_fewest_facts_are_found_with_few_questions(culprits):
     found, questions = why(lambda on: culprits <= on, NAMES)
     assert found == culprits
     assert questions <= 12 * len(culprits)
+
+
+@pytest.mark.parametrize("misses", range(3))
+def test_what_bars_a_stream_that_gives_values_is_found_as_well(misses):
+    """All that it was told was blamed, so that any of it was put elsewhere in vain."""
+    calls = [None] * misses
+    found, _ = why(
+        lambda on: "lamp5" in on, NAMES, LIT_STREAMS, lambda lit: iter([*calls, *(["light"] if lit else [])])
+    )
+    assert found == {"lamp5"}
+
+
+def test_a_stream_that_has_not_ended_has_not_answered():
+    found, questions = why(lambda on: "lamp5" in on, NAMES, LIT_STREAMS, lambda lit: repeat("light" if lit else None))
+    assert (found, questions) == (set(), 0)
 
 
 def test_that_it_says_no_in_any_case_is_no_reason():
@@ -68,6 +91,16 @@ def test_what_bars_all_of_some_moves_is_put_elsewhere(seed, algorithm):
     problem = carrying([-4.0, 0.0], {"A": "goal"}, LINE)
     solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
     assert solution.status == "solved", str(solution.report)
+    check(problem, solution)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("seed", range(2))
+def test_what_bars_all_of_some_paths_is_put_elsewhere(seed, algorithm):
+    """As above, where a stream gives the paths: timeouts, or up to 16 actions where 8 will do."""
+    problem = carrying([-4.0, 0.0], {"A": "goal"}, LINE, seed, paths=True)
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
+    assert solution.status == "solved" and len(solution.plan) == 8, str(solution.report)
     check(problem, solution)
 
 
