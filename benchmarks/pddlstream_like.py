@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from statistics import median
 
 from benchmarks.harness import Row, main
+from benchmarks.pddlstream_belief import hidden
 from benchmarks.pddlstream_features import cash, counting, cutting, floors, latent, modes, pushing
 from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, roadmap, searching, teams
 from benchmarks.pddlstream_roads import logistics, visits
@@ -36,6 +37,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "wild pushes, 3 away": lambda: pushes(3),
     "wild pushes, 6 away": lambda: pushes(6),
     "belief, 3 places": lambda: searching(3),
+    "belief, 2 things in 3 places": hidden,
     "filling, 3 litres": lambda: filling(3.0),
     "filling, 50 litres": lambda: filling(50.0),
     "rovers, 3 tasks, 2 rovers": lambda: teams(3, 2),
@@ -56,6 +58,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "line, 2 blocks, an optimizer": lambda: optimised([-4.0, 0.0], {"A": "goal", "B": "goal"}, LINE),
     "line, 1 block past a tall one": lambda: carrying([-4.0, 0.0], {"A": "goal"}, LINE),
     "line, 1 block past 2 tall ones": lambda: carrying([-4.0, 0.0, 2.0], {"A": "goal"}, LINE),
+    "line, 1 block past a tall one, by paths": lambda: carrying([-4.0, 0.0], {"A": "goal"}, LINE, paths=True),
     "counting to 10": lambda: counting(10),
     "counting to 5 and to -5": lambda: counting(5, both=True),
     "cutting a rope, 3 places": lambda: cutting(3),

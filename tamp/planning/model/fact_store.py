@@ -74,6 +74,7 @@ class Knowledge:
         self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...] | None], Instance] = {}
         self._sources: dict[int, tuple[Instance, int]] = {}
         self._givers: dict[int, list[tuple[Instance, int]]] = {}
+        self._given: set[int] = set()
         self._records: dict[tuple[str, tuple[int, ...]], Record] = {}
         self._lineages: dict[tuple[str, tuple[int, ...]], int] = {}
         self._lineage_of: dict[int, int] = {}
@@ -120,6 +121,8 @@ class Knowledge:
 
     def give(self, fact: Fact) -> None:
         """A fact of the problem."""
+        if fact[0] != "object":
+            self._given.update(fact[1:])
         if fact[0] in self.schema.fluents:
             self.state[fact] = None
         else:
@@ -173,7 +176,8 @@ class Knowledge:
         if outputs in instance.results:
             return False
         for handle in outputs:
-            self._sources.setdefault(handle, (instance, len(instance.results)))
+            if handle not in self._given:  # a stream may give what the problem has given already
+                self._sources.setdefault(handle, (instance, len(instance.results)))
             self._givers.setdefault(handle, []).append((instance, len(instance.results)))
         instance.results.append(outputs)
         if instance.fluents:
@@ -198,8 +202,9 @@ class Knowledge:
 
     def is_shown(self, handle: int) -> bool:
         """Whether the search knows an object: one of the problem, or one that a stream gave and that was shown."""
-        found = self._sources.get(handle)
-        return found is None or found[1] in found[0].activated
+        if handle not in self._sources:
+            return True
+        return any(number in instance.activated for instance, number in self._givers[handle])
 
     def show(self, handle: int) -> None:
         """Let the search know what is certified of a sampled object."""
@@ -238,6 +243,13 @@ class Knowledge:
             origin = self.objects.origin(fact[1])
             return origin is None or bool(origin.alive)
         return fact in self.real or any(p.alive for p in self.producers.get(fact, ()))
+
+    def possible(self, fact: Fact) -> bool:
+        """Whether a fact that is no fluent may hold; so may one of a placeholder whose values are all known by now."""
+        if fact[0] == "object":
+            origin = self.objects.origin(fact[1])
+            return origin is None or bool(origin.alive or origin.results)
+        return fact in self.real or any(p.alive or p.results for p in self.producers.get(fact, ()))
 
     def hoped_state(self) -> list[Fact]:
         """Fluent facts that streams may still add to the initial state."""
