@@ -63,7 +63,11 @@ ABOVE = np.array([0.0, 5.0])
 
 
 def shelf(
-    starts: list[float], goals: dict[str, Any], regions: dict[str, tuple[float, float]], arms: int = 1
+    starts: list[float],
+    goals: dict[str, Any],
+    regions: dict[str, tuple[float, float]],
+    arms: int = 1,
+    rng: np.random.Generator | None = None,
 ) -> Problem:
     """Blocks on a line, picked from above by arms that go home in the end; numbers are arrays, which have no hash.
 
@@ -72,6 +76,7 @@ def shelf(
         goals: block -> a region, several of which one will do, or a pose; the region "stove" wants it cooked besides.
         regions: name -> lower and upper bound.
         arms: how many there are.
+        rng: what poses are drawn from; always the same ones without it.
     """
     names = "ABCDEFGH"[: len(starts)]
     init: list[Any] = [("Stove", "stove")]
@@ -93,12 +98,12 @@ def shelf(
         init += [("MayBe", name, choice) for choice in choices]
         goal += [("or", *(("In", name, choice) for choice in choices if choice != "stove"))]
         goal += [("Cooked", name)] if "stove" in choices else []
-    rng = np.random.default_rng(0)
+    random = rng or np.random.default_rng(0)
 
     def sample_pose(block: str, region: str) -> Iterator[tuple[np.ndarray]]:
         low, high = regions[region]
         while high - low >= WIDTH:
-            yield (np.array([rng.uniform(low + WIDTH / 2, high - WIDTH / 2), 0.0]),)
+            yield (np.array([random.uniform(low + WIDTH / 2, high - WIDTH / 2), 0.0]),)
 
     def within(block: str, pose: np.ndarray, region: str) -> bool:
         return bool(regions[region][0] + WIDTH / 2 <= pose[0] <= regions[region][1] - WIDTH / 2)

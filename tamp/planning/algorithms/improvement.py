@@ -14,19 +14,22 @@ from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.skeleton import Choose
 from tamp.planning.model.stream_instances import Instance
 
-CALLS, LEAST_CALLS = 0.5, 150
+CALLS, LEAST_CALLS = 0.5, 200
 """How many calls other values may take: a share of those that finding the plan took, or so many where that is more."""
+
+AGAIN_CALLS, LEAST_AGAIN = 0.25, 100
+"""The same of skeletons that are tried again."""
 
 SEARCHING, LEAST_SEARCHING = 0.25, 400
 """The same of the work of searches."""
 
-ROUNDS = 12
+ROUNDS = 20
 """How many other values each choice may be given."""
 
 TRIED_AGAIN, TRIES = 4, 3
 """How many skeletons that failed are tried again, and how often each."""
 
-AGAIN = Budget(values=12, draws=120, jumps=250)
+AGAIN = Budget(values=12, draws=30, jumps=250)
 """What the first attempt at one of them may spend; each after it spends twice as much."""
 
 BRIEF = Budget(values=3, draws=20, patience=2, jumps=40, barren=0)
@@ -46,13 +49,18 @@ def improve(session: Session) -> None:
     if session.costs.unit or session.found.skeleton is None:
         return
     calls, searching = sampling.calls, session.searching
-    most = calls + max(int(CALLS * calls), LEAST_CALLS)
+    again, anew = max(int(AGAIN_CALLS * calls), LEAST_AGAIN), max(int(CALLS * calls), LEAST_CALLS)
     enough = searching + max(int(SEARCHING * searching), LEAST_SEARCHING)
     session.costs.guess(True)
     try:
+        _try_again(session, sampling.calls + again)
+        most = sampling.calls + anew
         _choose_anew(session, most)
-        _try_again(session, most)
         _search_below(session, enough, most)
+        cost = session.found.cost
+        _try_again(session, sampling.calls + again)
+        if session.found.cost < cost:
+            _choose_anew(session, sampling.calls + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
 
@@ -60,22 +68,21 @@ def improve(session: Session) -> None:
 def _try_again(session: Session, most: int) -> None:
     """Try skeletons again that failed before a dearer one was bound, while there are less than `most` calls in all.
 
-    It may have been for want of luck: each attempt at one may spend twice as much as the last.
+    It may have been for want of luck: they have turns, the cheapest first, and each may spend twice as much as in the
+    turn before. So what cannot be bound at all does not keep the others from theirs.
     """
     failed = [] if session.sampling.wild else session.failed()  # what streams bring besides is for the search to use
-    prices = [sum(map(session.costs.of_operator, skeleton.steps)) for skeleton in failed]
-    for number in sorted(range(len(failed)), key=prices.__getitem__)[:TRIED_AGAIN]:
-        for tries in range(TRIES):
+    prices = {skeleton: sum(map(session.costs.of_operator, skeleton.steps)) for skeleton in failed}
+    waiting = sorted(failed, key=prices.__getitem__)[:TRIED_AGAIN]
+    for tries in range(TRIES):
+        for skeleton in tuple(waiting):
             bound, calls = session.found.bound(), session.sampling.calls
-            if calls >= most or bound is None or prices[number] >= bound:
+            if calls >= most or bound is None or prices[skeleton] >= bound:
                 return
             session.limits.check()
-            attempt = session.binder.bind(failed[number], AGAIN.grown(tries), turn=tries)
-            better = session.found.take(failed[number], attempt)
-            if better:
-                _choose_anew(session, most)
-            if better or session.sampling.calls == calls:
-                break
+            attempt = session.binder.bind(skeleton, AGAIN.grown(tries), turn=tries)
+            if session.found.take(skeleton, attempt) or session.sampling.calls == calls:
+                waiting.remove(skeleton)
 
 
 def _search_below(session: Session, enough: int, most: int) -> None:

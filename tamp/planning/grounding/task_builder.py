@@ -298,8 +298,8 @@ class TaskBuilder:
         return made, ((*wanted[0], done), wanted[1])
 
     def is_possible(self, op: GroundOperator) -> bool:
-        """Whether all that an operator rests on may hold, as far as it does not change."""
-        return self._holds(op.static, op.absent)
+        """Whether all that an operator rests on may hold, of what streams have given or may give, and never changes."""
+        return self._holds(op.static, op.absent, self._knowledge.possible)
 
     def _thaws(self, effect: GroundEffect) -> bool:
         """Whether an effect deletes what holds of a frozen object."""
@@ -310,10 +310,13 @@ class TaskBuilder:
         effects = [e for e in op.effects if not (e.static or e.absent) or self._holds(e.static, e.absent)]
         return op if len(effects) == len(op.effects) else replace(op, effects=effects)
 
-    def _holds(self, static: tuple[Fact, ...], absent: tuple[Fact, ...]) -> bool:
+    def _holds(
+        self, static: tuple[Fact, ...], absent: tuple[Fact, ...], may: Callable[[Fact], bool] | None = None
+    ) -> bool:
         knowledge = self._knowledge
+        may = may or knowledge.usable
         marked = ("~", "+")
-        return all(f[0][0] in marked or f[0] == "=" or knowledge.usable(f) for f in static) and not any(
+        return all(f[0][0] in marked or f[0] == "=" or may(f) for f in static) and not any(
             f in knowledge.real for f in absent
         )
 
