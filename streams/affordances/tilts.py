@@ -8,18 +8,22 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tamp.streams.affordances.stable_poses import base, outline
 from tamp.streams.values import Placement
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.transforms import rotation, turned_about
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.world.geometry.object_geometry import Geometry
+
     Array = NDArray[np.float64]
 
+UP = np.array([0.0, 0.0, 1.0])
 ROLL = np.radians(2.5)  # between two poses
 TOUCHING = 5e-4  # what is so near to the plane touches it [m]
 
@@ -56,6 +60,8 @@ BEYOND = 0.002  # the centre of mass stays at least this far on the falling side
 TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction now and then
 UPSIDE_DOWN = -0.5  # the same where hardly any hand gets above the object both now and as it is let go
 APART = np.radians(20.0)  # directions nearer to each other than this are one
+WAYS = 36  # level ones in which what has fallen may tip on
+TIPS = 0.15  # share of what it takes to tip on from which on it may: the checker grants hardly more
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
 
@@ -73,12 +79,17 @@ class Tilt:
 
 
 def tilts(workspace: Workspace, obj: str, placement: Placement) -> tuple[Tilt, ...]:
-    """All tilts worth trying above a placement, the least first; none where the object does not lie on a flat base."""
+    """All tilts worth trying above a placement, the least first; none where the object does not lie on a flat base.
+
+    From none of them it tips on over its far edge as it comes down on the table; what it lies in else may keep it.
+    """
 
     def found() -> tuple[Tilt, ...]:
         geometry = workspace.world.geometries[obj]
         every = _tilts(geometry.hull.vertices, geometry.center_of_mass, placement.pose.matrix)
-        return tuple(sorted(every, key=lambda tilt: tilt.angle))
+        free = placement.on == (TABLE,)
+        stays = (tilt for tilt in every if not (free and tips_on(geometry, tilt.fall[0], tilt.fall[-1])))
+        return tuple(sorted(stays, key=lambda tilt: tilt.angle))
 
     return workspace.cache.value(("tilts", obj, placement), found)
 
@@ -148,6 +159,32 @@ def _falls_back(vertices: Array, center: Array, T: Array, outward: Array) -> boo
     world = vertices @ T[:3, :3].T + T[:3, 3]
     carrying = world[world[:, 2] < world[:, 2].min() + CARRYING, :2]
     return float((T[:3, :3] @ center + T[:3, 3])[:2] @ outward) < float((carrying @ outward).min()) - BEYOND
+
+
+def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
+    """Whether a body that turns over from one pose to another, and comes down flat there, tips on over its far edge.
+
+    Its angular momentum about that edge is kept, as where that strikes it is stopped and nowhere else.
+    """
+    R, center = after.matrix[:3, :3], after.matrix[:3, :3] @ geometry.center_of_mass + after.xyz
+    fallen = center - before.matrix[:3, :3] @ geometry.center_of_mass - before.xyz
+    turned = Rotation.from_matrix(R @ before.matrix[:3, :3].T).as_rotvec()
+    angle = float(np.linalg.norm(turned))
+    axis = turned / angle
+    across = fallen - axis * (axis @ fallen)
+    arm = (across + np.cross(across, axis) / np.tan(angle / 2)) / 2  # from the axis that it turns about
+    inertia, world = R @ geometry.inertia @ R.T, geometry.hull.vertices @ R.T + after.xyz
+    corners = world[world[:, 2] < world[:, 2].min() + TOUCHING]
+    angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
+    ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(WAYS)], axis=1)
+    for way in ways[ways @ np.cross(axis, UP) > 0.0]:
+        over, lever = np.cross(UP, way), center - corners[(corners @ way).argmax()]
+        kept = max(float(over @ (inertia @ axis + np.cross(lever, np.cross(axis, arm)))), 0.0)
+        swings = (axis @ inertia @ axis + arm @ arm) * (over @ inertia @ over + lever @ lever - (over @ lever) ** 2)
+        lifted = np.hypot(max(-float(lever @ way), 0.0), lever[2]) - lever[2]
+        if -fallen[2] * kept**2 / swings > TIPS * lifted:
+            return True
+    return False
 
 
 def base_normals(points: Array) -> list[Array]:

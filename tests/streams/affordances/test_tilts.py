@@ -7,7 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams.affordances.tilts import LEAST, MOST, ROLL, layable, never_too_wide, rolls, tilts, upside_down
+from tamp.streams.affordances.tilts import (
+    LEAST,
+    MOST,
+    ROLL,
+    TIPS,
+    layable,
+    never_too_wide,
+    rolls,
+    tilts,
+    tips_on,
+    upside_down,
+)
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tamp.world.transforms import rotation, turned_about
@@ -39,6 +50,30 @@ def test_the_point_that_something_turns_about_stays():
     pivot, T = np.array([0.3, 0.2, 0.1]), np.eye(4)
     turned = turned_about(pivot, rotation(np.array([0.0, 0.0, 1.0]), 0.7), T)
     np.testing.assert_allclose(turned[:3, :3] @ pivot + turned[:3, 3], pivot)
+
+
+@given(half=st.floats(0.01, 0.1), height=st.floats(0.02, 0.3), share=st.floats(0.1, 0.95))
+@settings(max_examples=60, deadline=None)
+def test_a_block_tips_on_as_it_rocks(half, height, share):
+    """Housner, The behavior of inverted pendulum structures during earthquakes, BSSA 53, 1963, eq. 8."""
+    workspace = workspace_of(Object("block", Box((2 * half, 0.08, height)), Pose((0.0, 0.2, height / 2))))
+    up, radius, slender = height / 2, float(np.hypot(half, height / 2)), float(np.arctan2(half, height / 2))
+    upright, angle = np.eye(4), share * slender
+    upright[2, 3] = up
+    tilted = turned_about(np.array([half, 0.0, 0.0]), rotation(np.array([0.0, 1.0, 0.0]), angle), upright)
+    left = (1.0 - 1.5 * np.sin(slender) ** 2).clip(0.0) ** 2 * (radius * np.cos(slender - angle) - up)
+    needed = TIPS * (radius - up)
+    if abs(left - needed) > 1e-3 * needed:
+        geometry = workspace.world.geometries["block"]
+        told = tips_on(geometry, Pose.from_matrix(tilted), Pose.from_matrix(upright))
+        assert told == (left > needed)
+
+
+def test_what_is_narrow_and_high_is_not_stood_up_by_a_fall_on_the_table():
+    for width, some in ((0.03, False), (0.2, True)):
+        start, goal = Pose.from_rpy((0.0, 0.2, width / 2), (0.0, np.pi / 2, 0.0)), Pose((0.0, 0.2, 0.06))
+        workspace = workspace_of(Object("block", Box((width, width, 0.12)), start, At(goal)))
+        assert bool(tilts(workspace, "block", workspace.goals["block"])) == some
 
 
 def lying(size, yaw=0.0):
