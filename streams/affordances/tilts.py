@@ -8,7 +8,6 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tamp.streams.affordances.stable_poses import base, outline
 from tamp.streams.values import Placement
@@ -168,11 +167,12 @@ def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     """
     R, center = after.matrix[:3, :3], after.matrix[:3, :3] @ geometry.center_of_mass + after.xyz
     fallen = center - before.matrix[:3, :3] @ geometry.center_of_mass - before.xyz
-    turned = Rotation.from_matrix(R @ before.matrix[:3, :3].T).as_rotvec()
-    angle = float(np.linalg.norm(turned))
-    axis = turned / angle
+    turned = R @ before.matrix[:3, :3].T
+    skew = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
+    sine = float(np.linalg.norm(skew))
+    axis, half = skew / sine, np.arctan2(sine, (np.trace(turned) - 1) / 2) / 2
     across = fallen - axis * (axis @ fallen)
-    arm = (across + np.cross(across, axis) / np.tan(angle / 2)) / 2  # from the axis that it turns about
+    arm = (across + np.cross(across, axis) / np.tan(half)) / 2  # from the axis that it turns about
     inertia, world = R @ geometry.inertia @ R.T, geometry.hull.vertices @ R.T + after.xyz
     corners = world[world[:, 2] < world[:, 2].min() + TOUCHING]
     angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
