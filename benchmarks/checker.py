@@ -1,9 +1,12 @@
 """The checker's proof: what a slow oracle calls wrong is not accepted, and no plan of the planner's is rejected.
 
 Plans small tasks, corrupts each plan in every way that tests/checking/mutations knows, and asks both the checker
-and tests/checking/oracle. The first row is about the plans as they are, the last the sum of all mutants; in between
-each row is one kind of corruption. `wrong_accepted` must be 0, and so must `rejected` of the plans as they are. Mutants
-of one plan follow each other, so that the oracle need not look again at what they share.
+and tests/checking/oracle. The first row is about the plans as they are, with the actions that they have; the last is
+the sum of all mutants; in between each row is one kind of corruption. `wrong_accepted` must be 0, and so must
+`rejected` of the plans as they are, `unseen`, the kinds of which the oracle called no mutant wrong, and `untried`, the
+actions that the checker has rules for and no plan has. Kinds that are for one skill come first of each plan's, so that
+few mutants have them too. Mutants of one plan follow each other, so that the oracle need not look again at what they
+share.
 
     python -m benchmarks.checker --count 20000 --output mutants.jsonl
 
@@ -17,8 +20,10 @@ import argparse
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from itertools import chain, count, islice
 from pathlib import Path
 from typing import Any
@@ -29,8 +34,10 @@ import tamp
 from benchmarks.harness import Row, main, percentile
 from benchmarks.small_tasks import small_tasks
 from tamp.checking import check
+from tamp.checking.actions.tabletop import TABLETOP
 from tamp.errors import PlanningFailure, TampError
-from tamp.task import Plan, Task
+from tamp.task import At, Plan, Pose, Task
+from tamp.task.model import Goal
 from tests.checking.handmade import scales
 from tests.checking.mutations import FALLS, MUTATIONS, PUSHES, STACKS, TOPPLES
 from tests.checking.oracle import Oracle
@@ -41,9 +48,18 @@ PLANS, FEW = 40, 4
 """Plans besides the special ones."""
 LONG = 4
 """Plans of all kinds: stacks, objects carried twice. The others carry one object: each mutant is checked whole."""
-SPECIAL = ("slide_box", "topple_pail", "lay_book", "drop_into_corner")
-"""Scenarios whose plans push something along the table or over, or let it fall; besides the others."""
-CORRUPTIONS = {m.__name__: (m, kinds) for m, kinds in {**MUTATIONS, **PUSHES, **FALLS, **TOPPLES, **STACKS}.items()}
+SPECIAL = (
+    "slide_box", "topple_pail", "lay_book", "drop_into_corner", "nudge_in_crate", "slide_to_goal", "turn_over",
+    "lay_aside", "regrasp_into_box",
+)  # fmt: skip
+"""Scenarios whose plans push things along the table or over, nudge them, let them fall, or grasp them anew."""
+MOVED = ((0.0, 0.0), (0.02, 0.015))
+"""Each of them once as it is and once with all that is in it elsewhere, by so much along x and y [m]."""
+ASLANT = 0.06
+"""How far aside of straight ahead a box is pushed as well [m]."""
+OF_SKILLS = {**PUSHES, **FALLS, **TOPPLES, **STACKS}
+CORRUPTIONS = {m.__name__: (m, kinds) for m, kinds in {**MUTATIONS, **OF_SKILLS}.items()}
+FIRST = {m.__name__ for m in OF_SKILLS}
 VALID = "valid"
 
 Counts = dict[str, dict[str, Any]]
@@ -74,9 +90,29 @@ def _tasks(count: int) -> list[tuple[Task, Plan | None]]:
     """So many small tasks and the special ones; with its plan where that is made by hand."""
     tasks = small_tasks(10 * count)
     short = (task for task in tasks[LONG:] if sum(thing.goal is not None for thing in task.objects) == 1)
-    special = [tamp.load_task(f"scenarios/{name}.yaml") for name in SPECIAL]
-    planned = islice(chain(special, tasks[:LONG], short), count + len(special))
+    planned = islice(chain(_special(), tasks[:LONG], short), count + sum(1 for _ in _special()))
     return [scales(), *((task, None) for task in planned)]
+
+
+def _special() -> Iterator[Task]:
+    """The scenarios of `SPECIAL`, and one of which the goal is moved so that a flank is pushed aslant."""
+    scenarios = [tamp.load_task(f"scenarios/{name}.yaml") for name in SPECIAL]
+    for by in MOVED:
+        for task in scenarios:
+            objects = tuple(replace(o, pose=_aside(o.pose, by), goal=_goal_aside(o.goal, by)) for o in task.objects)
+            yield replace(task, objects=objects)
+    straight = tamp.load_task("scenarios/slide_to_goal.yaml")
+    objects = tuple(replace(o, goal=_goal_aside(o.goal, (ASLANT, 0.0))) for o in straight.objects)
+    yield replace(straight, objects=objects)
+
+
+def _goal_aside(goal: Goal | None, by: tuple[float, float]) -> Goal | None:
+    return At(_aside(goal.pose, by)) if isinstance(goal, At) else goal
+
+
+def _aside(pose: Pose, by: tuple[float, float]) -> Pose:
+    x, y, z = pose.xyz
+    return Pose((x + by[0], y + by[1], z), pose.quat)
 
 
 def _known(output: Path | None, made_by: dict[str, int]) -> dict[int, Counts]:
@@ -101,14 +137,16 @@ def _judged(waiting: Sequence[tuple[int, int, int, int]], workers: int) -> Itera
 def _judge_plan(asked: tuple[int, int, int, int]) -> tuple[int, Counts]:
     """Plan the task of a number and judge about so many mutants of the plan, all kinds in turn."""
     seed, index, share, plans = asked
-    task, made = _tasks(plans - 1 - len(SPECIAL))[index]
+    task, made = _tasks(plans - 1 - sum(1 for _ in _special()))[index]
     plan = made or _plan(task)
     counts: Counts = {}
     if plan is None:
         return index, counts
     oracle = Oracle()
     _judge(counts, VALID, oracle, (task, plan))
-    kinds = list(np.random.default_rng((seed, index)).permutation(list(CORRUPTIONS)))
+    counts[VALID]["actions"] = dict(Counter(action.name for action in plan.actions))
+    drawn = np.random.default_rng((seed, index)).permutation(list(CORRUPTIONS))
+    kinds = sorted(drawn, key=lambda kind: kind not in FIRST)
     for mutant, kind in islice(_mutants(task, plan, (seed, index), kinds), share):
         _judge(counts, kind, oracle, mutant)
     return index, counts
@@ -170,8 +208,17 @@ def _rows(judged: Sequence[Counts]) -> Sequence[Row]:
         seconds = [s for row in found for s in row["check_s"]]
         sums = {key: sum(row[key] for row in found) for key in COUNTED}
         rows.append({"plans": kind, **sums, "check_s": percentile(seconds, 50) if seconds else 0.0})
+    unseen = [row["plans"] for row in rows[1:] if not row["oracle_wrong"]]
+    done: Counter[str] = Counter()
+    for counts in judged:
+        done.update(counts.get(VALID, {}).get("actions", {}))
+    untried = sorted(TABLETOP.keys() - done.keys())
+    print(f"actions: {', '.join(f'{name} {number}' for name, number in sorted(done.items()))}")
+    for title, names in (("not called wrong once", unseen), ("in no plan", untried)):
+        if names:
+            print(f"{title}: {', '.join(names)}")
     mutants = {key: sum(row[key] for row in rows[1:]) for key in COUNTED}
-    return [*rows, {"plans": "all mutants", **mutants}]
+    return [*rows, {"plans": "all mutants", **mutants, "unseen": len(unseen), "untried": len(untried)}]
 
 
 def verdict(task: Task, plan: Plan) -> tuple[set[str], bool]:
@@ -193,4 +240,5 @@ def _options() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
-    main("checker", run, extra=_options())
+    asked = "0 wrong accepted, 0 valid rejected; at full size 0 unseen, 0 untried"
+    main("checker", run, extra=_options(), asked=asked)
