@@ -58,10 +58,18 @@ class Scene:
         return Scene(task, read_links(task_robot(task)), solids, T)
 
     def displacement(self, name: str, A: Array, B: Array) -> float:
-        """Mean distance of the corners of the score's cube of an object between two poses [m].
+        """Mean distance of the corners of a cube round an object's middle between two poses [m].
 
-        The cube has edge (length + width + height) / 3 and its centre at the object's origin (OCRTOC paper, EDE).
+        The cube has the edge of the score's, (length + width + height) / 3. That one's centre is the object's origin
+        (see `error`), which may be far from all of it: a turn about there takes the object far and its origin nowhere.
         """
+        solid = self.solids[name]
+        middle = np.eye(4)
+        middle[:3, 3] = (solid.lower + solid.upper) / 2
+        return self.error(name, A @ middle, B @ middle)
+
+    def error(self, name: str, A: Array, B: Array) -> float:
+        """The same of the score's own cube, whose centre is the object's origin (OCRTOC paper, EDE)."""
         solid = self.solids[name]
         half = float((solid.upper - solid.lower).mean()) / 2
         corners = half * np.array([[x, y, z, 0.0] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])

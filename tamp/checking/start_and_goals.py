@@ -160,7 +160,7 @@ def _check_at(replay: Replay, plan: Plan, name: str, settled: Mapping[str, Pose]
             sentence = f"the plan's goal of {name} is {1000 * astray:.0f} mm from the task's"
             replay.report("goal", sentence, (name,), astray)
     given = replay.state.given.get(name)
-    missed = scene.displacement(name, replay.state.poses[name] if given is None else given.pose, meant.matrix)
+    missed = scene.error(name, replay.state.poses[name] if given is None else given.pose, meant.matrix)
     missed += replay.state.strayed.get(name, 0.0)  # small shifts on the way and at the end do not add up
     if missed > allow.reached:
         replay.report("goal", f"{name} ends {1000 * missed:.0f} mm from its goal", (name,), missed)

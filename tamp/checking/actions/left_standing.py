@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.giving_way import let_down, tips_over
 from tamp.checking.physics.perching import on_rollers, perched, pressed_away
 from tamp.checking.physics.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
@@ -28,6 +29,8 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
     for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
+    for sentence, bodies in let_down(scene, state, rest, beside, allow):
+        report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     for other in (other for other in beside if other not in slumped):
         if not _rolling(scene, state, other, allow, allow.slump):
             for sentence, bodies in _rolling(scene, rest, other, allow, allow.slump):
@@ -94,3 +97,5 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
         report("support", sentence, bodies=bodies)
     for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
         report("support", sentence, bodies=bodies, depth=depth)
+    if tips_over(scene, state, name, allow):
+        report("support", f"{name} tips over what it first touches, which does not carry it", bodies=(name,))

@@ -14,7 +14,7 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.task.mesh.parts import Part, convex_hull
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -159,6 +159,14 @@ def penetration(a: Part, b: Part, T_a_b: Array) -> float:
     minimum translational distance between two convex polyhedra", ICRA 1986), whose hull is computed outright.
     """
     return float(-_difference(a, b, T_a_b)[:, 3].max())
+
+
+def parting_normals(a: Solid, b: Solid, T_a_b: Array) -> Iterator[Array]:
+    """The `parting_normal` of each two pieces of two solids that are in each other."""
+    for i, j in np.argwhere(_gaps_at_least(a, b, T_a_b) <= 0.0):
+        one, other = a.pieces[i].part, b.pieces[j].part
+        if penetration(one, other, T_a_b) > 0.0:
+            yield parting_normal(one, other, T_a_b)
 
 
 def parting_normal(a: Part, b: Part, T_a_b: Array) -> Array:

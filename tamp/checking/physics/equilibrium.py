@@ -84,6 +84,14 @@ def holds_up(normals: Array, friction: float) -> bool:
     return bool(nnls(pushes, np.array([0.0, 0.0, 1.0]))[1] < STEEP)
 
 
+def along(normals: Array, way: Array) -> Array:
+    """The part of a vector, shape (3,), that pushes along unit normals, shape (n, 3), can add up to."""
+    from scipy.optimize import nnls
+
+    part: Array = normals.T @ nnls(normals.T, way)[0]
+    return part
+
+
 def holds_ahead(arms: Array, normals: Array, friction: float, ahead: Array) -> bool:
     """Whether pushes along unit normals, within friction, add up to a level force along `ahead`, without a moment.
 

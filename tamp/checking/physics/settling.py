@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.solids import clearance, parting_normals
 from tamp.checking.geometry.transforms import inverse, rotation, tilt, veer
+from tamp.checking.physics.equilibrium import along
 from tamp.checking.physics.perching import perched
 from tamp.checking.physics.support import balanced, carriers, height_above, stays_after
 from tamp.checking.physics.tumbling import tumbled
@@ -33,6 +34,8 @@ LANDED = 5e-4
 """What is nearer than this to another body has come down on it [m]."""
 LOOKS = 200
 """Of a fall; each falls by what is certainly free."""
+SLIPS = 0.5
+"""How far along a wall something goes that is pushed out of it, as a share of that."""
 
 
 def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> float:
@@ -52,8 +55,12 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     inside, fallen = _falls(scene, state, name, began, allow)
     pushed = 2 * max(inside, 0.0)
     drop = float(began[2, 3] - fallen[2, 3])
-    left = scene.displacement(name, fallen, said)
-    if left <= min(allow.placed + drop, allow.settling) + pushed and veered <= allow.veered:
+    out = fallen.copy()
+    shift = scene.center_of_mass(name, said) - scene.center_of_mass(name, fallen)
+    out[:3, 3] += (way := _pushed_out(scene, state, name, began, shift, pushed))
+    slid = SLIPS * float(np.linalg.norm(way))
+    left = scene.displacement(name, out, said)
+    if left <= min(allow.placed + drop, allow.settling) + slid and veered <= allow.veered:
         return 0.0
     steady = any(stays(scene, state, name, fallen, drop, inside, allow) for stays in (_steady, _firm))
     jostled = _jostled(scene, state, name, written, allow)
@@ -61,7 +68,7 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
         tipped = tumbled(scene, state, name, fallen, drop, allow)
         if tipped is not None:
             return tipped
-    if left <= (allow.settling + pushed if jostled or not steady else 0.0):
+    if left <= (allow.settling + slid if jostled or not steady else 0.0):
         return 0.0
     if left <= allow.jostling and any(_moves(scene, state, other, written, allow) for other in jostled):
         return 0.0
@@ -139,6 +146,19 @@ def _falls(scene: Scene, state: State, name: str, written: Array, allow: Toleran
             break
         T[2, 3] -= room
     return inside, T
+
+
+def _pushed_out(scene: Scene, state: State, name: str, T: Array, shift: Array, most: float) -> Array:
+    """The part of a shift, shape (3,), by which an object at T is pushed out of what it is written in, `most` [m].
+
+    It goes to the nearer side, along the normals of the planes that best part it from their pieces.
+    """
+    normals = [np.zeros(3)]
+    for other, at in _below(scene, state, name, T) if most > 0.0 else ():
+        found = parting_normals(scene.solids[other], scene.solids[name], inverse(at) @ T)
+        normals += [-at[:3, :3] @ normal for normal in found]
+    way = along(np.array(normals), shift)
+    return way * min(1.0, most / max(float(np.linalg.norm(way)), 1e-12))
 
 
 def _below(scene: Scene, state: State, name: str, T: Array) -> list[tuple[str, Array]]:

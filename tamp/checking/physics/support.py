@@ -94,19 +94,19 @@ def sunk_balance(scene: Scene, state: State, name: str, allow: Tolerances, wante
     best, at = balanced(scene, state, name, carriers(scene, state, name, allow), allow, wanted), state.poses[name]
     if best >= wanted:
         return best
-    apart = _apart(scene, state, name, allow)
+    apart = gaps(scene, state, name, allow)
     for sunk in np.arange(SINK, allow.standing + SINK / 2, SINK):
         lowered = at.copy()
         lowered[2, 3] -= sunk
         there = replace(state, poses={**state.poses, name: lowered}, touching={})
-        lower = _apart(scene, there, name, allow)
+        lower = gaps(scene, there, name, allow)
         if any(lower[other] < min(apart[other], -SINK) for other in apart):
             break
         best = max(best, balanced(scene, there, name, carriers(scene, there, name, allow), allow, wanted))
     return best
 
 
-def _apart(scene: Scene, state: State, name: str, allow: Tolerances) -> dict[str, float]:
+def gaps(scene: Scene, state: State, name: str, allow: Tolerances) -> dict[str, float]:
     """How far an object is from each other body that stands, up to what counts as standing on it [m]."""
     T = state.poses[name]
     return {
@@ -204,7 +204,7 @@ def slumps(scene: Scene, state: State, name: str, leaving: str, allow: Tolerance
     T = state.poses[name]
     if balanced(scene, without, name, near, allow) >= allow.balance:
         return Given(T, frozenset(near.patches))
-    found = _tipping(carriers(scene, without, name, allow), scene.center_of_mass(name, T))
+    found = tipping(carriers(scene, without, name, allow), scene.center_of_mass(name, T))
     if found is None:
         return None
     pivot, axis = found
@@ -234,7 +234,7 @@ def _carries(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     return False
 
 
-def _tipping(carried: Contacts, center: Array) -> tuple[Array, Array] | None:
+def tipping(carried: Contacts, center: Array) -> tuple[Array, Array] | None:
     """The contact about which a body tips, and the unit axis, shape (3,) each; None where its centre is over them."""
     points = np.concatenate([np.zeros((0, 3)), *carried.points.values()])
     angles = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)

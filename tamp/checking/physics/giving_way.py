@@ -1,0 +1,83 @@
+"""On what does a body rest that it really touches, and how does it give way where that does not carry it?
+
+Contact points are those within a tolerance of millimetres, for plans and meshes err by as much. On a level face that
+changes nothing. Of a slope, or of the ridge of what leans, it makes a strip that nothing touches: a can would stand on
+the edge of a slanting slab, and the face of a neighbour hold by friction what it is not pressed to. Here only what is
+closer counts. What is not in balance on that turns over the edge of it, until more of it touches and carries it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.checking.geometry.transforms import turned
+from tamp.checking.physics.support import balanced, carriers, gaps, tipping
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from tamp.checking.scene import Scene, State
+    from tamp.checking.tolerances import Tolerances
+
+STEP = 0.001
+"""How far the fastest side of a body that gives way moves between two looks [m]."""
+LOOKS = 400
+"""At a body that gives way."""
+
+
+def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether an object that is let go comes down on what it first touches, and tips over that by more than a little.
+
+    What slides there, as what is round does in a bowl, is not said to.
+    """
+    return _gives(scene, _come_down(scene, state, name, allow.standing, allow), name, allow) == "tips"
+
+
+def let_down(
+    scene: Scene, before: State, after: State, names: Iterable[str], allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Which of certain bodies tip over or slide, among others that stay, that did not before a change.
+
+    Pieces of what is not convex bulge, and nobody knows within a millimetre what it touches: it is not asked about.
+
+    Yields:
+        Sentence and bodies.
+    """
+    for name in names:
+        touched = (name, *carriers(scene, before, name, allow).patches)
+        if any(len(scene.solids[body].pieces) > 1 for body in touched):
+            continue
+        if (how := _gives(scene, after, name, allow)) and not _gives(scene, before, name, allow):
+            yield f"{name} {how} on what it still touches", (name,)
+
+
+def _gives(scene: Scene, state: State, name: str, allow: Tolerances) -> str:
+    """How an object gives way until what it really touches carries it: "" where that is by `allow.slump` at most."""
+    there, tight = replace(state, poses=dict(state.poses), touching={}), replace(allow, standing=allow.firm)
+    began, angle = state.poses[name], STEP / scene.solids[name].radius
+    for _ in range(LOOKS):
+        touching = carriers(scene, there, name, tight)
+        if not touching.patches:
+            there = _come_down(scene, there, name, allow.slump, allow)
+            touching = carriers(scene, there, name, tight)
+        if balanced(scene, there, name, touching, allow, 0.0) >= -allow.balance:
+            return ""
+        if (over := tipping(touching, scene.center_of_mass(name, there.poses[name]))) is None:
+            return "slides"
+        there.poses[name] = turned(there.poses[name], *over, angle)
+        if scene.displacement(name, began, there.poses[name]) > allow.slump:
+            return "tips"
+    return "tips"
+
+
+def _come_down(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> State:
+    """The same with an object straight down where it first touches something, if it is no higher than `most` [m]."""
+    gap = min(gaps(scene, state, name, allow).values(), default=np.inf)
+    if not 0.0 < gap <= most:
+        return state
+    lowered = state.poses[name].copy()
+    lowered[2, 3] -= gap
+    return replace(state, poses={**state.poses, name: lowered}, touching={})
