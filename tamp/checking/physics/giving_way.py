@@ -31,9 +31,11 @@ LOOKS = 400
 def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     """Whether an object that is let go comes down on what it first touches, and tips over that by more than a little.
 
-    What slides there, as what is round does in a bowl, is not said to.
+    That is more than shifts may come to, or, where anything is not convex, than what may slump: pieces bulge. What
+    slides there, as what is round does in a bowl, is not said to.
     """
-    return _gives(scene, _come_down(scene, state, name, allow.standing, allow), name, allow) == "tips"
+    most = allow.strayed if _convex(scene, state, name, allow) else allow.slump
+    return _gives(scene, _come_down(scene, state, name, allow.standing, allow), name, most, allow) == "tips"
 
 
 def let_down(
@@ -47,28 +49,34 @@ def let_down(
         Sentence and bodies.
     """
     for name in names:
-        touched = (name, *carriers(scene, before, name, allow).patches)
-        if any(len(scene.solids[body].pieces) > 1 for body in touched):
+        if not _convex(scene, before, name, allow):
             continue
-        if (how := _gives(scene, after, name, allow)) and not _gives(scene, before, name, allow):
+        how, was = (_gives(scene, state, name, allow.slump, allow) for state in (after, before))
+        if how and not was:
             yield f"{name} {how} on what it still touches", (name,)
 
 
-def _gives(scene: Scene, state: State, name: str, allow: Tolerances) -> str:
-    """How an object gives way until what it really touches carries it: "" where that is by `allow.slump` at most."""
+def _convex(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether an object, and all that it touches, is of one piece."""
+    touched = (name, *carriers(scene, state, name, allow).patches)
+    return all(len(scene.solids[body].pieces) == 1 for body in touched)
+
+
+def _gives(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> str:
+    """How an object gives way until what it really touches carries it: "" where that is by so much at `most` [m]."""
     there, tight = replace(state, poses=dict(state.poses), touching={}), replace(allow, standing=allow.firm)
     began, angle = state.poses[name], STEP / scene.solids[name].radius
     for _ in range(LOOKS):
         touching = carriers(scene, there, name, tight)
         if not touching.patches:
-            there = _come_down(scene, there, name, allow.slump, allow)
+            there = _come_down(scene, there, name, most, allow)
             touching = carriers(scene, there, name, tight)
         if balanced(scene, there, name, touching, allow, 0.0) >= -allow.balance:
             return ""
         if (over := tipping(touching, scene.center_of_mass(name, there.poses[name]))) is None:
             return "slides"
         there.poses[name] = turned(there.poses[name], *over, angle)
-        if scene.displacement(name, began, there.poses[name]) > allow.slump:
+        if scene.displacement(name, began, there.poses[name]) > most:
             return "tips"
     return "tips"
 
