@@ -259,10 +259,15 @@ def _deepen(session: Session) -> bool:
 
 
 def _replace_hopes(session: Session) -> None:
-    """Sample a while, after a search that took too long: fewer hopes, or the end of all streams, may make it easier."""
+    """Sample a while, after a search that took too long: fewer hopes, or the end of all streams, may make it easier.
+
+    Where there is a plan already, what was sampled is tried in it: a search for a cheaper one may ever take too long.
+    """
     for _ in range(4):
         if not session.rounds.expand() and not session.grounder.deepen():
-            return
+            break
+    if session.found.best is not None:
+        session.on_better(session)
 
 
 def _expand(session: Session, worth: int = 0) -> None:

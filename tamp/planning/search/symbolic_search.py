@@ -82,7 +82,8 @@ class SymbolicSearch:
         """
         if self._barren == (task, bound):
             return SearchResult(None, proven=True)
-        effort = BRIEF_S if brief else SEARCH_S * 2**self._timeouts
+        first = SEARCH_S if bound is None else BRIEF_S  # where there is a plan already, no single search is all
+        effort = BRIEF_S if brief else first * 2**self._timeouts
         result = self._searched(task, left, bound, effort)
         self._timeouts += result.timed_out and not brief
         self.operators = len(task.operators)

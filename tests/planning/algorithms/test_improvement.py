@@ -8,7 +8,12 @@ from benchmarks.pddlstream_roads import logistics
 from benchmarks.pddlstream_shapes import shelf
 from benchmarks.pddlstream_shelf import carrying
 from benchmarks.pddlstream_trips import alley, survey
+from tamp import clock
 from tamp.planning import Problem, solve
+from tamp.planning.algorithms.adaptive import _replace_hopes
+from tamp.planning.algorithms.session import Session
+from tamp.planning.options import Options
+from tamp.planning.search.fast_downward import FastDownward
 from tests.planning.test_cheapest import offers
 from tests.planning.test_problems import ALGORITHMS, check
 
@@ -90,6 +95,20 @@ def test_nothing_is_moved_twice_for_want_of_luck(algorithm):
         solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
         check(problem, solution)
         assert len(solution.plan) == 9, (seed, solution.cost)
+
+
+def test_what_is_sampled_after_a_search_that_took_too_long_is_tried_in_the_best_plan():
+    """More and more was sampled, and nothing of it was tried: for seconds a plan stayed as it was."""
+    problem = shelf([0.0, -3.0], {"A": "goal", "B": "goal"}, LINE)
+    session = Session(problem, Options(), FastDownward(), eager=False, started=clock.now())
+    session.begin()
+    tried: list[Session] = []
+    session.on_better = tried.append
+    _replace_hopes(session)
+    assert not tried
+    session.found.best = ()
+    _replace_hopes(session)
+    assert tried == [session]
 
 
 @pytest.mark.parametrize("algorithm", ["adaptive", "binding"])
