@@ -60,7 +60,8 @@ TURNED_OVER = 0.5  # cosine of the angle between an object's upward direction no
 UPSIDE_DOWN = -0.5  # the same where hardly any hand gets above the object both now and as it is let go
 APART = np.radians(20.0)  # directions nearer to each other than this are one
 WAYS = 36  # level ones in which what has fallen may tip on
-TIPS = 0.15  # share of what it takes to tip on from which on it may: the checker grants hardly more
+STRUCK = 0.0025  # what is so near to the plane strikes it as well, where an edge is round [m]
+TIPS = 0.195  # share of what it takes to tip on from which on it may: the checker grants hardly more
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
 
@@ -174,7 +175,7 @@ def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     across = fallen - axis * (axis @ fallen)
     arm = (across + np.cross(across, axis) / np.tan(half)) / 2  # from the axis that it turns about
     inertia, world = R @ geometry.inertia @ R.T, geometry.hull.vertices @ R.T + after.xyz
-    corners = world[world[:, 2] < world[:, 2].min() + TOUCHING]
+    corners = world[world[:, 2] < world[:, 2].min() + STRUCK]
     angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(WAYS)], axis=1)
     for way in ways[ways @ np.cross(axis, UP) > 0.0]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tamp.streams.affordances.friction_cones import sliding_share
 from tamp.streams.affordances.slide_path import Way
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, rubbed, told
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, close_together, rubbed, told
 from tamp.streams.context import Context
 from tamp.streams.motion.payload import push_too_heavy
 from tamp.streams.pushing.hand_contact import STEP, hands_at
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 SOLUTIONS = 4  # arm configurations tried for one way
-CLOSE = 0.002  # between poses that tell what an object rubs on [m]
 GRAZED = 0.0005  # depth that tells what touches in a narrow container from what is in the way [m]
 
 
@@ -97,31 +96,22 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
         if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in passed):
             return f"{obj} would be pushed into {name}"
     beside = {name: T for name, T in poses.items() if name not in slide.start.on}
-    contact = rubbed(workspace.world, obj, _before_the_hand(workspace, slide), beside)
+    contact = rubbed(workspace.world, obj, close_together(_ahead(workspace, slide)), beside)
     return None if contact is None else f"{obj} would be pushed along {contact.b}"
 
 
 def _passed(workspace: Workspace, slide: Slide) -> list[Array]:
     """Poses (4, 4) of the object on its way before the hand, and as it falls after that."""
     if slide.fall:
-        T_tool_object = slide.T_tool_object.matrix
-        return [workspace.world.robot.forward(q) @ T_tool_object for q in slide.push] + [
-            pose.matrix for pose in slide.fall
-        ]
+        return [*_ahead(workspace, slide), *(pose.matrix for pose in slide.fall)]
     shift = np.subtract(slide.end.pose.xyz, slide.start.pose.xyz)
     shares = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))
     return [moved(slide.start.pose.matrix, share * shift) for share in shares]
 
 
-def _before_the_hand(workspace: Workspace, slide: Slide) -> Array:
-    """Poses, shape (n, 4, 4), of what a hand pushes on its way, as near to each other as tells what it rubs on."""
-    at = np.array([workspace.world.robot.forward(q) @ slide.T_tool_object.matrix for q in slide.push])
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(at[:, :3, 3], axis=0), axis=1))])
-    count = int(length[-1] / CLOSE) + 2
-    found = np.repeat(at[:1], count, axis=0)
-    for axis in range(3):
-        found[:, axis, 3] = np.interp(np.linspace(0.0, length[-1], count), length, at[:, axis, 3])
-    return found
+def _ahead(workspace: Workspace, slide: Slide) -> Array:
+    """Poses of what a hand pushes on its way, shape (n, 4, 4)."""
+    return np.array([workspace.world.robot.forward(q) @ slide.T_tool_object.matrix for q in slide.push])
 
 
 def drawn_back(workspace: Workspace, q: Array, back: Array) -> Array | None:

@@ -3,13 +3,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams import collisions
+from tamp.streams.collisions import dragged, wedged
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.values import Grasp, Placement
-from tamp.task import Box, Object, Pose
+from tamp.task import Box, Mesh, Object, Pose
 from tests.streams.tables import CUBE, RED, SLAB, ToldContext, workspace_of
 
 FROM_ABOVE = Grasp(Pose.from_rpy((0.0, 0.0, 0.02), (np.pi, 0.0, 0.0)), 0.05)
@@ -67,8 +69,8 @@ def test_an_overlap_is_told():
 
 
 def test_only_what_settled_together_may_be_a_little_in_each_other():
-    """A goal 2 mm inside what stands beside it is none to put something down at: it would land on that."""
-    red, cube = placed(0.0, 0.0, 0.04), placed(0.043, 0.0, 0.02)
+    """A goal 1.5 mm inside what stands beside it is none to put something down at: it would land on that."""
+    red, cube = placed(0.0, 0.0, 0.04), placed(0.0435, 0.0, 0.02)
     workspace = scene()
     together = ToldContext(replace(workspace, start={**workspace.start, "red": red, "cube": cube}))
     aimed = ToldContext(replace(workspace, start={**workspace.start, "cube": cube}, goals={"red": red}))
@@ -76,6 +78,45 @@ def test_only_what_settled_together_may_be_a_little_in_each_other():
     assert free("red", red, "cube", cube, together)
     assert free("red", red, "cube", cube, aimed), "the cube has no goal: where it stands the red one settled beside it"
     assert not free("red", red, "cube", cube, moved)
+
+
+def test_of_what_settled_beside_one_another_the_checker_bears_less_where_both_are_convex():
+    red, cube = placed(0.0, 0.0, 0.04), placed(0.0427, 0.0, 0.02)
+    workspace = scene()
+    given = ToldContext(replace(workspace, start={**workspace.start, "red": red, "cube": cube}))
+    aimed = ToldContext(replace(workspace, start={**workspace.start, "cube": cube}, goals={"red": red}))
+    assert free("red", red, "cube", cube, given), "so the task has them: nothing is put there"
+    assert not free("red", red, "cube", cube, aimed)
+
+
+@pytest.mark.parametrize(
+    ("gap", "beside", "stuck"),
+    [(0.0396, 0.0, True), (0.0404, 0.0, False), (0.0396, 0.0003, True), (0.05, 0.0053, False)],
+)
+def test_between_two_walls_that_both_press_it_is_wedged_and_before_one_it_is_not(tmp_path, gap, beside, stuck):
+    walls = [trimesh.creation.box((0.01, 0.1, 0.1)) for _ in range(2)]
+    path = tmp_path / "slot.obj"
+    lines, first = list[str](), 1
+    for side, wall in zip((-1, 1), walls, strict=True):
+        wall.apply_translation((side * (gap / 2 + 0.005), 0.0, 0.05))
+        lines += [f"o wall{first}", *("v {:.6f} {:.6f} {:.6f}".format(*v) for v in wall.vertices)]
+        lines += ["f {} {} {}".format(*(face + first)) for face in wall.faces]
+        first += len(wall.vertices)
+    path.write_text("\n".join(lines))
+    block = Object("block", Box((0.04, 0.04, 0.04)), Pose((0.3, 0.0, 0.02)))
+    world = workspace_of(block, Object("slot", Mesh(path), Pose((0.0, 0.0, 0.0)))).world
+    passed = np.array([Pose((beside, 0.0, z)).matrix for z in np.arange(0.02, 0.1, 0.002)])
+    found = wedged(world, "block", passed, {"slot": np.eye(4)})
+    assert (found is not None and found.b == "slot") == stuck
+
+
+def test_what_stands_level_on_another_is_not_dragged_off_it():
+    world = scene().world
+    along = np.array([Pose((x, 0.0, 0.0499)).matrix for x in np.arange(0.0, 0.03, 0.002)])
+    upwards = np.array([Pose((x, 0.0, 0.05 + x)).matrix for x in np.arange(0.0, 0.03, 0.002)])
+    slab = {"slab": Pose((0.0, 0.0, 0.015)).matrix}
+    assert dragged(world, "cube", along, slab) is not None
+    assert dragged(world, "cube", upwards, slab) is None
 
 
 def test_what_rests_on_another_is_free_of_it():
