@@ -31,11 +31,13 @@ LOOKS = 400
 def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     """Whether an object that is let go comes down on what it first touches, and tips over that by more than a little.
 
-    That is more than shifts may come to, or, where anything is not convex, than what may slump: pieces bulge. What
-    slides there, as what is round does in a bowl, is not said to.
+    That is more than shifts may come to. Pieces of what is not convex bulge, and nobody knows within a millimetre what
+    is touched first: it is not asked about. What slides there, as what is round does in a bowl, is not said to tip.
     """
-    most = allow.strayed if _convex(scene, state, name, allow) else allow.slump
-    return _gives(scene, _come_down(scene, state, name, allow.standing, allow), name, most, allow) == "tips"
+    if not _convex(scene, state, name, allow):
+        return False
+    lowered = _come_down(scene, state, name, allow.standing, allow)
+    return _gives(scene, lowered, name, allow.strayed, allow) == "tips"
 
 
 def let_down(
@@ -43,7 +45,7 @@ def let_down(
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Which of certain bodies tip over or slide, among others that stay, that did not before a change.
 
-    Pieces of what is not convex bulge, and nobody knows within a millimetre what it touches: it is not asked about.
+    What is not convex is not asked about, as above.
 
     Yields:
         Sentence and bodies.
