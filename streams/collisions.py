@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from itertools import product
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.context import Context
+from tamp.streams.rubbing import close_together, dragged_over, rubbed, wedged
 from tamp.streams.values import Grasp, Handling, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
 from tamp.world.collision.checker import Contact
 from tamp.world.collision.swept_boxes import swept_boxes
 from tamp.world.scene import Scene
-from tamp.world.transforms import moved, rotation, turned_about
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,11 +25,6 @@ CONTACT_DEPTH = 0.003  # what settled together touches; what overlaps deeper col
 SUNK = 0.0018  # the same where both are convex, and no pieces bulge [m]
 GRAZED = 0.001  # the same of what did not: it would be set down on what is beside its place [m]
 SCRAPED = 0.0008  # deeper than where it rests what touches may be as it leaves and as it comes [m]
-PRESSED, RUBBED = 0.00015, 0.004  # what slides so far, and is so deep in others, takes those along [m]
-JAMMED = 5e-5  # what is no deeper than this in something slides out of it [m]
-CLOSE = 0.002  # between poses that tell what an object rubs on [m]
-LEVEL = 0.9  # vertical component of the normals of contacts with what is stood upon
-OFF = 0.005  # from its rest, so far on its way an object that is still between walls is wedged there [m]
 BESIDE = 0.002  # what an object at rest is nearer to than this it touches as it leaves and as it comes [m]
 ARM_MARGIN = 0.002  # the arm and the hand stay clear of everything by this [m]
 
@@ -181,7 +175,7 @@ def lift_contact(
         or gone.first_contact(path[-1:])
         or rubbed(workspace.world, obj, passed, {o: others[o] for o in others if resting.get(o, -1.0) >= 0.0})
         or wedged(workspace.world, obj, passed, others)
-        or dragged(workspace.world, obj, passed, others)
+        or dragged_over(workspace.world, obj, passed, others)
     )
 
 
@@ -198,77 +192,6 @@ def touched(
     """
     resting = {name: world.separation(obj, T, name, others.get(name)) for name in world.beside(obj, T, others, BESIDE)}
     return {name: max(min(gap, 0.0) - scraped, -CONTACT_DEPTH) for name, gap in resting.items()}
-
-
-def close_together(passed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Poses on a way, shape (n, 4, 4), near to each other: what rubs is seen then. All are turned as the first is."""
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1))])
-    found = np.repeat(passed[:1], int(length[-1] / CLOSE) + 2, axis=0)
-    for axis in range(3):
-        found[:, axis, 3] = np.interp(np.linspace(0.0, length[-1], len(found)), length, passed[:, axis, 3])
-    return found
-
-
-def rubbed(
-    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
-) -> Contact | None:
-    """Which of some others an object takes along by friction, as it presses on it on its way.
-
-    `passed` are its poses on the way, shape (n, 4, 4); the others stand at theirs, (4, 4) each.
-    """
-    ways = np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1)
-    for name in sorted(others):
-        presses = np.array([world.overlap(obj, T, name, others[name], tolerance=PRESSED) for T in passed])
-        if ways[presses[1:] & presses[:-1]].sum() > RUBBED:
-            return Contact(obj, name, -PRESSED)
-    return None
-
-
-def dragged(
-    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
-) -> Contact | None:
-    """What an object stands level on, and still presses on where it has left its place sideways; as in `rubbed`."""
-    aside = passed[np.linalg.norm((passed - passed[0])[:, :2, 3], axis=1) > OFF]
-    for name in sorted(others) if len(aside) else ():
-        _, normals = world.contacts(obj, passed[0], name, others[name], BESIDE)
-        level = len(normals) and (normals[:, 2] > LEVEL).all()
-        if level and any(world.overlap(obj, T, name, others[name], tolerance=JAMMED) for T in aside):
-            return Contact(obj, name, -JAMMED)
-    return None
-
-
-ASIDE = (1.0, 1.5)  # so many times as far as it is in something it is moved aside ...
-SIDES = 16  # ... in so many directions across its way ...
-TURNS = (0.0, -0.01, 0.01, -0.02, 0.02)  # ... and turned about that [rad]
-
-
-def wedged(
-    world: World, obj: str, passed: NDArray[np.float64], others: Mapping[str, NDArray[np.float64]]
-) -> Contact | None:
-    """What an object is stuck in where it has left its rest: it presses on that wherever it is moved a little aside.
-
-    Friction would take that along. What one wall presses on moves aside and slides on; between two it cannot.
-    `passed` and `others` are as in `rubbed`, the rest first.
-    """
-    for T in passed:
-        way = T[:3, 3] - passed[0][:3, 3]
-        length = float(np.linalg.norm(way))
-        for name in sorted(others) if length > OFF else ():
-            if not world.overlap(obj, T, name, others[name], tolerance=JAMMED):
-                continue
-            aside = _aside(T, way / length, -world.separation(obj, T, name, others[name]))
-            if all(world.overlap(obj, at, name, others[name], tolerance=JAMMED) for at in aside):
-                return Contact(obj, name, -JAMMED)
-    return None
-
-
-def _aside(T: NDArray[np.float64], way: NDArray[np.float64], depth: float) -> Iterator[NDArray[np.float64]]:
-    """A pose, shape (4, 4), moved across a way, a unit vector, by about a depth [m], and turned about it."""
-    angles = np.arange(SIDES) * 2 * np.pi / SIDES
-    across = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ np.linalg.svd(way[None])[2][1:]
-    shifts = np.concatenate([np.zeros((1, 3)), *(far * depth * across for far in ASIDE)])
-    for shift, turn in product(shifts, TURNS):
-        yield moved(turned_about(T[:3, 3], rotation(way, turn), T), shift)
 
 
 def told(contact: Contact) -> str:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.collisions import PRESSED, touched
+from tamp.streams.collisions import touched
+from tamp.streams.rubbing import PRESSED
 from tamp.world.transforms import moved
 
 if TYPE_CHECKING:

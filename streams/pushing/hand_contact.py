@@ -32,7 +32,7 @@ TOUCHING = 0.0004  # between the fingers and the object when the push begins [m]
 TOUCHED = 0.0015  # of an object, what is so near to a finger touches it as far as samples of its surface tell [m] ...
 LEVER = 0.006  # ... at least so far to both sides of the centre of mass [m]
 FARTHEST, COARSE, HALVINGS = 0.15, 0.01, 10  # of the search for that place behind the object [m]
-PRESSED = 0.001  # so much farther ahead the hand is in the object, and does not only graze it [m]
+INTO = 0.001  # so much farther ahead the hand is in the object, and does not only graze it [m]
 LOWER = 0.02  # between two heights at which the hand is tried [m]
 DIGITS = 9  # of a touch in metres: what differs by less is the same
 STEP = 0.02  # between two places of a pushed object that are looked at [m]
@@ -131,7 +131,7 @@ def _touching_at(
     for _ in range(HALVINGS):
         middle = (near + clear) / 2
         near, clear = (middle, clear) if touches(middle) else (near, middle)
-    return moved(tool, clear * back) if touches(clear - PRESSED, margin=0.0) else None
+    return moved(tool, clear * back) if touches(clear - INTO, margin=0.0) else None
 
 
 def upright(workspace: Workspace, beside: Array) -> Array:

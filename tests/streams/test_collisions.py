@@ -7,9 +7,9 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.streams import collisions
-from tamp.streams.collisions import dragged, wedged
+from tamp.streams import collisions, rubbing
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
+from tamp.streams.rubbing import dragged_over, wedged
 from tamp.streams.values import Grasp, Placement
 from tamp.task import Box, Mesh, Object, Pose
 from tests.streams.tables import CUBE, RED, SLAB, ToldContext, workspace_of
@@ -115,8 +115,8 @@ def test_what_stands_level_on_another_is_not_dragged_off_it():
     along = np.array([Pose((x, 0.0, 0.0499)).matrix for x in np.arange(0.0, 0.03, 0.002)])
     upwards = np.array([Pose((x, 0.0, 0.05 + x)).matrix for x in np.arange(0.0, 0.03, 0.002)])
     slab = {"slab": Pose((0.0, 0.0, 0.015)).matrix}
-    assert dragged(world, "cube", along, slab) is not None
-    assert dragged(world, "cube", upwards, slab) is None
+    assert dragged_over(world, "cube", along, slab) is not None
+    assert dragged_over(world, "cube", upwards, slab) is None
 
 
 def test_what_rests_on_another_is_free_of_it():
@@ -174,7 +174,7 @@ def test_what_presses_on_another_as_it_slides_takes_that_along(depth, length):
     cube = placed(0.045 - depth, 0.0, 0.02).pose.matrix
     way = np.linspace(0.0, length, 12)
     passed = np.array([placed(0.0 if aside else -0.01, 0.0, 0.04 + aside).pose.matrix for aside in way])
-    contact = collisions.rubbed(scene().world, "red", passed, {"cube": cube})
-    rubs = depth > collisions.PRESSED and length * 10 / 11 > collisions.RUBBED
-    near = abs(depth - collisions.PRESSED) < 1e-5 or abs(length * 10 / 11 - collisions.RUBBED) < 1e-3
+    contact = rubbing.rubbed(scene().world, "red", passed, {"cube": cube})
+    rubs = depth > rubbing.PRESSED and length * 10 / 11 > rubbing.RUBBED
+    near = abs(depth - rubbing.PRESSED) < 1e-5 or abs(length * 10 / 11 - rubbing.RUBBED) < 1e-3
     assert near or (contact is not None) == rubs

@@ -96,6 +96,11 @@ def _stuck(around: Solid, body: Solid, T: Array, way: Array, room: float = -PRES
             moved = T.copy()
             moved[:3, :3] = R @ T[:3, :3]
             moved[:3, 3] = middle + R @ (T[:3, 3] - middle) + far * short * side
-            if clearance(around, body, moved, room) > room if room > 0.0 else not deeper(around, body, moved, -room):
+            if _has_room(around, body, moved, room):
                 return False
     return short >= 0.0
+
+
+def _has_room(around: Solid, body: Solid, T: Array, room: float) -> bool:
+    """Whether a body at T in the frame of another has so much room, or is no deeper where that is negative [m]."""
+    return clearance(around, body, T, room) > room if room > 0.0 else not deeper(around, body, T, -room)

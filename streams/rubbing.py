@@ -1,0 +1,89 @@
+"""What an object takes along by friction on its way: it rubs on that, is wedged in it, or is dragged over it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.world.collision.checker import Contact
+from tamp.world.transforms import moved, rotation, turned_about
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.world import World
+
+    Array = NDArray[np.float64]
+
+PRESSED, RUBBED = 0.00015, 0.004  # what slides so far, and is so deep in others, takes those along [m]
+CLOSE = 0.002  # between poses that tell what an object rubs on [m]
+OFF = 0.005  # so far from its rest an object has left it [m]
+IN = 5e-5  # what is no deeper than this in something slides out of it [m]
+STOOD_UPON = 0.002  # what is nearer than this to something at rest touches it there [m]
+LEVEL = 0.9  # vertical component of the normals of contacts with what is stood upon
+ASIDE = (1.0, 1.5)  # so many times as far as it is in something it is moved aside ...
+SIDES = 16  # ... in so many directions across its way ...
+TURNS = (0.0, -0.01, 0.01, -0.02, 0.02)  # ... and turned about that [rad]
+
+
+def close_together(passed: Array) -> Array:
+    """Poses on a way, shape (n, 4, 4), near to each other: what rubs is seen then. All are turned as the first is."""
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1))])
+    found = np.repeat(passed[:1], int(length[-1] / CLOSE) + 2, axis=0)
+    for axis in range(3):
+        found[:, axis, 3] = np.interp(np.linspace(0.0, length[-1], len(found)), length, passed[:, axis, 3])
+    return found
+
+
+def rubbed(world: World, obj: str, passed: Array, others: Mapping[str, Array]) -> Contact | None:
+    """Which of some others an object takes along by friction, as it presses on it on its way.
+
+    `passed` are its poses on the way, shape (n, 4, 4); the others stand at theirs, (4, 4) each.
+    """
+    ways = np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1)
+    for name in sorted(others):
+        presses = np.array([world.overlap(obj, T, name, others[name], tolerance=PRESSED) for T in passed])
+        if ways[presses[1:] & presses[:-1]].sum() > RUBBED:
+            return Contact(obj, name, -PRESSED)
+    return None
+
+
+def dragged_over(world: World, obj: str, passed: Array, others: Mapping[str, Array]) -> Contact | None:
+    """What an object stands level on, and still presses on where it has left its place sideways; as in `rubbed`."""
+    aside = passed[np.linalg.norm((passed - passed[0])[:, :2, 3], axis=1) > OFF]
+    for name in sorted(others) if len(aside) else ():
+        _, normals = world.contacts(obj, passed[0], name, others[name], STOOD_UPON)
+        level = len(normals) and (normals[:, 2] > LEVEL).all()
+        if level and any(world.overlap(obj, T, name, others[name], tolerance=IN) for T in aside):
+            return Contact(obj, name, -IN)
+    return None
+
+
+def wedged(world: World, obj: str, passed: Array, others: Mapping[str, Array]) -> Contact | None:
+    """What an object is stuck in where it has left its rest: it presses on that wherever it is moved a little aside.
+
+    Friction would take that along. What one wall presses on moves aside and slides on; between two it cannot.
+    `passed` and `others` are as in `rubbed`, the rest first.
+    """
+    for T in passed:
+        way = T[:3, 3] - passed[0][:3, 3]
+        length = float(np.linalg.norm(way))
+        for name in sorted(others) if length > OFF else ():
+            if not world.overlap(obj, T, name, others[name], tolerance=IN):
+                continue
+            aside = _aside(T, way / length, -world.separation(obj, T, name, others[name]))
+            if all(world.overlap(obj, at, name, others[name], tolerance=IN) for at in aside):
+                return Contact(obj, name, -IN)
+    return None
+
+
+def _aside(T: Array, way: Array, depth: float) -> Iterator[Array]:
+    """A pose, shape (4, 4), moved across a way, a unit vector, by about a depth [m], and turned about it."""
+    angles = np.arange(SIDES) * 2 * np.pi / SIDES
+    across = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ np.linalg.svd(way[None])[2][1:]
+    shifts = np.concatenate([np.zeros((1, 3)), *(far * depth * across for far in ASIDE)])
+    for shift, turn in product(shifts, TURNS):
+        yield moved(turned_about(T[:3, 3], rotation(way, turn), T), shift)
