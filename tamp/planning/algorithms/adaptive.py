@@ -156,6 +156,7 @@ def focused(session: Session) -> None:
 def incremental(session: Session) -> None:
     """Draw from every stream in turn and search among real values only, after each round.
 
+    Where tests say no to a plan, they are asked of other values as well, for as many calls as the search was worth.
     After a dear search in vain there are as many rounds as are as much work, but at most as many as before.
     Only motions that depend on the state are left to the end, as in the other algorithms. Where what optimizers
     give for each choice alone does not do, they are asked about whole plans, which are found under hopes.
@@ -167,7 +168,7 @@ def incremental(session: Session) -> None:
     if session.options.hopes:
         _search_and_bind(session, revisit=4)
     while True:
-        before = session.looking
+        before, searching, refuted = session.looking, session.searching, len(session.knowledge.refuted)
         result = _searched(session)
         if result.plan is not None:
             version, cost = session.knowledge.version, session.found.cost
@@ -175,6 +176,8 @@ def incremental(session: Session) -> None:
             bound = session.bind(skeleton, budget)
             if session.found.cost == cost and (bound or session.knowledge.version == version):
                 _go_on(session, skeleton)
+            elif not bound:
+                session.rounds.ask_alike(refuted, most=session.searching - searching)
         elif result.timed_out:
             _replace_hopes(session)
         elif session.optimizers and session.rounds.count:
@@ -210,8 +213,9 @@ def _go_on(session: Session, skeleton: Skeleton) -> None:
 
 
 def _bind_oldest(session: Session, latest: Skeleton, budget: Budget) -> None:
-    """Bind the first of the skeletons that were tried least, unless it is the latest."""
-    oldest = min(session.lessons.tried, key=lambda s: session.lessons.tried[s].attempts)
+    """Bind the first of the skeletons that were tried least and leave anything open, unless it is the latest."""
+    tried = session.lessons.tried
+    oldest = min((s for s in tried if s.leaves_open), key=lambda s: tried[s].attempts, default=latest)
     if oldest is not latest:
         _bind(session, oldest, budget)
 

@@ -40,13 +40,13 @@ NEIGHBOUR = Budget(values=1, draws=0, patience=2, jumps=4, barren=0)
 
 
 def improve(session: Session) -> None:
-    """Improve on the best plan of a session, where actions have costs.
+    """Improve on the best plan of a session, where actions have costs, or fewer actions are worth a moment.
 
     Raises:
         Ended: where time is over.
     """
     sampling = session.sampling
-    if session.costs.unit or session.found.skeleton is None:
+    if session.found.skeleton is None or (session.costs.unit and not session.options.shorten):
         return
     calls, searching = sampling.calls, session.searching
     again, anew = max(int(AGAIN_CALLS * calls), LEAST_AGAIN), max(int(CALLS * calls), LEAST_CALLS)
@@ -54,6 +54,8 @@ def improve(session: Session) -> None:
     session.costs.guess(True)
     try:
         _try_again(session, sampling.calls + again)
+        if session.costs.unit:
+            return
         most = sampling.calls + anew
         _choose_anew(session, most)
         _search_below(session, enough, most)
@@ -69,11 +71,13 @@ def _try_again(session: Session, most: int) -> None:
     """Try skeletons again that failed before a dearer one was bound, while there are less than `most` calls in all.
 
     It may have been for want of luck: they have turns, the cheapest first, and each may spend twice as much as in the
-    turn before. So what cannot be bound at all does not keep the others from theirs.
+    turn before. So what cannot be bound at all does not keep the others from theirs. Values that the search saw are
+    left open again.
     """
     failed = [] if session.sampling.wild else session.failed()  # what streams bring besides is for the search to use
-    prices = {skeleton: sum(map(session.costs.of_operator, skeleton.steps)) for skeleton in failed}
-    waiting = sorted(failed, key=prices.__getitem__)[:TRIED_AGAIN]
+    lifted = dict.fromkeys(map(session.lifted, failed))
+    prices = {s: sum(map(session.costs.of_operator, s.steps)) for s in lifted if s.leaves_open}
+    waiting = sorted(prices, key=prices.__getitem__)[:TRIED_AGAIN]
     for tries in range(TRIES):
         for skeleton in tuple(waiting):
             bound, calls = session.found.bound(), session.sampling.calls

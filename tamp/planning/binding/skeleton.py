@@ -60,6 +60,11 @@ class Skeleton:
     steps: tuple[GroundOperator, ...]
     items: tuple[Item, ...]
 
+    @property
+    def leaves_open(self) -> bool:
+        """Whether there is anything to choose, so that another attempt at it may come to something else."""
+        return any(isinstance(item, Choose) for item in self.items)
+
     def positive(self, step: int) -> tuple[Fact, ...]:
         """What a step wants of the state; nothing is known of the goal, which comes after the last one."""
         return self.steps[step].positive if step < len(self.steps) else ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from tamp.planning.options import Settings
@@ -18,4 +18,5 @@ class AllAtOnce:
 
     def __call__(self, problem: Problem, settings: Settings) -> Solution:
         """Solve a problem by one question."""
-        return PlanningRun(problem, settings).solve()
+        options = replace(settings.options, shorten=True)
+        return PlanningRun(problem, replace(settings, options=options)).solve()

@@ -60,25 +60,22 @@ PARKING_STREAMS = """
 """
 
 
+def find_slot(context, car):
+    while True:
+        yield context.rng.random()
+
+
+SLOTS = {
+    "find-slot": find_slot,
+    "find-card": lambda context, car: iter(["card"]),
+    "buy-ticket": lambda context, car, card: iter(["ticket"]),
+    "test-free": lambda context, car, slot: slot > 0.85,
+}
+
+
 def test_what_failed_for_want_of_luck_is_tried_again():
     """One time in seven there was no free slot among the dozen that were looked at, and the car park was paid for."""
-
-    def find_slot(context, car):
-        while True:
-            yield context.rng.random()
-
-    problem = Problem(
-        domain=PARKING,
-        streams=PARKING_STREAMS,
-        samplers={
-            "find-slot": find_slot,
-            "find-card": lambda context, car: iter(["card"]),
-            "buy-ticket": lambda context, car, card: iter(["ticket"]),
-            "test-free": lambda context, car, slot: slot > 0.85,
-        },
-        init=[("Car", "car")],
-        goal=("Parked", "car"),
-    )
+    problem = Problem(PARKING, PARKING_STREAMS, SLOTS, [("Car", "car")], ("Parked", "car"))
     costs = [solve(problem, timeout=20.0, seed=seed).cost for seed in range(30)]
     assert max(costs) == 1.0, costs
 
@@ -95,6 +92,31 @@ def test_nothing_is_moved_twice_for_want_of_luck(algorithm):
         solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
         check(problem, solution)
         assert len(solution.plan) == 9, (seed, solution.cost)
+
+
+UNPRICED = """
+(define (domain unpriced)
+  (:predicates (Car ?c) (Slot ?c ?s) (Free ?c ?s) (Card ?c ?k) (Ticket ?c ?t) (Ready ?c) (Parked ?c))
+  (:action park :parameters (?c ?s) :precondition (and (Slot ?c ?s) (Free ?c ?s)) :effect (Parked ?c))
+  (:action queue :parameters (?c) :precondition (Car ?c) :effect (Ready ?c))
+  (:action pay :parameters (?c ?t) :precondition (and (Ready ?c) (Ticket ?c ?t)) :effect (Parked ?c)))
+"""
+
+
+def test_fewer_actions_are_worth_a_moment_where_none_has_a_cost():
+    """Ten of thirty cars queued for a ticket, as there was no free slot among the dozen that were looked at."""
+    problem = Problem(UNPRICED, PARKING_STREAMS, SLOTS, [("Car", "car")], ("Parked", "car"))
+    costs = [solve(problem, timeout=20.0, seed=seed).cost for seed in range(30)]
+    assert max(costs) == 1.0, costs
+
+
+def test_known_values_are_left_open_where_a_plan_is_tried_again():
+    """Plans of values that were all known took the turns of those that had something to choose: 13 actions."""
+    rng = np.random.default_rng(5)
+    problem = shelf([0.0, 7.5, -9.0, -6.0, -3.0], {"A": "goal"}, LINE, rng=rng)
+    solution = solve(problem, algorithm="focused", timeout=20.0, seed=5)
+    check(problem, solution)
+    assert len(solution.plan) == 9, solution.cost
 
 
 def test_what_is_sampled_after_a_search_that_took_too_long_is_tried_in_the_best_plan():
