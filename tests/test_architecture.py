@@ -101,8 +101,8 @@ HOMES = {
         "perception.cameras.noise", "perception.estimation.estimator", "perception.estimation.fusion",
         "perception.estimation.hypotheses", "perception.estimation.models.object_model",
         "perception.estimation.registration", "perception.estimation.assignment", "perception.grasps",
-        "perception.estimation.models.symmetry", "scoring.assignment", "streams.affordances.friction_cones",
-        "task.mesh.parts", "world.kinematics.seeds",
+        "perception.estimation.models.occupancy", "perception.estimation.models.symmetry", "scoring.assignment",
+        "streams.affordances.friction_cones", "task.mesh.parts", "world.kinematics.seeds",
     },
     "sqlalchemy": {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",

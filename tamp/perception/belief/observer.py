@@ -26,7 +26,7 @@ from tamp.perception.estimation.tracking.nearby import estimate_nearby
 from tamp.perception.evaluation import pose_error
 from tamp.perception.perceiver import Perceiver, ask
 from tamp.perception.rendering.surface import Surface
-from tamp.perception.workcell.moving import go_to
+from tamp.perception.workcell.moving import draw_out, go_to
 from tamp.perception.workcell.workcell import Workcell
 from tamp.task import Attachment, Pose, Step, Task
 from tamp.world.world import World
@@ -87,7 +87,7 @@ class Observer:
             wanted: objects that matter.
 
         Returns:
-            What is believed now, at rest.
+            What is believed now, at rest; the arm is clear of it where it can be.
         """
         before = Belief(dict.fromkeys(self.looks, Estimate(None, 0.0))) if expected is None else expected
         frames = list(self._frames(before.poses))
@@ -99,7 +99,11 @@ class Observer:
                 break
             left, frames = left - len(taken), frames + taken
             belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table), belief)
-        return Belief(at_rest(self.task, self.world, belief.estimates, self.simulator, before.poses), tuple(frames))
+        settled = at_rest(self.task, self.world, belief.estimates, self.simulator, before.poses)
+        result = Belief(settled, tuple(frames))
+        # The arm went to its last viewpoint past what was believed then; no plan begins inside what is believed now.
+        draw_out(self.cell, self.world, result.poses)
+        return result
 
     def watch(self, expected: Mapping[str, Pose], moved: Collection[str] = ()) -> Deviation | None:
         """A glance by all cameras from where they are: something that is clearly not where it is expected.

@@ -42,6 +42,9 @@ AHEAD = 0.06
 CLOSER = 0.08
 """The same for what fits better by so much of the likelihood's logarithm a point: errors of neighbours go together."""
 
+SURELY = 3.0
+"""What fits better by so many times that is not asked of pictures again."""
+
 FEWEST = 25
 """An estimate that explains fewer points than this, and less than a fifth of the object's cells, is no sight of it."""
 
@@ -58,7 +61,7 @@ SEEN_THROUGH = 0.06
 TURNS = 80
 """More turns than this are not rendered: they are a ball's."""
 
-RIVALS = 4
+RIVALS = 12
 """Poses in an object's place that are held against the chosen one."""
 
 TURNED = 600
@@ -169,31 +172,52 @@ def _seek_again(
 ) -> bool:
     """Add candidates for objects that are explained badly, among the points that no other explains; whether any came.
 
-    Those points alone are fitted to: what shows little would always lose against what lies along others' surfaces.
+    Those points alone are fitted to: what shows little would always lose against what lies along others' surfaces. What
+    shares space with a badly explained object and is nearly of its size may stand in its place: it is sought again too,
+    by the points of both.
     """
     if scene.cloud.instances is not None or (selection.covered() < LEFT).sum() < FEWEST:
         return False
-    came = False
-    for i, model in enumerate(models):
-        k = selection.chosen[i]
-        gain = selection.gains(i)[k] if k >= 0 else 0.0
-        if k >= 0 and gain > 0.75 * len(found[i][k].points) and found[i][k].violations < 0.05:
-            continue
-        left = np.flatnonzero(selection.covered(without=i) < LEFT)
-        volume = scene.of_points(left)
-        rest = candidates(volume, model, cKDTree(volume.cloud.points), np.random.default_rng([seed, i]))
-        more = judged(scene, model, np.array([candidate.pose for candidate in rest]))
-        came = came or bool(more)
-        found[i].extend(more)
-    return came
+    sought: dict[int, set[int]] = {}
+    for i in range(len(models)):
+        if _explained_badly(found[i], selection, i):
+            both = {i, *(j for j in selection.meeting(i) if _of_a_size(models[i], models[j]))}
+            for j in both:
+                sought[j] = sought.get(j, set()) | both
+    more = {i: _judged_among(scene, models[i], selection, without, seed, i) for i, without in sorted(sought.items())}
+    for i, came in more.items():
+        _add(models, found, i, came)
+    return any(more.values())
+
+
+def _add(models: Sequence[ObjectModel], found: list[list[Candidate]], i: int, more: Sequence[Candidate]) -> None:
+    """Give candidates of an object to all of its mesh: which one stands there is told only by who stands elsewhere."""
+    for j, model in enumerate(models):
+        if model is models[i]:
+            found[j].extend(more)
+
+
+def _explained_badly(found: Sequence[Candidate], selection: Selection, i: int) -> bool:
+    k = selection.chosen[i]
+    return k < 0 or found[k].violations >= 0.05 or bool(selection.gains(i)[k] <= 0.75 * len(found[k].points))
+
+
+def _judged_among(
+    scene: Volume, model: ObjectModel, selection: Selection, without: set[int], seed: int, i: int
+) -> list[Candidate]:
+    """Candidates for an object among the points that nothing explains but some objects that may be wrong."""
+    volume = scene.of_points(np.flatnonzero(selection.covered(without=without) < LEFT))
+    rest = candidates(volume, model, cKDTree(volume.cloud.points), np.random.default_rng([seed, i]))
+    return judged(scene, model, np.array([candidate.pose for candidate in rest]))
 
 
 def _seek_in_exchange(
     scene: Volume, models: Sequence[ObjectModel], found: list[list[Candidate]], selection: Selection, seed: int
 ) -> bool:
-    """Seek objects where one of nearly their size was chosen and they have no candidate; whether any came.
+    """Seek objects where one of nearly their size was chosen and they have no good candidate; whether any came.
 
-    What is alike leads the search to the one that shows more; without a candidate there, nobody could tell them apart.
+    What is alike leads the search to the one that shows more; without a candidate there that was sought as well, nobody
+    could tell them apart.
     """
     came = False
     seen = [i for i, k in enumerate(selection.chosen) if k >= 0]
@@ -202,13 +226,15 @@ def _seek_in_exchange(
             best = found[j][selection.chosen[j]]
             if models[i] is models[j] or not _of_a_size(models[i], models[j]):
                 continue
-            if len(best.points) < FEWEST or selection.at(i, selection.center(j, selection.chosen[j])):
+            there = selection.at(i, selection.center(j, selection.chosen[j]))
+            most = max((float(found[i][at].weights.sum()) for at in there), default=0.0)
+            if len(best.points) < FEWEST or most > (1 - AHEAD) * best.weights.sum():
                 continue
             volume = scene.of_points(best.points)
-            there = candidates(volume, models[i], cKDTree(volume.cloud.points), np.random.default_rng([seed, i, j]))
-            more = judged(scene, models[i], np.array([candidate.pose for candidate in there]))
+            rest = candidates(volume, models[i], cKDTree(volume.cloud.points), np.random.default_rng([seed, i, j]))
+            more = judged(scene, models[i], np.array([candidate.pose for candidate in rest]))
             came = came or bool(more)
-            found[i].extend(more)
+            _add(models, found, i, more)
     return came
 
 
@@ -240,16 +266,19 @@ def _estimate(
     model = object_model(surface)
     k = verified.candidate
     best, gains = found[k], selection.gains(i)
-    if scene.cloud.instances is None and gains[k] < FEWEST and best.hits < 0.2:
+    # Of poses in one place residuals have chosen; whether something stands there what fits in best with others tells.
+    firm = max((k, *selection.at(i, selection.center(i, k))), key=lambda o: float(gains[o]))
+    if scene.cloud.instances is None and gains[firm] < FEWEST and best.hits < 0.2:
         return Estimate(None, 0.0)
-    rivals = _rivals(selection, model, found, gains, i, k)
+    sure = np.isfinite(verified.lead) and verified.lead > SURELY * CLOSER
+    rivals = [] if sure else _rivals(selection, model, found, gains, i, k)
     pose = _shown(scene, surface, model, [verified.pose, *rivals], verified.own)
     pose = _turned(scene, surface, model, pose, verified.own)
     others = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
     ]
     ahead = _ahead(selection, i, gains, others, verified)
-    confidence = _confidence(best, float(gains[k]), OVERLAP * selection.clash(i, k), ahead)
+    confidence = _confidence(found[firm], float(gains[firm]), OVERLAP * selection.clash(i, firm), ahead)
     return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
 
 

@@ -5,7 +5,7 @@ Candidates are chosen for all objects at once by coordinate ascent with exchange
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ import numpy as np
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fusion import VOXEL, Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel
+from tamp.perception.estimation.models.occupancy import shared
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,12 +26,6 @@ FREE = 1.0
 
 OVERLAP = 1.0
 """What a cell of surface inside another object costs, in explained points."""
-
-INSIDE = 0.004
-"""Less deep is touching [m]."""
-
-AROUND = 8
-"""Points of a surface that must agree that a place is inside it: of a thin wall the other side may be the nearest."""
 
 SAME = 0.004
 """Two of a mesh whose poses differ by less than this, over its symmetries, are in one place [m]."""
@@ -81,18 +76,18 @@ class Selection:
             if self.chosen == before and not self._exchange(order):
                 return
 
-    def covered(self, without: int | None = None) -> Array:
-        """How well each point is explained by what is chosen, 0..1, perhaps without one object."""
+    def covered(self, without: Collection[int] = ()) -> Array:
+        """How well each point is explained by what is chosen, 0..1, perhaps without some objects."""
         best = np.zeros(self._count)
         for i, k in enumerate(self.chosen):
-            if k >= 0 and i != without:
+            if k >= 0 and i not in without:
                 found = self._candidates[i][k]
                 best[found.points] = np.maximum(best[found.points], found.weights)
         return best
 
     def gains(self, i: int) -> Array:
         """What each candidate of an object would add to the others' choice, in points, shape (n,)."""
-        more = self._explained[i].beyond(self.covered(without=i))
+        more = self._explained[i].beyond(self.covered(without=(i,)))
         clash = np.array([self.clash(i, k) for k in range(len(self._candidates[i]))])
         gain: Array = more - self._costs[i] - OVERLAP * clash
         return gain
@@ -170,6 +165,11 @@ class Selection:
         """Cells of surface that a candidate shares with what is chosen for the others."""
         return sum(self._overlap(i, k, j, m) for j, m in enumerate(self.chosen) if j != i and m >= 0)
 
+    def meeting(self, i: int) -> list[int]:
+        """The objects whose chosen candidates take up space that an object's chosen one does too."""
+        k = self.chosen[i]
+        return [j for j, m in enumerate(self.chosen) if min(k, m) >= 0 and j != i and self._overlap(i, k, j, m) > 0]
+
     def _overlap(self, i: int, k: int, j: int, m: int) -> float:
         key = (i, k, j, m) if i < j else (j, m, i, k)
         if key not in self._overlaps:
@@ -217,16 +217,8 @@ def _most(found: Sequence[Candidate], count: int) -> Array:
 
 
 def _shared(a: ObjectModel, T_a: Array, b: ObjectModel, T_b: Array) -> float:
-    """Cells of a's surface that are inside b: behind all of the points of b's surface that are nearest to them."""
+    """Cells of a's surface that are inside b."""
     T = np.linalg.inv(T_b) @ T_a
     if np.linalg.norm(T[:3, :3] @ a.center + T[:3, 3] - b.center) > (a.diameter + b.diameter) / 2:
         return 0.0
-    points = a.points[:400] @ T[:3, :3].T + T[:3, 3]
-    distance, index = b.tree.query(points, k=AROUND, distance_upper_bound=0.03)
-    near = np.isfinite(distance[:, 0])
-    distance, index, points = distance[near], index[near], points[near]
-    index = np.where(np.isfinite(distance), index, index[:, :1])
-    depth = np.einsum("nkj,nkj->nk", b.points[index] - points[:, None], b.normals[index])
-    inside = (depth[:, 0] > INSIDE) & (depth[:, 0] > 0.7 * distance[:, 0]) & b.solid[index[:, 0]]
-    inside &= (depth > 0).all(axis=1)
-    return float(inside.sum()) / 400 * a.area / VOXEL**2
+    return shared(a.occupancy, b.occupancy, T) / VOXEL**2

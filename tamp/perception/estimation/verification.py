@@ -123,7 +123,7 @@ def _own(
 
     Of two surfaces that touch both explain the points: those that are `nearer` to what is chosen elsewhere are its own.
     """
-    covered = selection.covered(without=place)
+    covered = selection.covered(without=(place,))
     best = np.zeros(len(covered))
     for i, some in rivals.items():
         for k in some:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ import numpy as np
 
 from tamp.errors import TaskError
 from tamp.task.mesh.mesh_file import read_mesh
-from tamp.task.mesh.parts import parts
+from tamp.task.mesh.parts import Part, parts
 from tamp.task.model import Mesh, Object, Shape
 
 if TYPE_CHECKING:
@@ -31,11 +31,14 @@ class Surface:
         vertices: shape (n, 3) [m].
         faces: shape (m, 3), indices into `vertices`.
         colors: of the vertices, shape (n, 3), uint8.
+        parts: convex parts of the space that the body takes up, where they are known. A scan shows deep hollows as
+            filled; what lies in them is inside what the body looks like, but not inside these.
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     colors: NDArray[np.uint8]
+    parts: tuple[Part, ...] = ()
 
     def __post_init__(self) -> None:
         for array in (self.vertices, self.faces, self.colors):
@@ -57,7 +60,7 @@ def plain(shape: Shape, color: tuple[int, int, int] = GREY) -> Surface:
     first = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
     vertices = np.concatenate([piece.vertices for piece in pieces])
     faces = np.concatenate([piece.faces + start for piece, start in zip(pieces, first, strict=False)])
-    return Surface(vertices, faces.astype(np.int64), np.tile(np.array(color, np.uint8), (len(vertices), 1)))
+    return Surface(vertices, faces.astype(np.int64), np.tile(np.array(color, np.uint8), (len(vertices), 1)), pieces)
 
 
 @lru_cache(maxsize=256)
@@ -108,7 +111,7 @@ def surface_of(obj: Object, visuals: Path | None = None) -> Surface:
         return plain(shape)
     places = [shape.path.parent / "visual.ply"] if visuals is None else [visuals / f"{name}.ply"]
     found = next((path for path in places if path.is_file()), None)
-    return plain(shape) if found is None else read_surface(found, shape.scale)
+    return plain(shape) if found is None else replace(read_surface(found, shape.scale), parts=parts(shape))
 
 
 def model_name(obj: Object) -> str:

@@ -47,9 +47,7 @@ def go_to(cell: Workcell, world: World, poses: Mapping[str, Pose], q: Sequence[f
         Whether the arm is there; where there is no way it stays where it is.
     """
     robot = world.robot
-    out = way_out(world, poses, _now(cell, world))
-    if out is not None:
-        cell.follow(time_path(out, robot.spec, speed=DRAWN_OUT))
+    draw_out(cell, world, poses)
     scene = Scene({name: pose.matrix for name, pose in poses.items()}, opening=robot.spec.gripper.stroke)
     goal = np.array(q, dtype=np.float64)
     for margin in (CLEARANCE, TIGHT):
@@ -62,6 +60,13 @@ def go_to(cell: Workcell, world: World, poses: Mapping[str, Pose], q: Sequence[f
             cell.follow(time_path(found.path, robot.spec, speed=SPEED))
             return True
     return False
+
+
+def draw_out(cell: Workcell, world: World, poses: Mapping[str, Pose]) -> None:
+    """Move the empty hand away from what it is too near to, where there is a way."""
+    out = way_out(world, poses, _now(cell, world))
+    if out is not None:
+        cell.follow(time_path(out, world.robot.spec, speed=DRAWN_OUT))
 
 
 def _now(cell: Workcell, world: World) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,10 @@ from tamp.perception.cameras.camera import Frame, Intrinsics
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import plain
-from tamp.task import Box, Object, Pose, Task, load_robot
+from tamp.task import Box, Object, Pose, Task, Trajectory, load_robot
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
+from tamp.world.scene import Scene
 from tamp.world.world import World
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
@@ -29,6 +31,24 @@ LOOKS = {"a": plain(SHAPE)}
 WORLD = World(robot_model(load_robot("panda")), {o.name: geometry_of_object(o) for o in TASK.objects}, TASK.table)
 K = Intrinsics(1.0, 1.0, 0.5, 0.5, 1, 1)
 BLACK = Frame("c", K, np.eye(4), np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32), np.zeros((1, 1), bool))
+
+
+class Still:
+    """A cell whose two cameras show nothing, with an arm that goes where it is told."""
+
+    cameras = load_setup()
+
+    def __init__(self) -> None:
+        self.q = WORLD.robot.spec.home
+
+    def frame(self, camera: str) -> Frame:
+        return BLACK
+
+    def configuration(self) -> tuple[float, ...]:
+        return self.q
+
+    def follow(self, trajectory: Trajectory) -> None:
+        self.q = tuple(trajectory.positions[-1])
 
 
 class Dim(Observer):
@@ -48,8 +68,23 @@ def _look(expected: Belief | None, said: Sequence[Estimate], monkeypatch: pytest
         return {"a": next(answers)}
 
     monkeypatch.setattr(observer, "absent", lambda *_: set())
-    dim = Dim(None, TASK, LOOKS, WORLD, perceiver, 0, 100.0)  # type: ignore[arg-type]
+    dim = Dim(Still(), TASK, LOOKS, WORLD, perceiver, 0, 100.0)  # type: ignore[arg-type]
     return dim.look(expected, {"a"}).estimates["a"]
+
+
+def test_after_a_look_the_arm_is_clear_of_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = Still()
+    hand = WORLD.robot.forward(np.array(cell.q))
+    found = Estimate(Pose((*hand[:2, 3].tolist(), 0.025)), 0.9)
+    tall = Box((0.05, 0.05, 2 * float(hand[2, 3])))
+    task = Task("tall", (Object("a", tall, Pose()),))
+    world = World(WORLD.robot, {"a": geometry_of_object(task.object("a"))}, task.table)
+    at = replace(found, pose=Pose((*hand[:2, 3].tolist(), float(hand[2, 3]))))
+    assert not world.checker(Scene({"a": at.pose.matrix})).free(np.array(cell.q))  # type: ignore[union-attr]
+    monkeypatch.setattr(observer, "absent", lambda *_: set())
+    dim = Dim(cell, task, {"a": plain(tall)}, world, lambda *_, **__: {"a": at}, 0, 100.0)  # type: ignore[arg-type]
+    pose = dim.look(None, {"a"}).poses["a"]
+    assert world.checker(Scene({"a": pose.matrix})).free(np.array(cell.q))
 
 
 def test_what_was_not_found_is_doubted_once_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,15 +96,6 @@ def test_what_was_not_found_is_doubted_once_a_look(monkeypatch: pytest.MonkeyPat
 def test_what_a_part_of_the_frames_has_shown_of_the_unknown_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     found = _look(None, [Estimate(HERE, 0.2), Estimate(None, 0.0), Estimate(None, 0.0)], monkeypatch)
     assert found.pose is not None
-
-
-class Still:
-    """A cell whose two cameras show nothing."""
-
-    cameras = load_setup()
-
-    def frame(self, camera: str) -> Frame:
-        return BLACK
 
 
 @pytest.mark.parametrize(("beside", "kind"), [(0.005, None), (0.016, "misplaced")])

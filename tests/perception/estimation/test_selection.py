@@ -7,10 +7,11 @@ import pytest
 
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fusion import Cloud
-from tamp.perception.estimation.models.object_model import object_model
+from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.selection import Selection
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box
+from tamp.task.mesh.parts import Part, convex_hull
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -104,3 +105,26 @@ def test_what_stands_between_thin_walls_shares_no_space_with_them(y: float, kept
     standing = _candidate(0.0, 200, 260)
     standing.pose[1:3, 3] = y, 0.1
     assert _chosen([_candidate(0.0, 0, 200)], [standing], models=(holder, model)).chosen == [0, 0 if kept else -1]
+
+
+def _scanned(parts: tuple[Part, ...]) -> ObjectModel:
+    """A holder of two walls, whose scan shows a block."""
+    look = plain(Box((0.2, 0.1, 0.15)))
+    return object_model(Surface(look.vertices, look.faces, look.colors, parts))
+
+
+def test_what_stands_in_a_hollow_that_a_scan_shows_as_filled_is_kept() -> None:
+    walls = [np.add(plain(Box((0.2, 0.01, 0.15))).vertices, (0.0, side * 0.045, 0.0)) for side in (1, -1)]
+    book = object_model(plain(Box((0.15, 0.05, 0.15))))
+    found = [[_candidate(0.0, 0, 200)], [_candidate(0.0, 200, 240)]]
+    assert _chosen(*found, models=(_scanned(tuple(convex_hull(wall) for wall in walls)), book)).chosen == [0, 0]
+    assert _chosen(*found, models=(_scanned(()), book)).chosen == [0, -1]
+
+
+def test_what_shares_space_with_something_is_told() -> None:
+    selection = _chosen([_candidate(0.0, 0, 200)], [_candidate(0.5, 200, 240), _candidate(0.09, 240, 300)])
+    selection.chosen = [0, 1]
+    assert selection.meeting(0) == [1]
+    assert selection.meeting(1) == [0]
+    selection.chosen = [0, 0]
+    assert selection.meeting(0) == []

@@ -10,10 +10,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tamp.perception.estimation.models.buckets import Buckets
+from tamp.perception.estimation.models.occupancy import Occupancy, occupancy_of_parts
 from tamp.perception.estimation.models.symmetry import about, round_axes, symmetries
 from tamp.perception.rendering.raycast import escapes
 from tamp.perception.rendering.surface import Surface
-from tamp.task.mesh.parts import convex_hull
+from tamp.task.mesh.parts import Part, convex_hull
 from tamp.world.geometry.stable_poses import StablePose, resting_poses
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ class ObjectModel:
         edge: mean edge of the bounding box, as EDE has it [m].
         colored: whether its colour differs from place to place.
         stable: ways to rest on a plane, the most probable first.
+        parts: convex parts of the space that it takes up, where they are known.
     """
 
     points: Array
@@ -64,6 +66,7 @@ class ObjectModel:
     edge: float
     colored: bool
     stable: tuple[StablePose, ...]
+    parts: tuple[Part, ...] = ()
 
     @cached_property
     def _buckets(self) -> Buckets:
@@ -83,6 +86,13 @@ class ObjectModel:
     def tree(self) -> Any:
         """Nearest-neighbour search among the points."""
         return cKDTree(self.points)
+
+    @cached_property
+    def occupancy(self) -> Occupancy:
+        """The space that the object takes up; without known parts, what is behind its points."""
+        if self.parts:
+            return occupancy_of_parts(self.parts)
+        return Occupancy(self.points, self.normals, self.solid, self.area)
 
     @cached_property
     def diameter(self) -> float:
@@ -133,6 +143,7 @@ def object_model(surface: Surface) -> ObjectModel:
         edge=float(np.ptp(vertices, axis=0).mean()),
         colored=surface.colored,
         stable=tuple(poses[:STABLE]),
+        parts=surface.parts,
     )
 
 

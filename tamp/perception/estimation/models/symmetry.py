@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,52 +22,140 @@ ALIKE_MEAN, ALIKE_WORST = 0.0025, 0.006
 DENSE = 0.005
 """What a large shape's points lie farther apart than this along its surface is no difference between shapes [m]."""
 
+FACING = 0.004
+"""Metres that opposite normals are worth, halved."""
+
+PROBED = 300
+"""Points that a turn is judged by."""
+
+ROUNDS, FITTED, REACH = 6, 600, 0.010
+"""Times that an axis is moved, by so many points, and how far from the surface those may be [m]."""
+
+NEARLY = 3.0
+"""An axis about which half a turn misses by more than so many times what is allowed is not moved."""
+
 FOLDS = (2, 3, 4, 5, 6, 8)
 ANY = 36
 """Turns that stand for a body of revolution."""
 
 
-def symmetries(points: Array, normals: Array, center: Array) -> Array:
-    """Rotations about the shape's centre that leave it where it is, shape (k, 4, 4); the identity is the first.
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """Oriented points of a shape, and how far from each other they may be found for chance alone.
 
-    Looked for about the principal axes of the surface and, where two of them are alike, about axes between them.
+    Attributes:
+        points, normals: evenly on the surface, shape (n, 3).
+        tree: search among them, by place and, weighed by `FACING`, normal.
+        spacing: twice the mean distance of neighbours [m].
+    """
+
+    points: Array
+    normals: Array
+    tree: Any
+    spacing: float
+
+    @staticmethod
+    def of(points: Array, normals: Array) -> _Shape:
+        oriented = np.column_stack([points, FACING * normals])
+        tree = cKDTree(oriented)
+        # Points never fall on points: what an identity would measure is the distance between neighbours.
+        neighbours = tree.query(oriented[:PROBED], k=2)[0][:, 1]
+        return _Shape(points, normals, tree, 2 * float(neighbours.mean()))
+
+    def holds(self, T: Array) -> bool:
+        """Whether a motion (4, 4) maps the shape onto itself."""
+        distance = self._missed(T)
+        return bool(distance.mean() < self._least + ALIKE_MEAN and np.percentile(distance, 95) < ALIKE_WORST)
+
+    @property
+    def _least(self) -> float:
+        """What the best motion misses by on average, for chance alone [m]."""
+        return min(self.spacing, DENSE) / 4
+
+    def _missed(self, T: Array) -> Array:
+        """How far some of the shape's points, moved by T (4, 4), are from the shape, normals counted [m]."""
+        turned, facing = self._moved(T, PROBED)
+        distance, index = self.tree.query(np.column_stack([turned, FACING * facing]))
+        if self.spacing > DENSE:
+            away = self.points[index] - turned
+            gap = np.einsum("ij,ij->i", away, self.normals[index])
+            along = np.linalg.norm(away - gap[:, None] * self.normals[index], axis=1)
+            turn = FACING * np.linalg.norm(facing - self.normals[index], axis=1)
+            distance = np.sqrt(gap**2 + turn**2 + np.maximum(0.0, along - (self.spacing - DENSE)) ** 2)
+        return np.asarray(distance)
+
+    def mended(self, axis: Array, center: Array) -> tuple[Array, Array]:
+        """An axis through a point, both moved to where half a turn about it maps the shape onto itself best.
+
+        The centre and the principal axes of a sample are off by a millimetre and a degree; over a large shape that is
+        more than what shapes are told apart by. Where half a turn maps nothing onto itself the axis stays.
+        """
+        turn = about(rotation(axis, np.pi), center)
+        before = self._missed(turn).mean()
+        if before > NEARLY * (self._least + ALIKE_MEAN):
+            return axis, center
+        frame = np.eye(4)
+        for _ in range(ROUNDS):
+            frame = self._step(frame @ turn @ np.linalg.inv(frame), center) @ frame
+        if self._missed(frame @ turn @ np.linalg.inv(frame)).mean() >= before:
+            return axis, center
+        return frame[:3, :3] @ axis, frame[:3, :3] @ center + frame[:3, 3]
+
+    def _step(self, turn: Array, center: Array) -> Array:
+        """The motion (4, 4) of a turn's axis after which turned points lie better on the shape: point-to-plane ICP."""
+        own = self.points[:FITTED]
+        turned, facing = self._moved(turn, FITTED)
+        _, index = self.tree.query(np.column_stack([turned, FACING * facing]))
+        normals = self.normals[index]
+        gap = np.einsum("ij,ij->i", self.points[index] - turned, normals)
+        weight = np.maximum(0.0, 1 - (gap / REACH) ** 2) ** 2 * (np.einsum("ij,ij->i", facing, normals) > 0.5)
+        # A motion of the axis moves where a point is turned to, and first, the other way, the point that is turned.
+        back = normals @ turn[:3, :3]
+        arms = np.cross(turned - center, normals) - np.cross(own - center, back)
+        rows = np.column_stack([arms, normals - back])
+        # What leaves the axis where it is would be free.
+        ridge = 1e-3 * max(1.0, weight.sum()) * np.diag([float(np.var(own))] * 3 + [1.0] * 3)
+        step = np.linalg.solve((rows * weight[:, None]).T @ rows + ridge, rows.T @ (weight * gap))
+        angle = float(np.linalg.norm(step[:3]))
+        motion = about(rotation(step[:3] / angle, angle), center) if angle > 1e-12 else np.eye(4)
+        motion[:3, 3] += step[3:]
+        return motion
+
+    def _moved(self, T: Array, count: int) -> tuple[Array, Array]:
+        return self.points[:count] @ T[:3, :3].T + T[:3, 3], self.normals[:count] @ T[:3, :3].T
+
+
+def symmetries(points: Array, normals: Array, center: Array) -> Array:
+    """Turns that leave a shape where it is, shape (k, 4, 4); the identity is the first.
+
+    Looked for about the principal axes of the surface and, where two of them are alike, about axes between them; each
+    axis is moved first to where the shape is most symmetrical about it.
 
     Args:
         points: evenly on the surface, shape (n, 3).
         normals: at the points, shape (n, 3).
         center: their mean, shape (3,).
     """
-    tree = cKDTree(np.column_stack([points, 0.004 * normals]))
-    probe = slice(0, 300)
-    local, facing = points[probe] - center, 0.004 * normals[probe]
-    # Points never fall on points: what an identity would measure is the distance between neighbours.
-    neighbours = tree.query(np.column_stack([points[probe], facing]), k=2)[0][:, 1]
-    spacing = 2 * float(neighbours.mean())
-    least = min(spacing, DENSE) / 4
-
-    def holds(R: Array) -> bool:
-        turned = local @ R.T + center
-        distance, index = tree.query(np.column_stack([turned, facing @ R.T]))
-        if spacing > DENSE:
-            away = points[index] - turned
-            gap = np.einsum("ij,ij->i", away, normals[index])
-            along = np.linalg.norm(away - gap[:, None] * normals[index], axis=1)
-            turn = np.linalg.norm(facing @ R.T - 0.004 * normals[index], axis=1)
-            distance = np.sqrt(gap**2 + turn**2 + np.maximum(0.0, along - (spacing - DENSE)) ** 2)
-        return bool(distance.mean() < least + ALIKE_MEAN and np.percentile(distance, 95) < ALIKE_WORST)
-
-    found = [np.eye(3)]
+    shape = _Shape.of(points, normals)
     main, others = _axes(points - center)
-    around = _turns_about(main, holds)
-    found += around
-    if len(around) == ANY - 1 and all(holds(rotation(axis, angle)) for axis in others[::9] for angle in (1.0, 2.2)):
+    around = max((_turns_about(*line, shape.holds) for line in _lines(shape, main, center)), key=len)
+    if len(around) == ANY - 1 and all(
+        shape.holds(about(rotation(axis, angle), center)) for axis in others[::9] for angle in (1.0, 2.2)
+    ):
         return np.stack([about(R, center) for R in _all_turns(main, others)])
-    flips = [R for axis in others if holds(R := rotation(axis, np.pi))]
-    if flips:
-        found += [flips[0] @ R for R in [np.eye(3), *around]]
-    else:
-        found += [R for axis in others for R in _turns_about(axis, holds) if not around]
-    return np.stack([about(R, center) for R in found])
+    found = [np.eye(4), *around]
+    halves = (about(rotation(axis, np.pi), point) for a in others for axis, point in _lines(shape, a, center))
+    flip = next((T for T in halves if shape.holds(T)), None)
+    if flip is not None:
+        found += [flip @ T for T in found]
+    elif not around:
+        found += [T for axis in others for T in _turns_about(axis, center, shape.holds)]
+    return np.stack(found)
+
+
+def _lines(shape: _Shape, axis: Array, center: Array) -> list[tuple[Array, Array]]:
+    """An axis through the centre as it was mended, and as it was: what is nearly symmetrical may be so about either."""
+    return [shape.mended(axis, center), (axis, center)]
 
 
 def round_axes(turns: Array) -> Array:
@@ -90,12 +180,16 @@ def _axes(local: Array) -> tuple[Array, list[Array]]:
     return main, [np.cos(t) * a + np.sin(t) * b for t in angles]
 
 
-def _turns_about(axis: Array, holds: Any) -> list[Array]:
-    """All turns about an axis that hold, without the identity."""
-    if holds(rotation(axis, 1.0)) and holds(rotation(axis, 2.2)):
-        return [rotation(axis, 2 * np.pi * i / ANY) for i in range(1, ANY)]
-    fold = max((n for n in FOLDS if holds(rotation(axis, 2 * np.pi / n))), default=1)
-    return [rotation(axis, 2 * np.pi * i / fold) for i in range(1, fold)]
+def _turns_about(axis: Array, center: Array, holds: Callable[[Array], bool]) -> list[Array]:
+    """All turns (4, 4) about an axis that hold, without the identity."""
+
+    def turn(angle: float) -> Array:
+        return about(rotation(axis, angle), center)
+
+    if holds(turn(1.0)) and holds(turn(2.2)):
+        return [turn(2 * np.pi * i / ANY) for i in range(1, ANY)]
+    fold = max((n for n in FOLDS if holds(turn(2 * np.pi / n))), default=1)
+    return [turn(2 * np.pi * i / fold) for i in range(1, fold)]
 
 
 def _all_turns(main: Array, others: list[Array]) -> list[Array]:

@@ -32,7 +32,7 @@ FINALISTS = 6
 """Turns that are looked at closely."""
 
 NEAR = 0.008
-"""A pixel is the object's where its depth is this near to that of every turn [m]."""
+"""A pixel is the object's where its depth is this near to that of any turn [m]."""
 
 EDGE, ASIDE = 0.020, 2
 """Pixels with one so much nearer or farther [m] within so many are on an edge, where sensors invent surfaces."""
@@ -93,7 +93,8 @@ class _Window:
         """
         cameras = np.linalg.inv(poses) @ self.T_world_camera
         pictures = [alone.picture(self.intrinsics, camera).depth.astype(np.float64) for camera in cameras]
-        judged = (self.depth > 0) & np.all([self._clear(z) & (np.abs(self.depth - z) < NEAR) for z in pictures], axis=0)
+        clear = np.all([self._clear(z) for z in pictures], axis=0)
+        judged = (self.depth > 0) & clear & np.any([np.abs(self.depth - z) < NEAR for z in pictures], axis=0)
         if judged.sum() < FEWEST:
             return None
         left = [self._unexplained(z, judged) for z in pictures]

@@ -55,6 +55,23 @@ def test_a_large_lopsided_shape_has_none() -> None:
     assert len(object_model(step).symmetries) == 1
 
 
+def _book(width: float, height: float, thickness: float) -> Surface:
+    """Two covers, pages that stand back between them on three sides, and a spine on the fourth."""
+    cover = plain(Box((width, 0.003, height)))
+    covers = [_moved(cover, (0.0, side * (thickness - 0.003) / 2, 0.0)) for side in (1, -1)]
+    pages = _moved(plain(Box((width - 0.016, thickness - 0.006, height - 0.008))), (0.0, 0.0, 0.004))
+    spine = _moved(plain(Box((width, thickness, 0.003))), (0.0, 0.0, height / 2 - 0.0015))
+    return _joined(*covers, pages, spine)
+
+
+@pytest.mark.parametrize("size", [(0.272, 0.17, 0.042), (0.16, 0.27, 0.037), (0.3, 0.22, 0.05), (0.12, 0.17, 0.03)])
+def test_a_book_has_one_turn_however_large_and_it_is_exact(size: tuple[float, float, float]) -> None:
+    turns = object_model(_book(*size)).symmetries
+    assert len(turns) == 2
+    corner = np.array([size[0] / 2, size[2] / 2, size[1] / 2])
+    assert np.allclose(turns[1][:3, :3] @ corner + turns[1][:3, 3], corner * (-1, -1, 1), atol=0.002)
+
+
 def test_walls_inside_are_left_out_and_faces_turned_over_are_turned_back() -> None:
     outer, inner = plain(Box((0.1, 0.1, 0.1))), plain(Box((0.05, 0.05, 0.05)))
     turned = Surface(outer.vertices.copy(), outer.faces[:, ::-1].copy(), outer.colors.copy())

@@ -13,10 +13,10 @@ from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.estimation.fusion import level
 from tamp.perception.estimation.models.object_model import object_model
-from tamp.perception.estimation.turns.rendered import turn_shown
+from tamp.perception.estimation.turns.rendered import CLOSELY, _costs, turn_shown
 from tamp.perception.evaluation import pose_error
-from tamp.perception.rendering.surface import GREY, Surface
-from tamp.task import Pose, Table, load_robot
+from tamp.perception.rendering.surface import GREY, Surface, plain
+from tamp.task import Box, Pose, Table, load_robot
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -70,6 +70,28 @@ def test_what_is_small_is_looked_at_closely() -> None:
     shots = shoot({"small": small}, {"small": true}, views(CAMERAS, PANDA), PANDA)
     poses = np.stack([true.matrix @ turn for turn in TURNS[::-1]])
     assert turn_shown([level(shot.frame, Table()) for shot in shots], small, poses) == 3
+
+
+def _step(depth: float) -> Surface:
+    """A block whose foot stands back under its top on one side [m]."""
+    foot, top = plain(Box((0.16 - depth, 0.16, 0.05))), plain(Box((0.16, 0.16, 0.006)))
+    vertices = np.concatenate(
+        [np.add(foot.vertices, (-depth / 2, 0.0, 0.025)), np.add(top.vertices, (0.0, 0.0, 0.053))]
+    )
+    faces = np.concatenate([foot.faces, top.faces + len(foot.vertices)])
+    return Surface(vertices, faces, np.tile(np.array(GREY, np.uint8), (len(vertices), 1)))
+
+
+@pytest.mark.parametrize("depth", [0.006, 0.012, 0.018])
+@pytest.mark.parametrize("first", [0, 1])
+def test_where_turns_differ_by_much_tells_most(depth: float, first: int) -> None:
+    step, true = _step(depth), Pose.from_rpy((-0.05, 0.1, 0.0), (0.0, 0.0, 0.3))
+    shots = shoot({"step": step}, {"step": true}, views(CAMERAS, PANDA), PANDA, seed=0)
+    poses = np.stack([true.matrix @ TURNS[2 * k] for k in (first, 1 - first)])
+    costs = _costs([level(shot.frame, Table()) for shot in shots], step, poses, CLOSELY)
+    assert costs is not None
+    assert int(costs.argmin()) == first
+    assert costs.max() > costs.min() + 200, "not by noise"
 
 
 def test_what_no_frame_shows_tells_nothing() -> None:
