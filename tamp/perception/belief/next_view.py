@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.perception.cameras.camera import Camera, Frame, Intrinsics, looking_at
-from tamp.perception.rendering.robot import link_pose
+from tamp.perception.rendering.robot import camera_pose, link_pose
 from tamp.task import Table
 from tamp.world.collision.checker import CollisionChecker
 from tamp.world.kinematics.inverse import inverse
@@ -52,6 +52,9 @@ TRIED = 12
 
 WORTH = 12
 """A view that shows fewer new cells is not worth its time."""
+
+BACK = (0.05, 0.10, 0.15, 0.20)
+"""So much farther back a camera looks from where its viewpoint is taken [m]."""
 
 SMALL = 1 / 8
 """Share of a picture's size that decides what a view would show."""
@@ -165,6 +168,31 @@ def next_views(
         if chosen is None:
             return
         weights[shown[chosen]] = 0.0
+
+
+def farther_back(
+    camera: Camera, world: World, poses: Mapping[str, Pose], q: tuple[float, ...], rng: np.random.Generator
+) -> Iterator[tuple[float, ...]]:
+    """Configurations from which the camera looks the same way from farther back; none where `q` is free.
+
+    Args:
+        camera: a camera on the arm.
+        world: the planner's picture of robot, table and objects.
+        poses: object -> where it is thought to be (world frame).
+        q: a configuration to look from [rad].
+        rng: source of every random choice.
+    """
+    scene = Scene({name: pose.matrix for name, pose in poses.items()}, opening=world.robot.spec.gripper.stroke)
+    checker = world.checker(scene, margin=MARGIN)
+    if checker.free(np.array(q)):
+        return
+    eye = camera_pose(camera, world.robot.spec, q)
+    for back in BACK:
+        T = eye.copy()
+        T[:3, 3] -= back * eye[:3, 2]
+        found = _reached(camera, world, checker, T, rng)
+        if found is not None:
+            yield found
 
 
 def _views(cells: Array, weights: Array, rng: np.random.Generator) -> Iterator[Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +17,7 @@ from tamp.execution.recovery import can_carry
 from tamp.execution.simulators import DEFAULT
 from tamp.perception.belief.absence import absent
 from tamp.perception.belief.belief import UNCERTAIN, Belief, nearest_turn, updated
-from tamp.perception.belief.next_view import next_views, unseen
+from tamp.perception.belief.next_view import farther_back, next_views, unseen
 from tamp.perception.belief.rest import at_rest
 from tamp.perception.cameras.camera import Camera, Frame
 from tamp.perception.estimate import Estimate
@@ -26,6 +27,7 @@ from tamp.perception.estimation.tracking.nearby import estimate_nearby
 from tamp.perception.evaluation import pose_error
 from tamp.perception.perceiver import Perceiver, ask
 from tamp.perception.rendering.surface import Surface
+from tamp.perception.workcell.measured import with_measured
 from tamp.perception.workcell.moving import draw_out, go_to
 from tamp.perception.workcell.workcell import Workcell
 from tamp.task import Attachment, Pose, Step, Task
@@ -151,15 +153,24 @@ class Observer:
         return can_carry(self.world, expected, held, steps)
 
     def _frames(self, poses: Mapping[str, Pose]) -> Iterator[Frame]:
-        """What every camera sees from its viewpoints; those that stand look with the arm at home, out of their way."""
+        """What every camera sees from its viewpoints; those that stand look with the arm at home, out of their way.
+
+        What those measure is not driven into: from near it the camera looks from farther back, or not at all.
+        """
         standing = [camera for camera in self.cell.cameras if not camera.viewpoints]
+        frames: list[Frame] = []
         if standing:
             go_to(self.cell, self.world, poses, self.cell.robot.home, seed=self._seed())
-            yield from (self.cell.frame(camera.name) for camera in standing)
+            frames = [self.cell.frame(camera.name) for camera in standing]
+            yield from frames
+        world, full = with_measured(self.world, poses, frames)
         for camera in self.cell.cameras:
-            for q in camera.viewpoints:
-                if self.cell.time < self.limit_s and go_to(self.cell, self.world, poses, q, seed=self._seed()):
-                    yield self.cell.frame(camera.name)
+            for viewpoint in camera.viewpoints:
+                behind = farther_back(camera, world, full, viewpoint, np.random.default_rng(self._seed()))
+                for q in itertools.chain((viewpoint,), behind):
+                    if self.cell.time < self.limit_s and go_to(self.cell, world, full, q, seed=self._seed()):
+                        yield self.cell.frame(camera.name)
+                        break
 
     def _perceived(
         self, before: Belief, frames: list[Frame], gone: Collection[str], so_far: Belief | None = None

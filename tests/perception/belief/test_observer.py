@@ -13,10 +13,12 @@ from tamp.perception.belief import observer
 from tamp.perception.belief.belief import Belief
 from tamp.perception.belief.observer import Observer
 from tamp.perception.cameras.camera import Frame, Intrinsics
+from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import plain
 from tamp.task import Box, Object, Pose, Task, Trajectory, load_robot
+from tamp.task.robot import RobotSpec
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.scene import Scene
@@ -109,3 +111,41 @@ def test_what_was_let_go_and_is_seen_beside_its_place_ends_the_plan(
     assert eyes.watch({"a": HERE}) is None, "nothing was moved"
     found = eyes.watch({"a": HERE}, ("a",))
     assert (None if found is None else found.kind) == kind
+
+
+class Watched(Still):
+    """A cell in which something unknown stands; the standing camera sees it, and each way of the arm is kept."""
+
+    def __init__(self, standing: Frame) -> None:
+        super().__init__()
+        self.standing, self.ways = standing, [np.array([self.q])]
+        self.time = 0.0
+
+    @property
+    def robot(self) -> RobotSpec:
+        return WORLD.robot.spec
+
+    def frame(self, camera: str) -> Frame:
+        return self.standing if camera == self.standing.camera else BLACK
+
+    def follow(self, trajectory: Trajectory) -> None:
+        self.ways.append(np.array(trajectory.positions))
+        super().follow(trajectory)
+
+
+@pytest.mark.parametrize("x", [-0.06, 0.0, 0.05])
+def test_the_arm_is_not_driven_into_what_is_seen_and_not_known(x: float) -> None:
+    shape, pose = Box((0.1, 0.25, 0.32)), Pose((x, 0.3, 0.16))
+    task = Task("tall", (Object("a", shape, Pose()),))
+    world = World(WORLD.robot, {"a": geometry_of_object(task.object("a"))}, task.table)
+    scene = Scene({"a": pose.matrix}, opening=WORLD.robot.spec.gripper.stroke)
+    free = world.checker(scene).free
+    assert not all(free(np.array(q)) for camera in Still.cameras for q in camera.viewpoints)
+    fixed = tuple(camera for camera in Still.cameras if not camera.viewpoints)
+    spec = WORLD.robot.spec
+    (shot,) = shoot({"a": plain(shape)}, {"a": pose}, views(fixed, spec), spec, table=task.table, seed=0)
+    cell = Watched(shot.frame)
+    eyes = Observer(cell, task, {"a": plain(shape)}, world, None, 0, 100.0)  # type: ignore[arg-type]
+    seen = list(eyes._frames({}))
+    assert len(seen) >= 5
+    assert all(free(q) for way in cell.ways for q in way)
