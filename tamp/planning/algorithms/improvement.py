@@ -55,6 +55,7 @@ def improve(session: Session) -> None:
     try:
         _try_again(session, sampling.calls + again)
         if session.costs.unit:
+            _draw_below(session)
             return
         most = sampling.calls + anew
         _choose_anew(session, most)
@@ -87,6 +88,18 @@ def _try_again(session: Session, most: int) -> None:
             attempt = session.binder.bind(skeleton, AGAIN.grown(tries), turn=tries)
             if session.found.take(skeleton, attempt) or session.sampling.calls == calls:
                 waiting.remove(skeleton)
+
+
+def _draw_below(session: Session) -> None:
+    """Where the best plan was found among real values, draw from all streams once more, and search below its cost.
+
+    Values that a shorter plan needs may have been missing by chance.
+    """
+    skeleton = session.found.skeleton
+    if skeleton is not None and not skeleton.leaves_open and session.rounds.expand(tests=True):
+        shorter = session.cheaper(session.searching, sure=True)
+        if shorter is not None:
+            session.attempt(shorter, BRIEF)
 
 
 def _search_below(session: Session, enough: int, most: int) -> None:

@@ -269,10 +269,11 @@ class Session:
         self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL + looked
         self.looking += looked
 
-    def cheaper(self, enough: int) -> Skeleton | None:
+    def cheaper(self, enough: int, sure: bool = False) -> Skeleton | None:
         """A skeleton that a brief search finds below the cost of the best plan; None where it finds none.
 
-        Where that would be far more work of searches than `enough` in all, only values that are real are looked at.
+        Where that would be far more work of searches than `enough` in all, or `sure`, only values that are real are
+        looked at.
 
         Raises:
             Ended: at a limit.
@@ -282,7 +283,7 @@ class Session:
             self.knowledge.refresh()
             work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL
             dear = work > 4 * (enough - self.searching)
-            task = self.symbolic.task(self.lessons.blames, Scope(sure=dear))
+            task = self.symbolic.task(self.lessons.blames, Scope(sure=sure or dear))
         if bound is None or not task.solvable:
             return None
         with self.stopwatch.timed("search"):

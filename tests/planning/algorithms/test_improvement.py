@@ -110,6 +110,13 @@ def test_fewer_actions_are_worth_a_moment_where_none_has_a_cost():
     assert max(costs) == 1.0, costs
 
 
+def test_what_a_shorter_plan_wants_may_come_in_the_next_round():
+    """The only free slot is the third one, and by the second round a ticket could be paid for."""
+    samplers = {**SLOTS, "find-slot": lambda context, car: iter([0.1, 0.2, 0.9])}
+    problem = Problem(UNPRICED, PARKING_STREAMS, samplers, [("Car", "car")], ("Parked", "car"))
+    assert solve(problem, algorithm="incremental", timeout=20.0).cost == 1.0
+
+
 def test_known_values_are_left_open_where_a_plan_is_tried_again():
     """Plans of values that were all known took the turns of those that had something to choose: 13 actions."""
     rng = np.random.default_rng(5)
