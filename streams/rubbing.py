@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +26,12 @@ LEVEL = 0.9  # vertical component of the normals of contacts with what is stood 
 ASIDE = (1.0, 1.5)  # so many times as far as it is in something it is moved aside ...
 SIDES = 16  # ... in so many directions across its way ...
 TURNS = (0.0, -0.01, 0.01, -0.02, 0.02)  # ... and turned about that [rad]
+SHIFTS = tuple(
+    (far * np.cos(angle), far * np.sin(angle), turn)
+    for far in (0.0, *ASIDE)
+    for angle in (np.arange(SIDES if far else 1) * 2 * np.pi / SIDES)
+    for turn in TURNS
+)  # all of them: how far to both sides, in depths, and the turn
 
 
 def close_together(passed: Array) -> Array:
@@ -68,22 +73,27 @@ def wedged(world: World, obj: str, passed: Array, others: Mapping[str, Array]) -
     Friction would take that along. What one wall presses on moves aside and slides on; between two it cannot.
     `passed` and `others` are as in `rubbed`, the rest first.
     """
+    order = [*range(len(SHIFTS))]
     for T in passed:
         way = T[:3, 3] - passed[0][:3, 3]
         length = float(np.linalg.norm(way))
         for name in sorted(others) if length > OFF else ():
             if not world.overlap(obj, T, name, others[name], tolerance=IN):
                 continue
-            aside = _aside(T, way / length, -world.separation(obj, T, name, others[name]))
-            if all(world.overlap(obj, at, name, others[name], tolerance=IN) for at in aside):
+            ways_out = _aside(T, way / length, -world.separation(obj, T, name, others[name]), order)
+            free = (k for k, at in ways_out if not world.overlap(obj, at, name, others[name], tolerance=IN))
+            if (out := next(free, None)) is None:
                 return Contact(obj, name, -IN)
+            order.insert(0, order.pop(order.index(out)))  # a little further on, the same leads out again
     return None
 
 
-def _aside(T: Array, way: Array, depth: float) -> Iterator[Array]:
-    """A pose, shape (4, 4), moved across a way, a unit vector, by about a depth [m], and turned about it."""
-    angles = np.arange(SIDES) * 2 * np.pi / SIDES
-    across = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ np.linalg.svd(way[None])[2][1:]
-    shifts = np.concatenate([np.zeros((1, 3)), *(far * depth * across for far in ASIDE)])
-    for shift, turn in product(shifts, TURNS):
-        yield moved(turned_about(T[:3, 3], rotation(way, turn), T), shift)
+def _aside(T: Array, way: Array, depth: float, order: Sequence[int]) -> Iterator[tuple[int, Array]]:
+    """A pose, shape (4, 4), moved across a way, a unit vector, by about a depth [m], and turned about it.
+
+    With each the number of its shift among `SHIFTS`; `order` has them in the order in which they are tried.
+    """
+    across = np.linalg.svd(way[None])[2][1:]
+    for k in order:
+        right, up, turn = SHIFTS[k]
+        yield k, moved(turned_about(T[:3, 3], rotation(way, turn), T), depth * (right * across[0] + up * across[1]))

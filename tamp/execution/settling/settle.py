@@ -29,8 +29,8 @@ BESIDE = 0.001
 LOW = 0.002
 """Vertices so little above the lowest are over what carries a body too: the simulator names a few contacts only [m]."""
 
-AGAINST = 0.5
-"""Least cosine between the way in which a body would tip and the push that keeps it from that."""
+AGAINST = 0.1
+"""Least share that a push has in all that keeps a body from tipping, each along the way in which it would."""
 
 
 def leaning(
@@ -53,8 +53,10 @@ def leaning(
         mine = [touch for touch in seen if touch.a == item.name]
         carrying = np.array([touch.point for touch in mine if touch.normal[2] > upright]).reshape(-1, 3)
         far, way = _tipping(item, poses[item.name], carrying) if len(carrying) else (0.0, np.zeros(2))
-        for touch in mine if far > BESIDE else ():
-            if touch.force > 0.0 and touch.normal[2] <= upright and np.array(touch.normal[:2]) @ way < -AGAINST:
+        pushing = [touch for touch in mine if far > BESIDE and touch.normal[2] <= upright]
+        against = [max(0.0, -touch.force * float(np.array(touch.normal[:2]) @ way)) for touch in pushing]
+        for touch, push in zip(pushing, against, strict=True):
+            if push > AGAINST * sum(against):
                 beside[item.name, touch.b] = far
     yield from (pair for pair, far in beside.items() if far > beside.get(pair[::-1], 0.0))
 

@@ -57,6 +57,21 @@ def test_it_does_not_lean_on_what_pushes_it_on_or_does_not_push_at_all():
     assert leans(*scene(0.5, force=0.0)) == []
 
 
+@given(yaw=st.floats(-3.1, 3.1), spread=st.floats(0.0, 1.5))
+def test_what_two_bodies_hold_between_them_leans_on_both_however_narrow_they_stand(yaw, spread):
+    poses, (foot, against) = scene(0.5, yaw)
+    sides = (Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, sign * spread)) for sign in (1.0, -1.0))
+    left, right = ((side @ Pose(against.normal)).xyz for side in sides)
+    held = [Touch("book", "wall", left, 0.0, 1.0, against.point), Touch("book", "other", right, 0.0, 1.0, against.point)]
+    assert leans(poses, [foot, *held]) == [("book", "other"), ("book", "wall")]
+
+
+def test_it_does_not_lean_on_what_hardly_pushes():
+    poses, (foot, against) = scene(0.5)
+    beside = Touch("book", "other", against.normal, 0.0, 0.05, against.point)
+    assert leans(poses, [foot, against, beside]) == [("book", "wall")]
+
+
 def test_either_body_of_a_touch_may_be_named_first():
     poses, (foot, against) = scene(0.5)
     x, y, z = against.normal
