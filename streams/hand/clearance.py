@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Gripper, Pose
 from tamp.world.kinematics.tilt_limit import tilt_limit
 from tamp.world.scene import Scene
+from tamp.world.transforms import moved
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 FROM_BELOW = 0.2  # beside the table the tool's axis may point up by no more than this
 TABLE_GAP = 0.002  # under the hand [m]
 PASSED = (0.015, 0.03, 0.06)  # depths below the hand at which an object that falls is looked at [m]
+FALLING = 0.001  # between two looks at what falls past the hand that let it go [m]
 
 
 def opening_for(gripper: Gripper, grasp: Grasp) -> float:
@@ -96,6 +98,24 @@ def clear_of_falling(workspace: Workspace, obj: str, pinches: Pinches, let_go: P
     boxes, openings = hand_boxes(workspace.world.robot), openings_of(workspace, pinches)
     passed = np.concatenate([workspace.surface[obj] - depth * down for depth in PASSED])
     return ~points_hit(boxes, openings, pinches.T_object_tool, passed)
+
+
+def caught(
+    workspace: Workspace, obj: str, fall: Sequence[Pose], T_world_tool: NDArray[np.float64], opening: float
+) -> bool:
+    """Whether an object that falls straight down meets the open hand that let it go.
+
+    Args:
+        workspace: where it falls.
+        obj: the object.
+        fall: poses that it passes (world frame), from where it is let go to where it lies.
+        T_world_tool: where the hand stands, shape (4, 4).
+        opening: distance between its pads [m].
+    """
+    T_tool, way = fall[0].inverse().matrix @ T_world_tool, np.subtract(fall[-1].xyz, fall[0].xyz)
+    far = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(way) / FALLING))
+    passed = moved(T_tool, far[:, None] * (-way @ fall[0].matrix[:3, :3]))  # seen from the object the hand rises
+    return bool(hand_beside(workspace, obj).hits(passed, np.full(len(passed), opening)).any())
 
 
 def hand_hits(workspace: Workspace, T_world_tool: NDArray[np.float64], opening: float, scene: Scene) -> bool:

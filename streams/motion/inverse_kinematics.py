@@ -12,7 +12,7 @@ from tamp.streams.affordances.neighbours import carriers, upon_carriers
 from tamp.streams.cache import SampleCache, recalled
 from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, told
 from tamp.streams.context import Context, Detached
-from tamp.streams.hand.clearance import opening_for
+from tamp.streams.hand.clearance import caught, opening_for
 from tamp.streams.hand.finger_closing import between_pads
 from tamp.streams.motion.lift import Reach, lifted, standing_under
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
@@ -193,6 +193,9 @@ def _approach(
     reason = "the approach leaves the joint limits"
     T = workspace.world.robot.forward(q)
     drops, stroke = bool(fall) and falls_straight(fall[0], fall[-1]), workspace.world.robot.spec.gripper.stroke
+    if drops and caught(workspace, obj, fall, T, opening):
+        context.fail(f"{obj} would fall onto the hand")
+        return None
     on = standing_under(workspace, obj, placement)
     blocked, farthest = None, math.inf
     for back in workspace.hand.withdrawals if drops else workspace.hand.approaches:

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+from itertools import groupby
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.streams.affordances.neighbours import beneath, standing_around
@@ -10,6 +12,7 @@ from tamp.streams.grasping.hand_clearance import HINDERED, neighbour_cost, suppo
 from tamp.streams.hand.candidates import Pinches, sample_pinches
 from tamp.streams.hand.clearance import (
     above_table,
+    caught,
     clear_of_falling,
     clear_of_object,
     first_clear,
@@ -153,6 +156,29 @@ def test_an_object_falls_out_of_a_hand_above_it_but_onto_a_finger_below_it(table
     assert clear_of_falling(table, "red", level, Pose()).tolist() == [True]
     on_its_side = Pose.from_rpy((0.0, 0.0, 0.0), (np.pi / 2, 0.0, 0.0))
     assert clear_of_falling(table, "red", level, on_its_side).tolist() == [False]
+
+
+PLATE = Object("plate", Box((0.08, 0.005, 0.06)), Pose((0.0, 0.0, 0.5)), goal=At(Pose((0.0, 0.0, 0.5))))
+
+
+@given(slant=st.floats(-0.6, 0.6), height=st.floats(0.01, 0.06), held=st.floats(0.005, 0.03))
+@settings(max_examples=40)
+def test_what_falls_aslant_out_of_the_hand_is_caught_where_it_meets_a_finger_for_a_millimetre(slant, height, held):
+    workspace = workspace_of(PLATE)
+    let_go = Pose.from_rpy((0.0, 0.0, 0.5), (slant, 0.0, 0.0))
+    tool = let_go.matrix @ Pose.from_rpy((0.0, 0.0, held), (np.pi, 0.0, 0.0)).matrix
+    fall = (let_go, Pose((0.0, 0.0, 0.5 - height), let_go.quat))
+    depths = np.arange(0.0, height, 1e-4)
+
+    def met(margin):
+        scenes = (Scene({"plate": Pose((0.0, 0.0, 0.5 - depth), let_go.quat).matrix}) for depth in depths)
+        found = [workspace.world.hand_contact(tool, 0.02, scene, margin) is not None for scene in scenes]
+        return max((len([*run]) for hit, run in groupby(found) if hit), default=0)
+
+    if caught(workspace, "plate", fall, tool, 0.02):
+        assert met(5e-4) > 0
+    else:
+        assert met(0.0) <= 11
 
 
 def test_the_first_pose_with_room_for_the_hand_is_found(table):
