@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-BESIDE = 0.001
-"""What has its centre of mass farther than this beside what carries it would tip over by itself [m]."""
+INSIDE = 0.002
+"""What has its centre of mass no farther than this inside what carries it would tip over by itself, or nearly [m]."""
 
 LOW = 0.002
 """Vertices so little above the lowest are over what carries a body too: the simulator names a few contacts only [m]."""
@@ -52,13 +52,13 @@ def leaning(
     for item in objects:
         mine = [touch for touch in seen if touch.a == item.name]
         carrying = np.array([touch.point for touch in mine if touch.normal[2] > upright]).reshape(-1, 3)
-        far, way = _tipping(item, poses[item.name], carrying) if len(carrying) else (0.0, np.zeros(2))
-        pushing = [touch for touch in mine if far > BESIDE and touch.normal[2] <= upright]
+        far, way = _tipping(item, poses[item.name], carrying) if len(carrying) else (-math.inf, np.zeros(2))
+        pushing = [touch for touch in mine if far > -INSIDE and touch.normal[2] <= upright]
         against = [max(0.0, -touch.force * float(np.array(touch.normal[:2]) @ way)) for touch in pushing]
         for touch, push in zip(pushing, against, strict=True):
             if push > AGAINST * sum(against):
                 beside[item.name, touch.b] = far
-    yield from (pair for pair, far in beside.items() if far > beside.get(pair[::-1], 0.0))
+    yield from (pair for pair, far in beside.items() if far > beside.get(pair[::-1], -math.inf))
 
 
 def _tipping(item: Object, pose: Pose, carrying: Array) -> tuple[float, Array]:

@@ -62,8 +62,18 @@ def test_what_two_bodies_hold_between_them_leans_on_both_however_narrow_they_sta
     poses, (foot, against) = scene(0.5, yaw)
     sides = (Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, sign * spread)) for sign in (1.0, -1.0))
     left, right = ((side @ Pose(against.normal)).xyz for side in sides)
-    held = [Touch("book", "wall", left, 0.0, 1.0, against.point), Touch("book", "other", right, 0.0, 1.0, against.point)]
+    held = [
+        Touch("book", "wall", left, 0.0, 1.0, against.point),
+        Touch("book", "other", right, 0.0, 1.0, against.point),
+    ]
     assert leans(poses, [foot, *held]) == [("book", "other"), ("book", "wall")]
+
+
+@pytest.mark.parametrize(("inside", "kept"), [(0.0005, True), (0.0015, True), (0.003, False)])
+def test_what_is_hardly_in_balance_leans_on_what_keeps_it_so(inside, kept):
+    poses, (foot, against) = scene(math.atan2(0.015 - inside, 0.125))
+    heel = replace(foot, point=(foot.point[0] - 0.01, 0.0, 0.0))  # the edge is worn
+    assert leans(poses, [heel, foot, against]) == ([("book", "wall")] if kept else [])
 
 
 def test_it_does_not_lean_on_what_hardly_pushes():
