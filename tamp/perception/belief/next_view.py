@@ -85,7 +85,7 @@ def unseen(frames: Sequence[Frame], table: Table) -> Unseen:
     known = np.zeros(grid[..., 0].size, dtype=bool)
     points = [np.empty((0, 3))]
     for frame in frames:
-        known |= _seen(frame.intrinsics, frame.T_world_camera, _depth(frame), grid.reshape(-1, 3), GAP)
+        known |= seen_into(frame.intrinsics, frame.T_world_camera, measured_depth(frame), grid.reshape(-1, 3), GAP)
         points.append(_points(frame))
     places = np.unique(np.round(np.concatenate(points) / (CELL / 2)).astype(np.int32), axis=0)
     surface = (CELL / 2) * places.astype(np.float64)
@@ -99,18 +99,18 @@ def _sheltered(hidden: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.asarray(hidden & (np.sum(beside, axis=0)[1:-1, 1:-1, 1:-1] >= 3), dtype=np.bool_)
 
 
-def _depth(frame: Frame) -> NDArray[np.float32]:
+def measured_depth(frame: Frame) -> NDArray[np.float32]:
     """What was measured; behind the robot nothing is known."""
     return np.where(frame.robot, np.float32(0), frame.depth)
 
 
 def _points(frame: Frame, step: int = 4) -> Array:
-    depth = _depth(frame)[::step, ::step]
+    depth = measured_depth(frame)[::step, ::step]
     local = frame.intrinsics.points_every(depth, step)[depth > 0].astype(np.float64)
     return local @ frame.T_world_camera[:3, :3].T + frame.T_world_camera[:3, 3]
 
 
-def _seen(
+def seen_into(
     k: Intrinsics, T_world_camera: Array, depth: NDArray[np.floating], cells: Array, gap: float
 ) -> NDArray[np.bool_]:
     """Cells that lie before what a picture shows."""
@@ -227,7 +227,7 @@ def _shown(k: Intrinsics, T_world_camera: Array, surface: Array, cells: Array) -
     near = depth.copy()  # points are sparser than pixels: each covers its neighbours
     for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)):
         near = np.minimum(near, np.roll(depth, (dv, du), axis=(0, 1)))
-    return _seen(k, T_world_camera, near, cells, GAP)
+    return seen_into(k, T_world_camera, near, cells, GAP)
 
 
 def _reached(

@@ -155,21 +155,24 @@ class Observer:
     def _frames(self, poses: Mapping[str, Pose]) -> Iterator[Frame]:
         """What every camera sees from its viewpoints; those that stand look with the arm at home, out of their way.
 
-        What those measure is not driven into: from near it the camera looks from farther back, or not at all.
+        What those measure is not driven into: from near it the camera looks from farther back, or not at all. Where
+        none stands, those on the arm look from home first, and what they measure from there and from each viewpoint is
+        not driven into on the way to the next.
         """
         standing = [camera for camera in self.cell.cameras if not camera.viewpoints]
-        frames: list[Frame] = []
-        if standing:
-            go_to(self.cell, self.world, poses, self.cell.robot.home, seed=self._seed())
-            frames = [self.cell.frame(camera.name) for camera in standing]
-            yield from frames
-        world, full = with_measured(self.world, poses, frames)
+        go_to(self.cell, self.world, poses, self.cell.robot.home, seed=self._seed())
+        frames = [self.cell.frame(camera.name) for camera in standing or self.cell.cameras]
+        yield from frames
+        world, full = with_measured(self.world, poses, frames, near=not standing)
         for camera in self.cell.cameras:
             for viewpoint in camera.viewpoints:
                 behind = farther_back(camera, world, full, viewpoint, np.random.default_rng(self._seed()))
                 for q in itertools.chain((viewpoint,), behind):
                     if self.cell.time < self.limit_s and go_to(self.cell, world, full, q, seed=self._seed()):
-                        yield self.cell.frame(camera.name)
+                        frames.append(self.cell.frame(camera.name))
+                        yield frames[-1]
+                        if not standing:
+                            world, full = with_measured(self.world, poses, frames, near=True)
                         break
 
     def _perceived(

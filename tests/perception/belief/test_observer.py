@@ -13,10 +13,10 @@ from tamp.perception.belief import observer
 from tamp.perception.belief.belief import Belief
 from tamp.perception.belief.observer import Observer
 from tamp.perception.cameras.camera import Frame, Intrinsics
-from tamp.perception.cameras.capture import shoot, views
+from tamp.perception.cameras.capture import View, shoot, views
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
-from tamp.perception.rendering.surface import plain
+from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Object, Pose, Task, Trajectory, load_robot
 from tamp.task.robot import RobotSpec
 from tamp.world.geometry.object_geometry import geometry_of_object
@@ -148,4 +148,31 @@ def test_the_arm_is_not_driven_into_what_is_seen_and_not_known(x: float) -> None
     eyes = Observer(cell, task, {"a": plain(shape)}, world, None, 0, 100.0)  # type: ignore[arg-type]
     seen = list(eyes._frames({}))
     assert len(seen) >= 5
+    assert all(free(q) for way in cell.ways for q in way)
+
+
+class OnTheArm(Watched):
+    """The same cell without the standing camera: the one on the arm sees what is before it."""
+
+    cameras = tuple(camera for camera in Still.cameras if camera.viewpoints)
+
+    def __init__(self, looks: Mapping[str, Surface], poses: Mapping[str, Pose]) -> None:
+        super().__init__(BLACK)
+        self.looks, self.poses = looks, poses
+
+    def frame(self, camera: str) -> Frame:
+        view = View(self.cameras[0], self.q, WORLD.robot.spec.gripper.stroke)
+        (shot,) = shoot(self.looks, self.poses, (view,), WORLD.robot.spec, table=TASK.table, seed=len(self.ways))
+        return shot.frame
+
+
+@pytest.mark.parametrize("x", [-0.06, 0.0, 0.05])
+def test_where_no_camera_stands_what_the_arm_has_seen_is_not_driven_into(x: float) -> None:
+    shape, pose = Box((0.1, 0.25, 0.32)), Pose((x, 0.3, 0.16))
+    task = Task("tall", (Object("a", shape, Pose()),))
+    world = World(WORLD.robot, {"a": geometry_of_object(task.object("a"))}, task.table)
+    free = world.checker(Scene({"a": pose.matrix}, opening=WORLD.robot.spec.gripper.stroke)).free
+    cell = OnTheArm({"a": plain(shape)}, {"a": pose})
+    eyes = Observer(cell, task, {"a": plain(shape)}, world, None, 0, 100.0)  # type: ignore[arg-type]
+    assert len(list(eyes._frames({}))) >= 5
     assert all(free(q) for way in cell.ways for q in way)
