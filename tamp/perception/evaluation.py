@@ -10,7 +10,7 @@ import numpy as np
 
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.assignment import assigned
-from tamp.perception.estimation.models.object_model import ObjectModel, object_model
+from tamp.perception.estimation.models.object_model import CUBE, ObjectModel, object_model
 from tamp.perception.rendering.surface import Surface
 from tamp.task.pose import Pose
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
-
-CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class PoseError:
 
 def pose_error(model: ObjectModel, estimate: Pose, truth: Pose) -> tuple[float, float]:
     """EDE over the mesh's symmetries, and raw [m] (OCRTOC paper, Algorithm 1, with a cube of the mesh's mean edge)."""
-    cube = model.edge * CORNERS
+    cube = model.edge * CUBE
     T = truth.matrix
     corners = cube @ T[:3, :3].T + T[:3, 3]
     turned = estimate.matrix @ model.symmetries

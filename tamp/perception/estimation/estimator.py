@@ -17,9 +17,9 @@ from tamp.perception.estimation.fusion import fuse, level
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import OVERLAP, Selection
-from tamp.perception.estimation.turns.likeness import likeliest_turn
-from tamp.perception.estimation.turns.rendered import turn_shown
-from tamp.perception.estimation.verification import APART, POINTS, Verified, verify
+from tamp.perception.estimation.turns.likeness import fitted_turns, likeliest_turn
+from tamp.perception.estimation.turns.rendered import CLEARLY, all_shown, turn_shown
+from tamp.perception.estimation.verification import APART, CLOSER, POINTS, SURELY, TURNS, Verified, verify
 from tamp.perception.estimation.volume import Volume, survey
 from tamp.perception.rendering.surface import Surface
 from tamp.task.model import Table
@@ -39,12 +39,6 @@ LEFT = 0.3
 AHEAD = 0.06
 """An estimate that explains so much more than the next, as a share, is trusted by two thirds."""
 
-CLOSER = 0.08
-"""The same for what fits better by so much of the likelihood's logarithm a point: errors of neighbours go together."""
-
-SURELY = 3.0
-"""What fits better by so many times that is not asked of pictures again."""
-
 FEWEST = 25
 """An estimate that explains fewer points than this, and less than a fifth of the object's cells, is no sight of it."""
 
@@ -58,14 +52,8 @@ TRACKED = 0.03
 SEEN_THROUGH = 0.06
 """One that was seen through more than this, as a share of its surface, is not there."""
 
-TURNS = 80
-"""More turns than this are not rendered: they are a ball's."""
-
 RIVALS = 12
 """Poses in an object's place that are held against the chosen one."""
-
-TURNED = 600
-"""Points, about, that each turn is fitted to before it is rendered."""
 
 
 def estimate_poses(
@@ -104,7 +92,7 @@ def estimate_poses(
         selection = _chosen_anew(scene, models, found, selection)
     if not masked and _seek_in_exchange(scene, models, found, selection, seed + 1000 * (ROUNDS + 1)):
         selection = _chosen_anew(scene, models, found, selection)
-    verified = verify(scene, models, found, selection)
+    verified = verify(scene, surfaces, models, found, selection)
     selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
     return {
         name: _estimate(scene, surfaces[i], found[i], selection, i, verified.get(i)) for i, name in enumerate(names)
@@ -273,9 +261,10 @@ def _estimate(
     sure = np.isfinite(verified.lead) and verified.lead > SURELY * CLOSER
     rivals = [] if sure else _rivals(selection, model, found, gains, i, k)
     pose = _shown(scene, surface, model, [verified.pose, *rivals], verified.own)
-    pose = _turned(scene, surface, model, pose, verified.own)
+    if not verified.shown or pose is not verified.pose:
+        pose = _turned(scene, surface, model, pose, verified.own)
     others = [
-        o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.apart(best.pose, found[o].pose) > APART
+        o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.error(best.pose, found[o].pose) > APART
     ]
     ahead = _ahead(selection, i, gains, others, verified)
     confidence = _confidence(found[firm], float(gains[firm]), OVERLAP * selection.clash(i, firm), ahead)
@@ -290,14 +279,14 @@ def _rivals(
     return [
         found[o].pose
         for o in selection.at(i, selection.center(i, k))
-        if gains[o] > (1 - AHEAD) * gains[k] and model.apart(best, found[o].pose) > APART
+        if gains[o] > (1 - AHEAD) * gains[k] and model.error(best, found[o].pose) > APART
     ][:RIVALS]
 
 
 def _shown(
     scene: Volume, surface: Surface, model: ObjectModel, poses: Sequence[Array], own: NDArray[np.int64]
 ) -> Array:
-    """The pose, of several in one place, that whole pictures show; the first where they show too little of it.
+    """The pose, of several in one place, that whole pictures show; the first where they do not clearly show another.
 
     A rack that lies the other way round explains as many points as well; that its bars are a millimetre beside shows
     only when what each view errs by is taken out.
@@ -306,16 +295,18 @@ def _shown(
         return poses[0]
     some = own[:: max(1, len(own) // POINTS)]
     fitted = np.stack([polished(scene.cloud, model, pose, some) for pose in poses])
-    shown = turn_shown(scene.frames, surface, fitted)
-    return poses[0] if shown is None or model.apart(fitted[0], fitted[shown]) < APART else np.asarray(fitted[shown])
+    shown = all_shown(scene.frames, [(surface, fitted[:1]), (surface, fitted[1:])])
+    if shown is None or shown[0].cost - shown[1].cost < CLEARLY:
+        return poses[0]
+    rival = fitted[1 + shown[1].pose]
+    return poses[0] if model.error(fitted[0], rival) < APART else np.asarray(rival)
 
 
 def _turned(scene: Volume, surface: Surface, model: ObjectModel, pose: Array, own: NDArray[np.int64]) -> Array:
     """The pose, turned as its shape's near symmetries allow: as colours tell, or whole pictures where it has none."""
     turns = model.symmetries
     if not model.colored and 1 < len(turns) <= TURNS:
-        some = own[:: max(1, len(own) // TURNED)]
-        poses = np.stack([polished(scene.cloud, model, pose @ turn, some) for turn in turns])
+        poses = fitted_turns(scene.cloud, model, pose, own)
         shown = turn_shown(scene.frames, surface, poses)
         if shown is not None:
             return np.asarray(poses[shown])

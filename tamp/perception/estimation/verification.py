@@ -2,12 +2,13 @@
 
 The joint choice forgives a few millimetres, since guesses err by that much. Here every candidate in a chosen place, of
 the object that was chosen for it and of any other, is fitted to the place's own points; what fits best with everything
-else is an assignment of objects to places (Kuhn, 1955).
+else is an assignment of objects to places (Kuhn, 1955). Where points hardly tell who has changed places with whom,
+whole pictures do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,10 @@ from tamp.perception.estimation.fit import agreement, gaps, polished
 from tamp.perception.estimation.fusion import VOXEL
 from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.selection import Selection
-from tamp.perception.estimation.turns.likeness import misfit
+from tamp.perception.estimation.turns.exchanges import Exchange, told_apart
+from tamp.perception.estimation.turns.likeness import fitted_turns, misfit
 from tamp.perception.estimation.volume import Volume
+from tamp.perception.rendering.surface import Surface
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,6 +42,19 @@ APART = 0.02
 CLAIMED = 0.5
 """A point that is explained better than this elsewhere may be another object's."""
 
+CLOSER = 0.08
+"""What fits better by so much of the likelihood's logarithm a point is trusted by two thirds: errors of neighbours go
+together."""
+
+SURELY = 3.0
+"""What fits better by so many times that is not asked of pictures again."""
+
+SHOWN = 0.03
+"""What pictures show better by such a share of their likelihood's logarithm is trusted by two thirds."""
+
+TURNS = 80
+"""More turns than this are not rendered: they are a ball's."""
+
 NEVER = 1e9
 """The cost of an object in a place where it has no candidate."""
 
@@ -53,12 +69,14 @@ class Verified:
         own: indices of the measured points that belong to it.
         lead: how much worse the next best is that was fitted, turned round or another object in exchange, in the
             likelihood's logarithm a point; infinite where there is none.
+        shown: whether whole pictures have told its turn.
     """
 
     candidate: int
     pose: Array
     own: NDArray[np.int64]
     lead: float
+    shown: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +90,11 @@ class _Fit:
 
 
 def verify(
-    scene: Volume, models: Sequence[ObjectModel], found: Sequence[Sequence[Candidate]], selection: Selection
+    scene: Volume,
+    surfaces: Sequence[Surface],
+    models: Sequence[ObjectModel],
+    found: Sequence[Sequence[Candidate]],
+    selection: Selection,
 ) -> dict[int, Verified]:
     """Object -> what is made of it, for all that the selection has chosen a candidate for."""
     seen = [i for i, k in enumerate(selection.chosen) if k >= 0]
@@ -92,13 +114,47 @@ def verify(
     for at, fit in fits.items():
         costs[at] = fit.cost
     columns = assigned(costs)
+    exchange = _exchanged(scene, [(surfaces[i], models[i]) for i in seen], fits, costs, columns, owns)
+    columns = tuple(exchange.places.get(row, column) for row, column in enumerate(columns))
     verified = {}
     for row, (i, column) in enumerate(zip(seen, columns, strict=True)):
         fit, own = fits[row, column], owns[column]
-        # A pose that was fitted to all points would only drift where they leave it free.
-        pose = polished(scene.cloud, models[i], fit.pose, own) if len(own) >= 2 * POINTS else fit.pose
-        verified[i] = Verified(fit.candidate, pose, own, _lead(fits, costs, columns, row) / max(1, len(own)))
+        leads = [fit.second - fit.cost, *_margins(costs, columns, row, exchange.leads)]
+        lead = min(max(0.0, min(leads)) / max(1, len(own)), exchange.leads.get(row, np.inf) / SHOWN * CLOSER)
+        pose = exchange.poses.get(row, fit.pose)
+        if len(own) >= 2 * POINTS:  # a pose that was fitted to all points would only drift where they leave it free
+            pose = polished(scene.cloud, models[i], pose, own)
+        verified[i] = Verified(fit.candidate, pose, own, lead, row in exchange.poses)
     return verified
+
+
+def _exchanged(
+    scene: Volume,
+    objects: Sequence[tuple[Surface, ObjectModel]],
+    fits: Mapping[tuple[int, int], _Fit],
+    costs: Array,
+    columns: Sequence[int],
+    owns: Sequence[NDArray[np.int64]],
+) -> Exchange:
+    """What pictures say of all objects that hardly fit better where they are than exchanged."""
+    doubted = {row: column for row, column in enumerate(columns) if _doubted(costs, columns, row, owns)}
+    poses = {}
+    for (row, column), fit in fits.items():
+        if row in doubted and column in doubted.values():
+            _, model = objects[row]
+            best = min(costs[other, column] for other in doubted)
+            if column == doubted[row] or fit.cost - best < SURELY * CLOSER * len(owns[column]):
+                turned = not model.colored and 1 < len(model.symmetries) <= TURNS
+                poses[row, column] = (
+                    fitted_turns(scene.cloud, model, fit.pose, owns[column]) if turned else fit.pose[None]
+                )
+    return told_apart(scene.frames, {row: objects[row][0] for row in doubted}, doubted, poses)
+
+
+def _doubted(costs: Array, columns: Sequence[int], row: int, owns: Sequence[NDArray[np.int64]]) -> bool:
+    """Whether an object would fit hardly worse if it changed places with another one."""
+    limits = [SURELY * CLOSER * max(len(owns[columns[row]]), len(owns[place])) for place in columns]
+    return any(lead < limit for lead, limit in zip(_margins(costs, columns, row), limits, strict=True))
 
 
 def _rivals(
@@ -139,18 +195,18 @@ def _fitted(scene: Volume, model: ObjectModel, candidates: Sequence[tuple[int, A
     misfits = np.array([misfit(scene.cloud, model, pose, some) for pose in poses])
     costs = seen_through + misfits * len(own) / max(1, len(some))
     best = int(costs.argmin())
-    apart = np.array([model.apart(poses[best], pose) for pose in poses]) > APART
+    apart = np.array([model.error(poses[best], pose) for pose in poses]) > APART
     # Candidates that come to the same pose are one: the first, which explained most before it was fitted.
     same = candidates[int(np.flatnonzero(~apart)[0])][0]
     return _Fit(same, poses[best], float(costs[best]), float(costs[apart].min(initial=np.inf)))
 
 
-def _lead(fits: dict[tuple[int, int], _Fit], costs: Array, columns: tuple[int, ...], row: int) -> float:
-    """How much worse it is to turn an object round, or to let it change places with another one."""
+def _margins(costs: Array, columns: Sequence[int], row: int, but: Collection[int] = ()) -> list[float]:
+    """How much worse it is that an object changes places with each one; infinite if it cannot, or either is `but`."""
     column = columns[row]
-    fit = fits[row, column]
-    leads = [fit.second - fit.cost]
+    margins = []
     for other, place in enumerate(columns):
-        if other != row and {(row, place), (other, column)} <= fits.keys():
-            leads.append(costs[row, place] + costs[other, column] - costs[row, column] - costs[other, place])
-    return max(0.0, min(leads))
+        swapped = costs[row, place] + costs[other, column]
+        told = other == row or swapped >= NEVER or row in but or other in but
+        margins.append(np.inf if told else float(swapped - costs[row, column] - costs[other, place]))
+    return margins

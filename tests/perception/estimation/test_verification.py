@@ -19,6 +19,8 @@ pytest.importorskip("embreex", reason="the extra perception is not installed")
 
 HERE, THERE = (Pose((x, 0.0, 0.03)).matrix for x in (-0.15, 0.15))
 LOW, TALL = (object_model(plain(Box((0.12, 0.08, height)))) for height in (0.06, 0.064))
+NOWHERE = plain(Box((0.1, 0.1, 0.1)))
+"""Stands for meshes: without frames none is rendered."""
 TURN = Pose.from_rpy((0, 0, 0), (0, 0, np.pi)).matrix
 
 
@@ -52,7 +54,7 @@ def _verified(
     ]
     selection = Selection(scene.cloud, models, found)
     selection.chosen = chosen
-    return verify(scene, models, found, selection)
+    return verify(scene, [NOWHERE] * len(models), models, found, selection)
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -78,6 +80,17 @@ def test_the_way_round_is_decided_by_residuals(first: int) -> None:
     wedge = _wedge()
     candidates = [HERE, HERE @ TURN]
     found = _verified(_seen((wedge, HERE)), [wedge], [candidates], [first])
+    assert found[0].candidate == 0
+    assert 0 < found[0].lead < np.inf
+
+
+def test_what_is_thin_is_another_way_round_when_it_is_rolled() -> None:
+    """Its points move by 16 mm, the corners of the cube that scores are told by twice as far."""
+    bar = object_model(plain(Box((0.11, 0.022, 0.014))))
+    lying = Pose((0.0, 0.0, 0.007)).matrix
+    rolled = lying @ Pose.from_rpy((0.0, 0.0, 0.0), (np.pi / 2, 0.0, 0.0)).matrix
+    assert bar.apart(lying, rolled) < 0.02 < 0.03 < bar.error(lying, rolled)
+    found = _verified(_seen((bar, lying)), [bar], [[lying, rolled]], [0])
     assert found[0].candidate == 0
     assert 0 < found[0].lead < np.inf
 

@@ -37,6 +37,9 @@ OPEN = 0.06
 
 RAYS = 16
 
+CUBE = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+"""Corners of the cube, of edge 1, by which EDE tells how far two poses are apart (OCRTOC paper, Algorithm 1)."""
+
 FACING = 0.010
 """Metres that opposite normals are worth, halved, where oriented points are searched."""
 
@@ -106,6 +109,16 @@ class ObjectModel:
         # Both are told in the frame of the first.
         T = np.linalg.inv(one) @ other
         return float(np.linalg.norm(turned - probe @ T[:3, :3].T - T[:3, 3], axis=2).mean(axis=1).min())
+
+    def error(self, one: Array, other: Array) -> float:
+        """EDE between two poses (4, 4), over the turns that map the shape onto itself: what a mistake costs [m].
+
+        A cube of the mesh's mean edge moves more than the points of what is long and thin when that rolls.
+        """
+        cube = self.edge * CUBE
+        T = np.linalg.inv(one) @ other
+        turned = np.einsum("sij,kj->ski", self.symmetries[:, :3, :3], cube) + self.symmetries[:, None, :3, 3]
+        return float(np.linalg.norm(turned - cube @ T[:3, :3].T - T[:3, 3], axis=2).mean(axis=1).min())
 
     @cached_property
     def symmetries(self) -> Array:

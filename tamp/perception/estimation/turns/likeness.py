@@ -50,10 +50,17 @@ def misfit(cloud: Cloud, model: ObjectModel, pose: Array, own: NDArray[np.int64]
     return float(np.where(near, cost, 2 * MOST).sum())
 
 
+def fitted_turns(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> Array:
+    """The poses that a shape's symmetries, which hold nearly, make alike, each fitted to points anew, (n, 4, 4).
+
+    A shape that is nearly symmetrical lies a little otherwise when it is turned.
+    """
+    some = points[:: max(1, len(points) // FIRST)]
+    return np.stack([polished(cloud, model, T, some) for T in pose @ model.symmetries])
+
+
 def likeliest_turn(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64]) -> Array:
     """The likeliest of the poses that a shape's symmetries, which hold nearly, make alike, shape (4, 4).
-
-    Each is fitted anew: a shape that is nearly symmetrical lies a little otherwise when it is turned.
 
     Args:
         cloud: what was measured.
@@ -66,7 +73,7 @@ def likeliest_turn(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArra
         return pose
     few, many = (points[:: max(1, len(points) // count)] for count in (FIRST, CLOSELY))
     if len(poses) <= FITTED:
-        poses = np.stack([polished(cloud, model, T, few) for T in poses])
+        poses = fitted_turns(cloud, model, pose, points)
     first = np.argsort([misfit(cloud, model, T, few) for T in poses], kind="stable")[:FINALISTS]
     finalists = [_turned_on(cloud, model, polished(cloud, model, poses[i], many), many) for i in first]
     return min(finalists, key=lambda found: found[1])[0]

@@ -1,4 +1,4 @@
-"""Which turn depth pictures show: each is rendered and held against them, pixel by pixel (analysis by synthesis).
+"""Which turn depth pictures show, and of what: each is rendered and held against them (analysis by synthesis).
 
 A scanned plate or bowl differs from its own turns by some tenths of a millimetre, which is less than cameras and their
 calibration err. But they err alike whichever turn it is. So what is wrong with a view as a whole is fitted to each
@@ -9,6 +9,7 @@ of slopes. What is left differs from turn to turn, over thousands of pixels.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,12 @@ CAP = 4.5
 
 LEAST = 1e-4
 """No sensor is more precise than this [m]."""
+
+CLEARLY = 60.0
+"""Pictures overrule what fits points better where they are likelier by so much, in the likelihood's logarithm.
+
+Errors of neighbours go together, about twenty pixels of those that are looked at closely: less than three such patches
+tell nothing."""
 
 FITS = 4
 """Times that a view's errors are fitted anew, without the pixels that they do not explain."""
@@ -86,13 +93,17 @@ class _Window:
         height, width = depth.shape
         return _Window(Intrinsics(width, height, k.fx / step, k.fy / step, *middle.tolist()), T, depth, step)
 
-    def costs(self, alone: RayCaster, poses: Array) -> Array | None:
-        """Negative logarithm of how likely the pixels are at each pose (n, 4, 4), but for a constant and a scale.
+    def costs(self, rivals: Sequence[tuple[RayCaster, Array]]) -> Array | None:
+        """Negative logarithm of how likely the pixels are, but for a constant and a scale, at each pose of each rival.
 
-        The object is `alone`, in its own frame: it is the camera that moves from pose to pose. None: too few pixels.
+        Rivals are an object alone, in its own frame, with poses (n, 4, 4): it is the camera that moves from pose to
+        pose. All are judged by the same pixels. None: too few pixels.
         """
-        cameras = np.linalg.inv(poses) @ self.T_world_camera
-        pictures = [alone.picture(self.intrinsics, camera).depth.astype(np.float64) for camera in cameras]
+        pictures = [
+            alone.picture(self.intrinsics, camera).depth.astype(np.float64)
+            for alone, poses in rivals
+            for camera in np.linalg.inv(poses) @ self.T_world_camera
+        ]
         clear = np.all([self._clear(z) for z in pictures], axis=0)
         judged = (self.depth > 0) & clear & np.any([np.abs(self.depth - z) < NEAR for z in pictures], axis=0)
         if judged.sum() < FEWEST:
@@ -123,6 +134,19 @@ class _Window:
         return _less_fitted(gap, errors)
 
 
+@dataclass(frozen=True)
+class Shown:
+    """What frames say of one of several objects that may be in a place.
+
+    Attributes:
+        pose: the number of the pose at which they show it best.
+        cost: negative logarithm of how likely they are then, but for what is the same for all that were compared.
+    """
+
+    pose: int
+    cost: float
+
+
 def turn_shown(frames: Sequence[LevelFrame], surface: Surface, poses: Array) -> int | None:
     """The number of the pose that frames show.
 
@@ -135,22 +159,41 @@ def turn_shown(frames: Sequence[LevelFrame], surface: Surface, poses: Array) -> 
     Returns:
         None where no frame shows enough of what all of them have in common.
     """
-    first, costs = np.arange(len(poses)), _costs(frames, surface, poses, FIRST)
+    shown = all_shown(frames, [(surface, poses)])
+    return None if shown is None else shown[0].pose
+
+
+def all_shown(frames: Sequence[LevelFrame], rivals: Sequence[tuple[Surface, Array]]) -> list[Shown] | None:
+    """How well frames show each of several objects, at the best of its poses.
+
+    Args:
+        frames: pictures of a scene that stood still.
+        rivals: meshes, each with poses in one place, T_world_object, shape (n, 4, 4).
+
+    Returns:
+        None where no frame shows enough of what all poses have in common.
+    """
+    firsts, costs = [np.arange(len(poses)) for _, poses in rivals], _costs(frames, rivals, FIRST)
     if costs is not None:  # what is small shows enough only when it is looked at closely
-        first = np.argsort(costs, kind="stable")[:FINALISTS]
-    closely = _costs(frames, surface, poses[first], CLOSELY)
-    if closely is None:
-        return None if costs is None else int(first[0])
-    return int(first[closely.argmin()])
+        firsts = [np.argsort(cost, kind="stable")[:FINALISTS] for cost in costs]
+    finalists = [(surface, poses[first]) for (surface, poses), first in zip(rivals, firsts, strict=True)]
+    closely = _costs(frames, finalists, CLOSELY)
+    if closely is not None:
+        return [Shown(int(first[c.argmin()]), float(c.min())) for first, c in zip(firsts, closely, strict=True)]
+    return None if costs is None else [Shown(int(cost.argmin()), float(cost.min())) for cost in costs]
 
 
-def _costs(frames: Sequence[LevelFrame], surface: Surface, poses: Array, step: int) -> Array | None:
-    """Those of all frames that show enough, added up."""
+def _costs(frames: Sequence[LevelFrame], rivals: Sequence[tuple[Surface, Array]], step: int) -> list[Array] | None:
+    """Those of all frames that show enough, added up: for each rival those of its poses."""
+    surface, poses = rivals[0]
     placed = surface.vertices[np.unique(surface.faces)] @ poses[0, :3, :3].T + poses[0, :3, 3]
     windows = [window for frame in frames if (window := _Window.on(placed, frame, step)) is not None]
-    with RayCaster([Body("", surface, np.eye(4))]) as alone:
-        costs = [cost for window in windows if (cost := window.costs(alone, poses)) is not None]
-    return np.sum(costs, axis=0) if costs else None
+    with ExitStack() as opened:
+        alone = [opened.enter_context(RayCaster([Body("", surface, np.eye(4))])) for surface, _ in rivals]
+        given = [(caster, poses) for caster, (_, poses) in zip(alone, rivals, strict=True)]
+        costs = [cost for window in windows if (cost := window.costs(given)) is not None]
+    counts = [len(poses) for _, poses in rivals]
+    return np.split(np.sum(costs, axis=0), np.cumsum(counts)[:-1]) if costs else None
 
 
 def _less_fitted(values: Array, columns: Array) -> Array:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tamp.perception.estimation.models.object_model import object_model
+from tamp.perception.evaluation import pose_error
 from tamp.perception.rendering.surface import Surface, plain
-from tamp.task import Box, Cylinder, Sphere
+from tamp.task import Box, Cylinder, Pose, Sphere
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -96,3 +97,15 @@ def test_a_box_rests_on_its_six_sides() -> None:
     model = object_model(plain(Box((0.16, 0.09, 0.05))))
     heights = sorted(round(pose.height, 4) for pose in model.stable)
     assert heights == [0.025, 0.025, 0.045, 0.045, 0.08, 0.08]
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("shape", [Box((0.16, 0.09, 0.05)), Cylinder(0.03, 0.12)])
+def test_what_a_mistake_costs_is_what_scores_say(shape: Box | Cylinder, seed: int) -> None:
+    model, rng = object_model(plain(shape)), np.random.default_rng(seed)
+    one, other = (
+        Pose.from_rpy(rng.uniform(-0.1, 0.1, 3).tolist(), rng.uniform(-np.pi, np.pi, 3).tolist()) for _ in range(2)
+    )
+    assert model.error(one.matrix, other.matrix) == pytest.approx(pose_error(model, one, other)[0])
+    turn = model.symmetries[seed % len(model.symmetries)]
+    assert model.error(one.matrix, one.matrix @ turn) == pytest.approx(0.0, abs=1e-9)

@@ -88,8 +88,9 @@ def test_where_turns_differ_by_much_tells_most(depth: float, first: int) -> None
     step, true = _step(depth), Pose.from_rpy((-0.05, 0.1, 0.0), (0.0, 0.0, 0.3))
     shots = shoot({"step": step}, {"step": true}, views(CAMERAS, PANDA), PANDA, seed=0)
     poses = np.stack([true.matrix @ TURNS[2 * k] for k in (first, 1 - first)])
-    costs = _costs([level(shot.frame, Table()) for shot in shots], step, poses, CLOSELY)
-    assert costs is not None
+    found = _costs([level(shot.frame, Table()) for shot in shots], [(step, poses)], CLOSELY)
+    assert found is not None
+    (costs,) = found
     assert int(costs.argmin()) == first
     assert costs.max() > costs.min() + 200, "not by noise"
 

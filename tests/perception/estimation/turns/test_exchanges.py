@@ -1,0 +1,78 @@
+"""Plates that differ by tenths of a millimetre, each of which may be in any one's place, are told by whole pictures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from tamp.perception.cameras.capture import shoot, views
+from tamp.perception.estimation.estimator import estimate_poses
+from tamp.perception.estimation.fusion import LevelFrame, level
+from tamp.perception.estimation.turns.exchanges import told_apart
+from tamp.perception.rendering.surface import Surface
+from tamp.task import Pose, Table
+from tests.perception.estimation.turns.test_rendered import CAMERAS, PANDA, TURNS, _plate
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+FLAT, BUMPED = _plate(0.0), _plate(0.0008)
+HERE, THERE, ASIDE = (
+    Pose.from_rpy((x, y, 0.0), (0.0, 0.0, 0.4)) for x, y in ((-0.1, 0.15), (-0.05, -0.15), (0.2, 0.0))
+)
+
+
+def _frames(looks: Mapping[str, Surface], poses: Mapping[str, Pose], seed: int) -> list[LevelFrame]:
+    return [level(shot.frame, Table()) for shot in shoot(looks, poses, views(CAMERAS, PANDA), PANDA, seed=seed)]
+
+
+def _turned(pose: Pose) -> np.ndarray:
+    return np.stack([pose.matrix @ turn for turn in TURNS])
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_plates_are_given_the_places_where_pictures_show_them(seed: int, exchanged: bool) -> None:
+    frames = _frames({"flat": FLAT, "bumped": BUMPED}, {"flat": HERE, "bumped": THERE}, seed)
+    at = [HERE, THERE]
+    poses = {(i, place): _turned(at[place]) for i in (0, 1) for place in (0, 1)}
+    told = told_apart(frames, {0: FLAT, 1: BUMPED}, {0: int(exchanged), 1: int(not exchanged)}, poses)
+    assert told.places == {0: 0, 1: 1}
+    assert np.allclose(told.poses[1], THERE.matrix), "its turn is told, too"
+    assert all(0.01 < lead < math.inf for lead in told.leads.values())
+
+
+def test_of_three_places_two_are_of_one_mesh() -> None:
+    looks, at = {"one": FLAT, "bumped": BUMPED, "other": FLAT}, [HERE, THERE, ASIDE]
+    frames = _frames(looks, dict(zip(looks, at, strict=True)), 0)
+    meshes = {0: FLAT, 1: FLAT, 2: BUMPED}
+    # As the perceiver has it, one of a mesh has no poses where another of that mesh was found.
+    poses = {
+        (i, place): _turned(at[place]) for i in (0, 1, 2) for place in (0, 1, 2) if (i, place) not in ((0, 1), (1, 0))
+    }
+    told = told_apart(frames, meshes, {0: 0, 1: 1, 2: 2}, poses)
+    assert told.places == {0: 0, 1: 2, 2: 1}
+    assert told.leads.keys() == {0, 1, 2}
+
+
+def test_where_nothing_is_shown_nothing_is_told() -> None:
+    poses = {(i, place): _turned(Pose((5.0, float(place), 0.0))) for i in (0, 1) for place in (0, 1)}
+    frames = _frames({"flat": FLAT}, {"flat": HERE}, 0)
+    for given in (frames, []):
+        told = told_apart(given, {0: FLAT, 1: BUMPED}, {0: 0, 1: 1}, poses)
+        assert not told.places
+        assert not told.poses
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_perceiver_says_who_is_where(seed: int) -> None:
+    looks, poses = {"flat": FLAT, "bumped": BUMPED}, {"flat": HERE, "bumped": THERE}
+    shots = shoot(looks, poses, views(CAMERAS, PANDA), PANDA, seed=seed)
+    found = estimate_poses([shot.frame for shot in shots], looks, seed=seed)
+    for name, true in poses.items():
+        pose = found[name].pose
+        assert pose is not None
+        assert math.dist(pose.xyz, true.xyz) < 0.01
+        assert found[name].confidence > 0.5
