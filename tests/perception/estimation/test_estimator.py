@@ -16,6 +16,7 @@ from tamp.perception.estimation import estimator
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.estimation.models.object_model import object_model
+from tamp.perception.estimation.turns.rendered import Shown
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Cylinder, Pose, Table, load_robot
 
@@ -127,3 +128,16 @@ def test_of_two_ways_round_in_one_place_whole_pictures_show_one() -> None:
 def _bar(x: float, height: float) -> Surface:
     bar = plain(Box((0.016, 0.12, height)))
     return Surface(bar.vertices + np.array((x, 0.0, height / 2)), bar.faces, bar.colors)
+
+
+@pytest.mark.parametrize(("by", "kept"), [(5.0, True), (500.0, False)])
+def test_pictures_that_hardly_tell_two_ways_round_leave_it_to_the_points(
+    by: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = estimator.see([shot.frame for shot in shoot(LOOKS, POSES, views(CAMERAS, PANDA), PANDA)], Table())
+    assert scene is not None
+    model, upright = object_model(LOOKS["brick"]), POSES["brick"].matrix
+    rolled = upright @ Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0)).matrix
+    monkeypatch.setattr(estimator, "all_shown", lambda *_: [Shown(0, 400.0 + by), Shown(0, 400.0)])
+    found = estimator._shown(scene, LOOKS["brick"], model, [upright, rolled], np.arange(0))
+    assert (model.error(found, upright) < 0.001) == kept

@@ -11,7 +11,9 @@ import pytest
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.estimation.fusion import LevelFrame, level
+from tamp.perception.estimation.turns import exchanges
 from tamp.perception.estimation.turns.exchanges import told_apart
+from tamp.perception.estimation.turns.rendered import Shown
 from tamp.perception.rendering.surface import Surface
 from tamp.task import Pose, Table
 from tests.perception.estimation.turns.test_rendered import CAMERAS, PANDA, TURNS, _plate
@@ -76,3 +78,30 @@ def test_the_perceiver_says_who_is_where(seed: int) -> None:
         assert pose is not None
         assert math.dist(pose.xyz, true.xyz) < 0.01
         assert found[name].confidence > 0.5
+
+
+@pytest.mark.parametrize(("by", "kept"), [(20.0, True), (300.0, False)])
+def test_pictures_overrule_points_only_where_they_tell_clearly(
+    by: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of what little shows of two books in their holders either way is as likely."""
+    said = iter([[Shown(0, 1000.0 + by), Shown(0, 1000.0)], [Shown(0, 1000.0), Shown(0, 1000.0)]])
+    monkeypatch.setattr(exchanges, "all_shown", lambda *_: next(said))
+    poses = {(i, place): HERE.matrix[None] for i in (0, 1) for place in (0, 1)}
+    told = told_apart([], {0: FLAT, 1: BUMPED}, {0: 0, 1: 1}, poses)
+    assert told.places == ({0: 0, 1: 1} if kept else {0: 1, 1: 0})
+    assert bool(told.leads) != kept
+
+
+def test_three_change_places_where_one_of_a_mesh_was_found_in_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Flat ones were found at 0 and 1, bumped ones at 2 and 3; they are at 0 and 2, and 1 and 3."""
+    costs = {0: (1000.0, 2000.0), 1: (2000.0, 1000.0), 2: (1000.0, 2000.0), 3: (2000.0, 1000.0)}
+    said = iter([[Shown(0, cost) for cost in costs[place]] for place in range(4)])
+    monkeypatch.setattr(exchanges, "all_shown", lambda *_: next(said))
+    meshes = {0: FLAT, 1: FLAT, 2: BUMPED, 3: BUMPED}
+    of_one = {(0, 1), (1, 0), (2, 3), (3, 2)}
+    pairs = sorted(((i, place) for i in range(4) for place in range(4)), key=lambda at: meshes[at[0]] is BUMPED)
+    poses = {at: HERE.matrix[None] for at in pairs if at not in of_one}
+    told = told_apart([], meshes, {i: i for i in range(4)}, poses)
+    assert {told.places[0], told.places[1]} == {0, 2}
+    assert all((i, place) not in of_one for i, place in told.places.items())
