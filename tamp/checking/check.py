@@ -9,7 +9,7 @@ import numpy as np
 from tamp.checking.actions.tabletop import TABLETOP
 from tamp.checking.replay import Replay
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
-from tamp.checking.start_and_goals import check_goals, check_home, check_start
+from tamp.checking.start_and_goals import check_continued, check_goals, check_home, check_start, note_stayed
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
 from tamp.errors import PlanError, TaskError
@@ -35,6 +35,7 @@ def check(
     facts: Iterable[SymbolicFact] | None = None,
     rules: Mapping[str, ActionRule] = TABLETOP,
     allow: Tolerances = DEFAULT,
+    after: State | None = None,
 ) -> Verdict:
     """Judge a plan from the task and the plan alone.
 
@@ -52,18 +53,21 @@ def check(
         facts: the symbolic facts that are known to hold at the start. Without it those that the task names.
         rules: action name -> what must hold of such actions; a plan's actions without a rule are refused.
         allow: tolerances.
+        after: the state that a check of what comes before has ended with, see `Verdict.state`. Then the plan is judged
+            as its continuation, from where that has everything, and `start` and `facts` are not asked: what nothing
+            explains goes on adding up, as if both were one plan.
 
     Raises:
         PlanError: where the plan is for another task or robot.
         TaskError, RobotError: where a shape, a mesh or the robot cannot be used.
     """
     _refuse_misfit(task, plan, start)
-    poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
-    scene, holding = Scene.of(task), set(task.init if facts is None else facts)
-    opening = scene.links.tree.spec.gripper.stroke if start is None else None
-    replay = Replay(scene, State(poses, np.array(plan.home, dtype=np.float64), opening, facts=holding), allow)
-    check_start(replay, start)
-    check_home(replay, known=start is not None)
+    scene = Scene.of(task)
+    if after is None:
+        replay = _begun(scene, plan, start, set(task.init if facts is None else facts), allow)
+    else:
+        replay = Replay(scene, after.copy(), allow)
+        check_continued(replay, plan)
     for index, action in enumerate(plan.actions):
         replay.begin(index, action)
         if action.name in rules:
@@ -74,7 +78,33 @@ def check(
     replay.begin(None, "goal")
     check_goals(replay, plan, goals)
     problems = tuple(sorted(replay.problems, key=lambda problem: problem.time))
-    return Verdict(problems, frozenset(replay.state.facts))
+    return Verdict(problems, frozenset(replay.state.facts), replay.state)
+
+
+def begin(task: Task, start: Mapping[str, Pose], facts: Iterable[SymbolicFact]) -> State:
+    """The state before a plan from the task's own scene, settled to `start`, to be continued by pieces of that plan.
+
+    The arm is at home, its fingers open. Whether settling explains the start is not asked here; where objects may stay
+    although it says otherwise is noted as `check` notes it, so that pieces that are judged one after the other are
+    judged as the whole plan is.
+    """
+    scene, poses = Scene.of(task), {name: start[name].matrix for name in sorted(start)}
+    spec = scene.links.tree.spec
+    state = State(poses, np.array(spec.home, dtype=np.float64), spec.gripper.stroke, facts=set(facts))
+    note_stayed(scene, state, DEFAULT)
+    return state
+
+
+def _begun(
+    scene: Scene, plan: Plan, start: Mapping[str, Pose] | None, facts: set[SymbolicFact], allow: Tolerances
+) -> Replay:
+    """A plan before its first action, its start judged."""
+    poses = {name: plan.start[name].matrix for name in sorted(plan.start)}
+    opening = scene.links.tree.spec.gripper.stroke if start is None else None
+    replay = Replay(scene, State(poses, np.array(plan.home, dtype=np.float64), opening, facts=facts), allow)
+    check_start(replay, start)
+    check_home(replay, known=start is not None)
+    return replay
 
 
 def _refuse_misfit(task: Task, plan: Plan, start: Mapping[str, Pose] | None) -> None:

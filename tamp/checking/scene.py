@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -174,6 +175,14 @@ class State:
         """The same with all objects, or some of them, where they stay at the start though said to stand elsewhere."""
         moved = {name: T for name, T in self.stayed.items() if not names or name in names}
         return replace(self, poses={**self.poses, **moved}, touching={})
+
+    def copy(self) -> State:
+        """The same, to be changed by itself; poses, and what else is replaced and never changed, are shared."""
+        own = copy(self)
+        for key, value in vars(self).items():
+            if isinstance(value, set | dict):
+                setattr(own, key, value.copy())
+        return own
 
     def without(self, name: str) -> State:
         """The same with an object taken out of it."""

@@ -52,12 +52,11 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             if drift > allow.reached:
                 replay.report("start", f"{name} starts {1000 * drift:.0f} mm from where it stands", (name,), drift)
         return
+    note_stayed(scene, state, allow)
     written = {thing.name: thing.pose.matrix for thing in scene.task.objects}
     for name in sorted(written):
         astray = unexplained(scene, state, name, written, allow)
-        state.beside[name] = _beside(scene, name, written[name], state.poses[name], allow)
-        if (stays := stayed(scene, state, name, written, allow)) is not None:
-            state.stayed[name] = stays
+        if (stays := state.stayed.get(name)) is not None:
             off = scene.displacement(name, stays, state.poses[name])
             astray = max(astray, off if off > allow.placed else 0.0)
         if astray > 0.0:
@@ -74,6 +73,27 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
     for name, far in _off_balance(scene, state, allow).items():
         sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
         replay.report("start", sentence, (name,), min(far, 1.0))
+
+
+def note_stayed(scene: Scene, state: State, allow: Tolerances) -> None:
+    """Note of each object where it stays as the task has it, though it is said to start a little elsewhere."""
+    written = {thing.name: thing.pose.matrix for thing in scene.task.objects}
+    for name in sorted(written):
+        state.beside[name] = _beside(scene, name, written[name], state.poses[name], allow)
+        if (stays := stayed(scene, state, name, written, allow)) is not None:
+            state.stayed[name] = stays
+
+
+def check_continued(replay: Replay, plan: Plan) -> None:
+    """A plan that continues another starts where that has left everything, the arm too."""
+    scene, state, allow = replay.scene, replay.state, replay.allow
+    for name in sorted(plan.start):
+        drift = scene.displacement(name, state.poses[name], plan.start[name].matrix)
+        if drift > allow.reached:
+            replay.report("start", f"{name} starts {1000 * drift:.0f} mm from where it was left", (name,), drift)
+    off = float(np.abs(state.q - np.array(plan.home)).max())
+    if not off <= allow.joint:
+        replay.report("start", f"the arm starts {off:.4f} rad from where it was left")
 
 
 def _beside(scene: Scene, name: str, written: Array, said: Array, allow: Tolerances) -> float:

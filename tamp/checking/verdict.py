@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tamp.checking.scene import State
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +44,12 @@ class Verdict:
     Attributes:
         problems: what is wrong.
         facts: the symbolic facts that hold at the end, as the rules of its actions keep them.
+        state: what the checker knows of the world at the end, for a check of what follows; None if it checked nothing.
     """
 
     problems: tuple[Problem, ...] = ()
     facts: frozenset[tuple[str, ...]] = frozenset()
+    state: State | None = field(default=None, compare=False, repr=False)
 
     @property
     def accepted(self) -> bool:

@@ -185,7 +185,7 @@ class Planning:
         task = begin.setup.task
         found = Plan(task.name, task.robot, self._seed, start, q, goals, actions, search.report.as_dict())
         verdict = search.progress.checked(found) or begin.setup.check(
-            found, start=start, goals=goals, facts=begin.facts
+            found, start=start, goals=goals, facts=begin.facts, after=begin.judged.state
         )
         if not verdict.executable:
             raise PlanningFailure("rejected", verdict)

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from tamp.checking import Verdict, check
+from tamp.checking.check import begin
+from tamp.checking.scene import State
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
 from tamp.errors import DomainError
@@ -107,9 +109,15 @@ class Setup:
         start: Mapping[str, Pose],
         goals: Mapping[str, Pose],
         facts: Iterable[SymbolicFact] | None = None,
+        after: State | None = None,
     ) -> Verdict:
-        """The independent checker's word on a plan from a known state, by the rules of the domain."""
-        return check(self.task, plan, start=start, goals=goals, facts=facts, rules=self.domain.rules)
+        """The independent checker's word on a plan from a known state, by the rules of the domain; see `check`."""
+        return check(self.task, plan, start=start, goals=goals, facts=facts, rules=self.domain.rules, after=after)
+
+    def begun(self, poses: Mapping[str, Pose], q: tuple[float, ...], facts: Iterable[SymbolicFact]) -> State | None:
+        """What the checker knows before a plan from the task's own scene; None from any other, which was seen."""
+        own = tuple(q) == tuple(self.world.robot.spec.home) and dict(poses) == dict(self.start)
+        return begin(self.task, poses, facts) if own else None
 
 
 def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT_SETTINGS) -> Setup:

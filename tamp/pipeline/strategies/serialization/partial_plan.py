@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tamp.checking import Verdict
+from tamp.checking.scene import State
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
@@ -29,6 +30,28 @@ from tamp.streams.workspace import Workspace
 from tamp.task import Action, Plan, Pose
 
 
+class Judged:
+    """What the checker knows of a state beyond where things are said to be: shifts so far, and where things may stay.
+
+    It is noted where the check of what led to the state was run, and found out when it is first needed where that
+    runs in another process (see `tamp.speculation`).
+    """
+
+    def __init__(self, find_out: Callable[[], State | None]) -> None:
+        self._find_out, self._known = find_out, list[State | None]()
+
+    def note(self, state: State | None) -> None:
+        """Keep what has been found out."""
+        self._known = [state]
+
+    @property
+    def state(self) -> State | None:
+        """None where the scene was seen as it is: then nothing more is known."""
+        if not self._known:
+            self.note(self._find_out())
+        return self._known[0]
+
+
 @dataclass(frozen=True, eq=False)
 class Attempt:
     """One state to plan from, and how a solution found there becomes a checked plan.
@@ -39,6 +62,7 @@ class Attempt:
         samplers: one function for each stream.
         configuration: where the arm is; the hand is empty.
         facts: symbolic facts that hold.
+        judged: what the checker knows of the state beyond that.
     """
 
     setup: Setup
@@ -46,6 +70,7 @@ class Attempt:
     samplers: Mapping[str, Callable[..., Any]]
     configuration: Configuration
     facts: tuple[Fact, ...] = ()
+    judged: Judged = field(default_factory=lambda: Judged(lambda: None))
 
     @staticmethod
     def of(
@@ -65,7 +90,9 @@ class Attempt:
         functions = guarded(setup.domain, resolve_samplers(setup.domain.samplers, own), own)
         robot = setup.world.robot
         configuration = Configuration(tuple(robot.overshot(np.array(q)).tolist()), robot.spec.gripper.stroke)
-        return Attempt(setup, workspace, functions, configuration, setup.task.init if facts is None else facts)
+        held = setup.task.init if facts is None else facts
+        judged = Judged(lambda: setup.begun(poses, q, held))
+        return Attempt(setup, workspace, functions, configuration, held, judged)
 
     def problem(
         self,
@@ -97,7 +124,8 @@ class Attempt:
 
     def checked(self, plan: Plan) -> Verdict:
         """The checker's word on a plan that begins here."""
-        return self.setup.check(plan, start=plan.start, goals=_poses(self.workspace.goals), facts=self.facts)
+        goals = _poses(self.workspace.goals)
+        return self.setup.check(plan, start=plan.start, goals=goals, facts=self.facts, after=self.judged.state)
 
 
 def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
@@ -142,7 +170,9 @@ class Progress:
         except NotFree as reason:
             self.blocked.append(str(reason))
             return str(reason)
-        if (refused := presumed(lambda: self._against(piece, solution, near), None)) is not None:
+        before = self.now
+        judged = Judged(lambda: before.checked(piece).state)
+        if (refused := presumed(lambda: self._against(piece, solution, near, judged), None)) is not None:
             return refused
         domain = self.now.setup.domain
         self.before.append((len(self.actions), self.now))
@@ -151,16 +181,19 @@ class Progress:
         facts = domain.facts_after(self.now.facts, piece.actions)
         start, configuration = domain.after(self.start, self.now.configuration, solution)
         workspace = replace(self.now.workspace, start=start)
-        self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts)
+        self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts, judged=judged)
         return None
 
-    def _against(self, piece: Plan, solution: Sequence[GroundAction], near: bool) -> str | None:
+    def _against(self, piece: Plan, solution: Sequence[GroundAction], near: bool, judged: Judged) -> str | None:
         """What is wrong with a further piece: the checker's verdict, or where it goes astray in a simulator.
+
+        What the checker knows after it is noted in `judged`.
 
         Raises:
             DomainError: where a skill and its rule have different facts hold after it.
         """
         verdict = self.now.checked(piece)
+        judged.note(verdict.state)
         if not verdict.executable:
             self.rejections.append(str(verdict))
             self._learn(verdict, solution)
@@ -203,7 +236,8 @@ class Progress:
             state = replace(after(self.now.setup.world.robot, piece), goals=plan.goals)
         if [id(action) for action in actions] != [id(action) for action in plan.actions]:
             return None
-        return self.now.setup.check(state, start=state.start, goals=plan.goals, facts=self.now.facts)
+        now = self.now
+        return now.setup.check(state, start=state.start, goals=plan.goals, facts=now.facts, after=now.judged.state)
 
     def cut_back(self) -> None:
         """Drop the pieces at the end that leave the table no better: what they put aside would stay there."""
