@@ -48,6 +48,8 @@ class Tolerances:
         reached: displacement between a final pose and the goal it stands for.
         placed: displacement between where an object stays in the task, and where it is said to stand.
         veered: turn about the vertical of what stays in the task.
+        sagged: how far a stack may give way when something that it leaned on leaves.
+        touching: gap between a body that has come to a place and what it certainly touches there.
         firm: the same gap as `standing` of what is certain to stand where the task has it.
         leaning: how far off upright that must stay in balance [rad].
         settling: the same of what does not stay, or touches what does not.
@@ -104,6 +106,8 @@ class Tolerances:
     reached: float = 0.005
     placed: float = 0.006
     veered: float = 0.05
+    sagged: float = 0.02
+    touching: float = 0.0003
     firm: float = 0.001
     leaning: float = 0.05
     settling: float = 0.015

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.giving_way import let_down, tips_over
+from tamp.checking.physics.giving_way import convex, let_down, tips_over
 from tamp.checking.physics.perching import on_rollers, perched, pressed_away
 from tamp.checking.physics.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
+from tamp.checking.physics.yielding import gives_way
 
 if TYPE_CHECKING:
     from tamp.checking.actions.arm_motion import Report
@@ -30,6 +32,10 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
     for sentence, bodies in let_down(scene, state, rest, beside, allow):
+        report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+    firm = replace(allow, standing=allow.firm)
+    held = [other for other in beside if _touches(scene, state, name, other, firm)]
+    for sentence, bodies in gives_way(scene, state, rest, held, allow.sagged, firm):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     for other in (other for other in beside if other not in slumped):
         if not _rolling(scene, state, other, allow, allow.slump):
@@ -99,3 +105,7 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
         report("support", sentence, bodies=bodies, depth=depth)
     if tips_over(scene, state, name, allow):
         report("support", f"{name} tips over what it first touches, which does not carry it", bodies=(name,))
+    if convex(scene, state, name, allow):  # of pieces that bulge nobody knows within a millimetre what touches
+        near = replace(allow, standing=allow.touching)
+        for sentence, bodies in gives_way(scene, state.without(name), state, [name], allow.slump, near):
+            report("support", sentence, bodies=bodies)

@@ -70,7 +70,9 @@ class Contacts:
         return equilibrium.balance(np.concatenate(points), np.concatenate(normals), mu, center, wanted)
 
 
-def contacts(solid: Solid, T: Array, others: Mapping[str, tuple[Solid, Array]], gap: float) -> Contacts:
+def contacts(
+    solid: Solid, T: Array, others: Mapping[str, tuple[Solid, Array]], gap: float, deep: float | None = None
+) -> Contacts:
     """Where other bodies touch a body.
 
     Surface points of either body that are nearer than `gap` to the other are contacts; the normal is that of the face
@@ -81,15 +83,16 @@ def contacts(solid: Solid, T: Array, others: Mapping[str, tuple[Solid, Array]], 
         T: where it is, T_world_body, shape (4, 4).
         others: name -> (solid, T_world_other) of the bodies that it may touch.
         gap: largest distance that counts as contact [m].
+        deep: and the largest depth; twice the gap where it is None [m].
     """
-    found = {}
+    deep, found = 2 * gap if deep is None else deep, {}
     for name, (other, T_other) in others.items():
         T_other_body = inverse(T_other) @ T
         reach = np.linalg.norm(T_other_body[:3, :3] @ solid.center + T_other_body[:3, 3] - other.center)
         if reach > solid.radius + other.radius + gap:
             continue
-        onto, up = _near(solid, other, T_other_body, gap)
-        under, down = _near(other, solid, inverse(T_other_body), gap)
+        onto, up = _near(solid, other, T_other_body, gap, deep)
+        under, down = _near(other, solid, inverse(T_other_body), gap, deep)
         points = np.vstack([_world(onto, T_other), _world(under, T)])
         if len(points):
             found[name] = Patch(points, np.vstack([up @ T_other[:3, :3].T, -down @ T[:3, :3].T]))
@@ -101,7 +104,7 @@ def _world(points: Array, T: Array) -> Array:
     return moved
 
 
-def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[Array, Array]:
+def _near(body: Solid, other: Solid, T_other_body: Array, gap: float, deep: float) -> tuple[Array, Array]:
     """Surface points of `body` near faces of `other` that look back at them, and those faces' normals.
 
     Both in the frame of `other`, shape (n, 3).
@@ -121,14 +124,16 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float) -> tuple[A
         least = np.where(edges, FACING, PARALLEL)
         for j in reach:
             near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
-            over, faces = _over(moved[near], turned[near], least[near], other.pieces[j], gap)
+            over, faces = _over(moved[near], turned[near], least[near], other.pieces[j], gap, deep)
             if len(over):
                 points.append(over)
                 normals.append(_pushing(a, T_other_body, other.pieces[j], faces, gap))
     return np.vstack(points), np.vstack(normals)
 
 
-def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: float) -> tuple[Array, NDArray[np.int64]]:
+def _over(
+    points: Array, directions: Array, least: Array, piece: Piece, gap: float, deep: float
+) -> tuple[Array, NDArray[np.int64]]:
     """Those points that lie within `gap` of faces of a piece that look back at them, over them, and which faces.
 
     A face looks back where the cosine to the opposite of a point's direction is at least `least`, shape (n,).
@@ -136,14 +141,14 @@ def _over(points: Array, directions: Array, least: Array, piece: Piece, gap: flo
     normals, offsets = piece.planes
     height = points @ normals.T - offsets
     outermost = height.max(axis=1)
-    near = (outermost <= gap) & (outermost >= -2 * gap)
+    near = (outermost <= gap) & (outermost >= -deep)
     points, directions, least, height = points[near], directions[near], least[near], height[near]
     facing = directions @ normals.T <= -least[:, None]
     above = np.where(facing, height, -np.inf)
     beside = np.where(facing, -np.inf, height).max(axis=1, initial=-np.inf)
     nearest = above.argmax(axis=1)
     highest = above[np.arange(len(points)), nearest]
-    kept = (highest <= gap) & (highest >= -2 * gap) & (beside <= BESIDE)
+    kept = (highest <= gap) & (highest >= -deep) & (beside <= BESIDE)
     return points[kept], nearest[kept]
 
 

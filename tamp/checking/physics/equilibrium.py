@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.physics.least_squares import nnls
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -77,8 +79,6 @@ def balance(points: Array, normals: Array, friction: Array, center: Array, wante
 
 def holds_up(normals: Array, friction: float) -> bool:
     """Whether pushes along unit normals, shape (n, 3), within friction, add up to a force straight up."""
-    from scipy.optimize import nnls
-
     apart = normals[np.unique(np.round(normals, 2), axis=0, return_index=True)[1]]
     pushes = wrenches(np.zeros_like(apart), apart, np.full(len(apart), friction))[:3]
     return bool(nnls(pushes, np.array([0.0, 0.0, 1.0]))[1] < STEEP)
@@ -86,8 +86,6 @@ def holds_up(normals: Array, friction: float) -> bool:
 
 def along(normals: Array, way: Array) -> Array:
     """The part of a vector, shape (3,), that pushes along unit normals, shape (n, 3), can add up to."""
-    from scipy.optimize import nnls
-
     part: Array = normals.T @ nnls(normals.T, way)[0]
     return part
 
@@ -103,8 +101,6 @@ def holds_ahead(arms: Array, normals: Array, friction: float, ahead: Array) -> b
         friction: coefficient of the contacts.
         ahead: level unit vector, shape (3,).
     """
-    from scipy.optimize import nnls
-
     aside = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
     aside /= np.maximum(np.linalg.norm(aside, axis=1), ZERO)[:, None]
     forces = np.concatenate([normals + friction * aside, normals - friction * aside])

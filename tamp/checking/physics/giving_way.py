@@ -34,7 +34,7 @@ def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     That is more than shifts may come to. Pieces of what is not convex bulge, and nobody knows within a millimetre what
     is touched first: it is not asked about. What slides there, as what is round does in a bowl, is not said to tip.
     """
-    if not _convex(scene, state, name, allow):
+    if not convex(scene, state, name, allow):
         return False
     lowered = _come_down(scene, state, name, allow.standing, allow)
     return _gives(scene, lowered, name, allow.strayed, allow) == "tips"
@@ -51,14 +51,14 @@ def let_down(
         Sentence and bodies.
     """
     for name in names:
-        if not _convex(scene, before, name, allow):
+        if not convex(scene, before, name, allow):
             continue
         how, was = (_gives(scene, state, name, allow.slump, allow) for state in (after, before))
         if how and not was:
             yield f"{name} {how} on what it still touches", (name,)
 
 
-def _convex(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+def convex(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     """Whether an object, and all that it touches, is of one piece."""
     touched = (name, *carriers(scene, state, name, allow).patches)
     return all(len(scene.solids[body].pieces) == 1 for body in touched)

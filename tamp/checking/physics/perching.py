@@ -20,6 +20,7 @@ from tamp.checking.physics.righting import righted
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
 from tamp.task.mesh.enclosure import lies_in
+from tamp.task.model import Capsule, Cylinder, Sphere
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -53,6 +54,11 @@ ASIDE = 0.3
 """Level share of a contact normal from which on it pushes aside."""
 PRESSED = 2e-4
 """What is no deeper than this in something does not push it [m]."""
+SLOPE = 0.01
+"""Down which everything rolls that is perfectly round [rad]."""
+LADEN = 20.0
+"""What rolls does not stay on something that is lighter by this factor: that is not level enough under it."""
+ROUND = (Sphere, Cylinder, Capsule)
 NEAR = 2e-5
 """What is nearer than this touches [m]."""
 STEP = 4e-4
@@ -70,8 +76,11 @@ def perched(
     under = carriers(scene, state, name, allow).bodies
     if (below := _rolling(scene, state, name, allow)) is not None:
         yield f"{name} does not stay on {under[0]}, which rolls on {below}", (name, *under)
-    elif _rolls_off(scene, state, name, allow):
+    elif _rolls_off(scene, state, name, allow) or _rolls_down(scene, state, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it rolls down", (name, *under)
+    elif _outweighs(scene, state, name, allow):
+        sentence = f"{name}, which rolls, does not stay on {under[0]}, which is so much lighter that it tilts"
+        yield sentence, (name, *under)
     elif (far := righted(scene, state, name, allow)) > (allow.standing if down is None else down):
         yield f"{name} does not stay tilted on {under[0]}: it comes down by {1000 * far:.0f} mm", (name, *under)
 
@@ -182,6 +191,43 @@ def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
         if all((last := risen) < RISES / 2 for risen in rises) and last < -FALLS:
             return True
     return False
+
+
+def _rolls_down(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether what is perfectly round stands on one object alone, on a face that slopes: facets would hold on that."""
+    shape, T, touching = scene.task.object(name).shape, state.poses[name], carriers(scene, state, name, allow)
+    if not isinstance(shape, ROUND) or len(touching.patches) != 1 or touching.bodies in ((), (TABLE,)):
+        return False
+    (under,) = touching.bodies
+    T_under, center = state.poses[under], T[:3, 3]
+    local, faces = inverse(T_under) @ np.append(center, 1.0), []
+    for piece in scene.solids[under].pieces:
+        normals, offsets = piece.planes
+        above = normals @ local[:3] - offsets
+        faces.append((float(above.max()), T_under[:3, :3] @ normals[int(above.argmax())]))
+    up = min(faces, key=lambda face: face[0])[1]
+    if isinstance(shape, Sphere):
+        return float(np.hypot(up[0], up[1])) > SLOPE
+    along = T[:3, 2] if abs(T[2, 2]) < LEVEL else up
+    return abs(float(np.cross(along, up)[2])) > SLOPE and abs(float(along @ up)) < LEVEL
+
+
+def _outweighs(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether something that rolls by nothing stands on one object alone, which is lighter by far.
+
+    Rigid bodies would stay in balance. What is pressed gives way a little under one side, the lighter the more in
+    simulators, and that is enough for what rolls.
+    """
+    touching = carriers(scene, state, name, allow)
+    if len(touching.patches) != 1 or touching.bodies in ((), (TABLE,)):
+        return False
+    (under,) = touching.bodies
+    if scene.task.object(name).mass <= LADEN * scene.task.object(under).mass:
+        return False
+    if _flat(scene, name, state.poses[name], allow.balance):
+        return False
+    below = _standing_on(scene, state, touching.bodies)
+    return any(_rolls(scene, state, name, below, axis) for axis in _level_axes(scene, state, name))
 
 
 def _flat(scene: Scene, name: str, T: Array, margin: float) -> bool:

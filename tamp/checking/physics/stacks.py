@@ -174,29 +174,40 @@ def _weighted(scene: Scene, state: State, name: str) -> tuple[float, Array]:
     return scene.task.object(name).mass, scene.center_of_mass(name, state.poses[name])
 
 
+def pushes_of(scene: Scene, state: State, stack: Stack) -> Array:
+    """What the pushes along the edges of each contact's friction cone give the bodies of a stack, shape (6 n, m).
+
+    Each is a force and a scaled moment about the centre of mass, equal and opposite for its two bodies, in six rows for
+    each of them.
+    """
+    row = {name: 6 * index for index, name in enumerate(stack.names)}
+    middles = {name: scene.center_of_mass(name, state.poses[name]) for name in stack.names}
+    axes = {name: round_axes(scene, state, name) for name in stack.names}
+    pushes = [np.zeros((6 * len(row), 0))]
+    for (a, b), patch in stack.touching.items():
+        for name in (name for name in (a, b) if name in row):
+            patch = _on_line(patch, middles[name], axes[name])
+        kept = equilibrium.outermost(patch.points, patch.normals)
+        points, normals = patch.points[kept], patch.normals[kept]
+        mu = np.full(len(kept), scene.friction(a) * scene.friction(b))
+        block = np.zeros((6 * len(row), len(kept) * equilibrium.EDGES))
+        for name, sign in ((a, 1.0), (b, -1.0)):
+            if name in row:
+                wrench = equilibrium.wrenches(points - middles[name], normals, mu)
+                block[row[name] : row[name] + 6] = sign * wrench
+        pushes.append(block)
+    return np.hstack(pushes)
+
+
 def _least_shifts(scene: Scene, state: State, stack: Stack, pushed: Pushed | None) -> dict[str, float]:
     """The linear program: least shifts |x| + |y| of the centres of mass with which forces balance weights and push.
 
-    Unknown are pushes along the edges of each contact's friction cone, equal and opposite for its two bodies, and for
-    each body the moments that shifts of its weight would add.
+    Unknown are pushes along the edges of each contact's friction cone, and for each body the moments that shifts of its
+    weight would add.
     """
     bodies = {name: _weighted(scene, state, name) for name in stack.names}
     mean = float(np.mean([mass for mass, _ in bodies.values()]))
     row = {name: 6 * index for index, name in enumerate(bodies)}
-    pushes = []
-    axes = {name: round_axes(scene, state, name) for name in bodies}
-    for (a, b), patch in stack.touching.items():
-        for name in (name for name in (a, b) if name in bodies):
-            patch = _on_line(patch, bodies[name][1], axes[name])
-        kept = equilibrium.outermost(patch.points, patch.normals)
-        points, normals = patch.points[kept], patch.normals[kept]
-        mu = np.full(len(kept), scene.friction(a) * scene.friction(b))
-        block = np.zeros((6 * len(bodies), len(kept) * equilibrium.EDGES))
-        for name, sign in ((a, 1.0), (b, -1.0)):
-            if name in row:
-                wrench = equilibrium.wrenches(points - bodies[name][1], normals, mu)
-                block[row[name] : row[name] + 6] = sign * wrench
-        pushes.append(block)
     wanted, shifts = np.zeros(6 * len(bodies)), np.zeros((6 * len(bodies), 4 * len(bodies)))
     for index, (name, (mass, _)) in enumerate(bodies.items()):
         wanted[row[name] + 2] = mass / mean
@@ -206,7 +217,7 @@ def _least_shifts(scene: Scene, state: State, stack: Stack, pushed: Pushed | Non
         wanted[row[pushed.name] : row[pushed.name] + 6] -= np.concatenate([pushed.force, moment]) / (mean * GRAVITY)
     costs = np.repeat([equilibrium.SCALE * mean / mass for mass, _ in bodies.values()], 4)
     weights = sum(mass for mass, _ in bodies.values()) / mean
-    found = equilibrium.least(np.hstack(pushes), shifts, costs, wanted, equilibrium.PRESSED * weights)
+    found = equilibrium.least(pushes_of(scene, state, stack), shifts, costs, wanted, equilibrium.PRESSED * weights)
     if found is None:
         return dict.fromkeys(stack.names, np.inf)
     each = (found[0] * costs).reshape(-1, 4).sum(axis=1)

@@ -40,7 +40,8 @@ def patch_between(scene: Scene, state: State, a: str, b: str, allow: Tolerances)
         return None
     known = state.touching.get((a, b))
     if known is None or known[0] is not T_a or known[1] is not T_b:
-        patch = contacts(first, T_a, {b: (second, T_b)}, allow.standing).patches.get(b)
+        deep = max(2 * allow.standing, allow.sinking)
+        patch = contacts(first, T_a, {b: (second, T_b)}, allow.standing, deep).patches.get(b)
         state.touching[a, b] = T_a, T_b, patch
         state.touching[b, a] = T_b, T_a, None if patch is None else Patch(patch.points, -patch.normals)
     return state.touching[a, b][2]

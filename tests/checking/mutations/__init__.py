@@ -112,6 +112,8 @@ from tests.checking.mutations.stacks import (
     falls_though_in_balance,
     heavy_load,
     light_counterweight,
+    rolls_down_a_slope,
+    rolls_off_what_is_light,
     stands_tilted,
     sunk_tower,
 )
@@ -176,6 +178,8 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     misnamed_phase: ("continuity",),
     sunk_tower: ("start",),
     stands_tilted: ("start",),
+    rolls_down_a_slope: ("start",),
+    rolls_off_what_is_light: ("start",),
     falls_the_other_way: ("start",),
     falls_though_in_balance: ("start",),
     start_in_the_robot: ("start",),

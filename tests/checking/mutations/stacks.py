@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tamp.task import Box, Object, Plan, Pose, Task
+from tamp.task import Box, Cylinder, Object, Plan, Pose, Sphere, Task
 from tests.checking.mutations.editing import Pair, changed, choose
 
 LIGHT, HEAVY = 0.05, 6.0
@@ -66,3 +66,38 @@ def _lies(task: Task, plan: Plan, rng: np.random.Generator, lean: float, side: i
     stick = Object("stick", Box((wide, 0.05, high)), leans)
     task = replace(task, objects=(*task.objects, stick))
     return task, replace(plan, start={**plan.start, stick.name: lies})
+
+
+def rolls_down_a_slope(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A ball, or a can, out of the way lies on a plank that slopes by a degree or two, one end of it on a card."""
+    slope, along, radius = rng.uniform(0.015, 0.035), rng.uniform(0.05, 0.1), rng.uniform(0.015, 0.03)
+    foot = Pose.from_rpy((*CORNER, 0.0), (0.0, 0.0, rng.uniform(-np.pi, np.pi)))
+    rises = foot @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -slope, 0.0))
+    card = foot @ Pose((0.12 * np.cos(slope) + 0.02, 0.0, 0.06 * np.sin(slope)))
+    lying = bool(rng.integers(2))
+    round_thing = Cylinder(radius, 0.05) if lying else Sphere(radius)
+    turn = Pose.from_rpy((along, 0.0, 0.01 + radius), (np.pi / 2 if lying else 0.0, 0.0, 0.0))
+    return _with(
+        task,
+        plan,
+        Object("card", Box((0.04, 0.06, 0.12 * np.sin(slope))), card),
+        Object("slope", Box((0.16, 0.06, 0.01)), rises @ Pose((0.08, 0.0, 0.005)), mass=0.2),
+        Object("round", round_thing, rises @ turn, mass=0.1),
+    )
+
+
+def rolls_off_what_is_light(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A ball out of the way lies on a box that weighs a thirtieth of it, or less, near the edge of that."""
+    place, aside = Pose((*CORNER, 0.0)), rng.uniform(0.01, 0.02)
+    return _with(
+        task,
+        plan,
+        Object("light", Box((0.05, 0.05, 0.05)), place @ Pose((0.0, 0.0, 0.025)), mass=0.03),
+        Object("round", Sphere(0.03), place @ Pose((aside, 0.0, 0.08)), mass=rng.uniform(0.9, 1.4)),
+    )
+
+
+def _with(task: Task, plan: Plan, *things: Object) -> Pair:
+    """The same with more objects, which stay where they are."""
+    start = {**plan.start, **{thing.name: thing.pose for thing in things}}
+    return replace(task, objects=(*task.objects, *things)), replace(plan, start=start)

@@ -29,6 +29,8 @@ EDGE = 0.0012  # what lies flat has three corners so near the table [m]
 SUNK = 0.006  # what stands so much lower than it should is too low [m]
 POKED = 0.0005  # so deep something rolls from what pokes it [m]
 BESIDE = 0.004  # what is let go goes no farther aside [m]
+ROLLS = 0.012  # what is round rolls down a steeper slope [rad]
+OUTWEIGHS = 25.0  # what rolls does not stay on what is so many times lighter
 STRAINED = 1.3  # so many times what a joint bears is too much
 ALLOWED = {
     "approach": True, "lift": True, "lower": True, "retreat": True, "push": True, "transit": False, "transfer": False,
@@ -72,6 +74,9 @@ def start(world: World) -> str | None:
         return f"{name} is too low for all that is under it"
     if (name := _tilted(world)) is not None:
         return f"{name} stands on its edge alone"
+    for name in sorted(world.others("table")):
+        if _rolling(world, name) and _rolls_off(world, name):
+            return f"{name} rolls off the box that it lies on"
     for a, b in combinations(sorted(world.poses), 2):
         if depth(world.bodies[a], world.poses[a], world.bodies[b], world.poses[b]) > TOUCHING:
             return f"{a} starts inside {b}"
@@ -203,6 +208,30 @@ def _rolling(world: World, name: str) -> bool:
     """Whether a body is a ball, or a can that lies."""
     shape = None if name == "table" else world.task.object(name).shape
     return isinstance(shape, Sphere) or (isinstance(shape, Cylinder) and abs(world.poses[name][2, 2]) < 0.1)
+
+
+def _rolls_off(world: World, name: str) -> bool:
+    """Whether a ball or a can lies on one box alone, and that slopes, or is far lighter."""
+    T, shape, ups = world.poses[name], world.task.object(name).shape, {}
+    radius = shape.radius if isinstance(shape, Sphere | Cylinder) else 0.0
+    for other, at in world.others(name, "table").items():
+        held_by = world.task.object(other).shape
+        if not isinstance(held_by, Box):
+            if depth(world.bodies[name], T, world.bodies[other], at) > -FAR:
+                return False
+            continue
+        half, middle = np.array(held_by.size) / 2, at[:3, :3].T @ (T[:3, 3] - at[:3, 3])
+        up = at[:3, :3] @ (middle - np.clip(middle, -half, half))
+        if np.linalg.norm(up) < radius + INSIDE:
+            ups[other] = up / radius
+    if len(ups) != 1 or T[2, 3] < radius + INSIDE:
+        return False
+    ((other, up),) = ups.items()
+    level = up * (1.0, 1.0, 0.0)
+    if isinstance(shape, Cylinder):
+        level -= (level @ T[:3, 2]) * T[:3, 2]
+    masses = [world.task.object(each).mass for each in (name, other)]
+    return bool(np.linalg.norm(level) > ROLLS or masses[0] > OUTWEIGHS * masses[1])
 
 
 def strains(q: np.ndarray, T_tool_point: np.ndarray, force: np.ndarray) -> bool:
