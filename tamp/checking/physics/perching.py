@@ -54,7 +54,7 @@ ASIDE = 0.3
 """Level share of a contact normal from which on it pushes aside."""
 PRESSED = 2e-4
 """What is no deeper than this in something does not push it [m]."""
-SLOPE = 0.01
+SLOPE = 0.005
 """Down which everything rolls that is perfectly round [rad]."""
 LADEN = 20.0
 """What rolls does not stay on something that is lighter by this factor: that is not level enough under it."""

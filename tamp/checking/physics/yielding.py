@@ -19,10 +19,11 @@ from tamp.checking.physics.least_squares import nnls
 from tamp.checking.physics.stacks import pushes_of, stack_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
+    from tamp.checking.physics.stacks import Stack
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
 
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
 STEP = 5e-4
 """How far the fastest side of a body that gives way moves between two looks [m]."""
 LOOKS = 200
-STILL = 0.02
-"""Accelerations up to this share of gravity are rounding, and cones of friction that are cut to edges."""
+ROUNDING = 0.001
+"""Accelerations up to this share of gravity are none."""
 
 
 def gives_way(
@@ -58,18 +59,20 @@ def gives_way(
 
 
 def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> dict[str, float]:
-    """How far each body of the stack of a body moves until it is in balance [m]; followed until one has by `most`."""
+    """How far each body of the stack of a body moves until all are in balance [m]; followed until one has by `most`.
+
+    What loses touch with the others on its way is followed on.
+    """
     there = replace(state, poses=dict(state.poses), touching={})
     far = dict[str, float]()
     for _ in range(LOOKS):
-        stack = stack_of(scene, there, name, allow)
-        far |= {body: 0.0 for body in stack.names if body not in far}
-        ways = _accelerations(scene, there, stack.names, pushes_of(scene, there, stack))
-        fastest = max(
-            float(np.linalg.norm(way) + scene.solids[body].radius * np.linalg.norm(turn))
-            for body, (way, turn) in ways.items()
-        )
-        if fastest < STILL:
+        ways: dict[str, tuple[Array, Array]] = {}
+        for body in (name, *far):
+            if body not in ways:
+                ways |= _set_out(scene, there, stack_of(scene, there, body, allow))
+        far |= {body: 0.0 for body in ways if body not in far}
+        fastest = _fastest(scene, ways)
+        if fastest == 0.0:
             break
         for body, (way, turn) in ways.items():
             T = there.poses[body]
@@ -78,6 +81,22 @@ def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances)
         if max(far.values()) > most:
             break
     return far
+
+
+def _set_out(scene: Scene, state: State, stack: Stack) -> dict[str, tuple[Array, Array]]:
+    """As `_accelerations`, nothing where that is no more than rounding, and what cones cut to edges leave out."""
+    ways = _accelerations(scene, state, stack.names, pushes_of(scene, state, stack))
+    friction = max((scene.friction(a) * scene.friction(b) for a, b in stack.touching), default=0.0)
+    still = ROUNDING + friction * (1.0 - np.cos(np.pi / equilibrium.EDGES))
+    return ways if _fastest(scene, ways) > still else {body: (np.zeros(3), np.zeros(3)) for body in ways}
+
+
+def _fastest(scene: Scene, ways: Mapping[str, tuple[Array, Array]]) -> float:
+    """The most that a side of any of some bodies is accelerated by, over g."""
+    return max(
+        float(np.linalg.norm(way) + scene.solids[body].radius * np.linalg.norm(turn))
+        for body, (way, turn) in ways.items()
+    )
 
 
 def _moved(T: Array, center: Array, way: Array, turn: Array, share: float) -> Array:
