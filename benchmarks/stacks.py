@@ -28,13 +28,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness import Row, main
-from tamp.checking import Tolerances
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.replay import Replay
 from tamp.checking.scene import TABLE, Scene, State
 from tamp.checking.start_and_goals import check_start
+from tamp.checking.tolerances import DEFAULT
 from tamp.execution.settling.settle import let_fall
 from tamp.task import Box, Cylinder, Object, Pose, Shape, Sphere, Table, Task, load_robot
 
@@ -146,7 +146,7 @@ def judged(objects: Sequence[Object], name: str, change: str) -> tuple[str, ...]
     """What the checker says where an object is taken from among others, or has come there."""
     scene, sentences = Scene.of(Task("heap", tuple(objects))), list[str]()
     check: Callable[..., None] = check_uncovered if change == "removal" else check_rest
-    check(scene, _state(objects), name, Tolerances(), lambda kind, sentence, **_: sentences.append(sentence))
+    check(scene, _state(objects), name, DEFAULT, lambda kind, sentence, **_: sentences.append(sentence))
     return tuple(sentences)
 
 
@@ -155,7 +155,7 @@ def _judged_again(case: Case) -> Case:
 
 
 def _refused_at_first(objects: Sequence[Object]) -> bool:
-    replay = Replay(Scene.of(Task("heap", tuple(objects))), _state(objects), Tolerances())
+    replay = Replay(Scene.of(Task("heap", tuple(objects))), _state(objects), DEFAULT)
     check_start(replay, None)
     return bool(replay.problems)
 

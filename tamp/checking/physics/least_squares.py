@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 GAIN = 1e-9
 """A column whose gain is a smaller share of the target's and its own length is none."""
 
+ORTHOGONAL = 1e-12
+"""What is left of the target is at right angles to all columns, up to such a share of it."""
+
 
 def nnls(A: Array, b: Array) -> tuple[Array, float]:
     """The x >= 0 that makes |A x - b| least, shape (n,), and that distance.
@@ -49,7 +52,7 @@ def _inside(columns: Array, b: Array, chosen: list[int], x: Array) -> Array:
     """The least squares of the chosen columns; those whose share would be negative are left out on the way there."""
     x, free = x.copy(), list(chosen)
     while free:
-        wanted = np.linalg.lstsq(columns[:, free], b, rcond=None)[0]
+        wanted = _least_squares(columns[:, free], b)
         if (wanted > 0.0).all():
             x[:] = 0.0
             x[free] = wanted
@@ -64,3 +67,20 @@ def _inside(columns: Array, b: Array, chosen: list[int], x: Array) -> Array:
         x[free] = now
         free = [index for index, value in zip(free, now, strict=True) if value > 0.0]
     return x
+
+
+def _least_squares(A: Array, b: Array) -> Array:
+    """The x that makes |A x - b| least, shape (n,), whatever its signs.
+
+    By normal equations, refined once, which takes a tenth of the time where many bodies lean on each other; by singular
+    values where columns depend on each other too much for that.
+    """
+    try:
+        inverse = np.linalg.inv(A.T @ A)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(A, b, rcond=None)[0])
+    x = inverse @ (A.T @ b)
+    x += inverse @ (A.T @ (b - A @ x))
+    if np.abs(A.T @ (b - A @ x)).max() <= ORTHOGONAL * float(np.linalg.norm(b)):
+        return np.asarray(x)
+    return np.asarray(np.linalg.lstsq(A, b, rcond=None)[0])

@@ -64,16 +64,24 @@ def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances)
     What loses touch with the others on its way is followed on.
     """
     there = replace(state, poses=dict(state.poses), touching={})
-    far = dict[str, float]()
+    far, resting = dict[str, float](), set[tuple[str, ...]]()
     for _ in range(LOOKS):
         ways: dict[str, tuple[Array, Array]] = {}
+        still = set[tuple[str, ...]]()
         for body in (name, *far):
             if body not in ways:
-                ways |= _set_out(scene, there, stack_of(scene, there, body, allow))
+                stack = stack_of(scene, there, body, allow)
+                # What was at rest at the last look still is, unless something more touches it.
+                set_out = {} if stack.names in resting else _set_out(scene, there, stack)
+                ways |= _rest(stack) | set_out
+                if not set_out:
+                    still.add(stack.names)
         far |= {body: 0.0 for body in ways if body not in far}
         fastest = _fastest(scene, ways)
         if fastest == 0.0:
             break
+        moving = {body for body, (way, turn) in ways.items() if way.any() or turn.any()}
+        resting = {names for names in still if moving.isdisjoint(names)}
         for body, (way, turn) in ways.items():
             T = there.poses[body]
             there.poses[body] = _moved(T, scene.center_of_mass(body, T), way, turn, STEP / fastest)
@@ -84,11 +92,15 @@ def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances)
 
 
 def _set_out(scene: Scene, state: State, stack: Stack) -> dict[str, tuple[Array, Array]]:
-    """As `_accelerations`, nothing where that is no more than rounding, and what cones cut to edges leave out."""
+    """As `_accelerations`, empty where that is no more than rounding, and what cones cut to edges leave out."""
     ways = _accelerations(scene, state, stack.names, pushes_of(scene, state, stack))
     friction = max((scene.friction(a) * scene.friction(b) for a, b in stack.touching), default=0.0)
     still = ROUNDING + friction * (1.0 - np.cos(np.pi / equilibrium.EDGES))
-    return ways if _fastest(scene, ways) > still else {body: (np.zeros(3), np.zeros(3)) for body in ways}
+    return ways if _fastest(scene, ways) > still else {}
+
+
+def _rest(stack: Stack) -> dict[str, tuple[Array, Array]]:
+    return {name: (np.zeros(3), np.zeros(3)) for name in stack.names}
 
 
 def _fastest(scene: Scene, ways: Mapping[str, tuple[Array, Array]]) -> float:

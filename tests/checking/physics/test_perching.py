@@ -2,11 +2,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from tamp.checking.physics.perching import on_rollers, rolls_on
+from tamp.checking.actions.left_standing import check_rest
+from tamp.checking.physics.perching import LADEN, on_rollers, rolls_on
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Cylinder, Object, Pose, Sphere, Task
+from tests.checking.physics.heaps import said, turned
 
 R = 0.02
 CAN, BALL, BLOCK, DRUM = Cylinder(R, 0.1), Sphere(R), Box((0.03, 0.1, 2 * R)), Cylinder(R, 2 * R)
@@ -62,3 +66,28 @@ def test_a_wall_ahead_stops_what_rolls():
     scene, state = scene_of(wall, (CAN, (0.1, 0.0, R), ACROSS))
     assert not rolls_on(scene, state, "red", np.array([1.0, 0.0, 0.0]), DEFAULT)
     assert rolls_on(scene, state, "red", np.array([-1.0, 0.0, 0.0]), DEFAULT)
+
+
+@given(yaw=st.floats(-3.0, 3.0), slope=st.floats(0.015, 0.2), radius=st.floats(0.015, 0.03), lying=st.booleans())
+@settings(max_examples=25, deadline=None)
+def test_what_is_round_rolls_down_the_least_slope(yaw, slope, radius, lying):
+    slab = Object("slab", Box((0.2, 0.12, 0.02)), Pose.from_rpy((0.0, 0.0, 0.05), (0.0, slope, 0.0)), mass=1.0)
+    foot = Object("foot", Box((0.2, 0.12, 0.01)), Pose((0.0, 0.0, 0.005)), mass=1.0)
+    at = np.array([0.0, 0.0, 0.05]) + (0.01 + radius) * np.array([np.sin(slope), 0.0, np.cos(slope)])
+    shape = Cylinder(radius, 0.06) if lying else Sphere(radius)
+    ball = Object("it", shape, Pose.from_rpy(tuple(at), (np.pi / 2 * lying, 0.0, 0.0)), mass=0.2)
+    assert any("rolls down" in sentence for sentence in said(check_rest, turned((slab, foot, ball), yaw)))
+
+
+@given(
+    yaw=st.floats(-3.0, 3.0),
+    radius=st.floats(0.015, 0.03),
+    x=st.floats(-0.05, 0.05),
+    share=st.one_of(st.floats(0.01, 0.045), st.floats(0.055, 5.0)),
+)
+@settings(max_examples=25, deadline=None)
+def test_what_is_round_stays_on_what_is_level_and_not_much_lighter(yaw, radius, x, share):
+    slab = Object("slab", Box((0.2, 0.12, 0.02)), Pose((0.0, 0.0, 0.01)), mass=0.2 * share)
+    ball = Object("it", Sphere(radius), Pose((x, 0.0, 0.02 + radius)), mass=0.2)
+    sentences = said(check_rest, turned((slab, ball), yaw))
+    assert bool(sentences) == (share < 1.0 / LADEN), sentences
