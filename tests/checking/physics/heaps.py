@@ -1,7 +1,8 @@
 """Heaps in which something is put, or from which something is taken, and that do not stay as they are then.
 
 Random search has found them (`benchmarks.stacks`): PyBullet and MuJoCo both let them rest until the change, and then
-let something go by 2 cm at least, or for ever. What is put or taken is called "it".
+let something go by 2 cm at least, or for ever. What is put or taken is called "it". What the checker says of each
+is the same when all bodies stand 10 micrometres elsewhere.
 """
 
 from __future__ import annotations
@@ -95,23 +96,6 @@ PUT_ON_LEANING = {
         ),
         body("o5", Box((0.12313, 0.06032, 0.02721)), (0.01259, -0.02271, 0.0255), (0.0336, -0.0001, 0.975), 0.077, 0.3),
         body("it", Cylinder(0.02828, 0.0998), (-0.00638, -0.03004, 0.06849), (1.5708, 0.0, 1.5708), 0.121, 0.8),
-    ),
-    "a can over the edge of a slab that slopes": (
-        body("o0", Sphere(0.01528), (0.03534, -0.00262, 0.01526), (-0.00901, -0.02137, 0.00168), 0.054, 1.0),
-        body("o1", Sphere(0.02855), (-0.00102, -0.09882, 0.02854), (0.05682, 0.05939, 1.57176), 0.335, 1.0),
-        body(
-            "o2", Box((0.19403, 0.10857, 0.01437)), (0.0842, -0.0195, 0.0319), (0.03503, 0.24013, 0.85196), 0.963, 1.0
-        ),
-        body(
-            "o3", Box((0.01328, 0.03766, 0.13595)), (-0.02247, -0.18866, 0.06796), (0.00017, 0.00067, 1e-05), 1.124, 0.3
-        ),
-        body("it", Cylinder(0.0261, 0.11848), (0.01074, -0.07497, 0.08883), (1.5708, -0.0, 1.84679), 0.06, 0.5),
-    ),
-    "a domino beside a ball that it does not touch": (
-        body("o0", Sphere(0.02102), (-0.03809, 0.07643, 0.02101), (0.6364, -0.2906, 0.3403), 0.129, 1.0),
-        body("o1", Box((0.16443, 0.10657, 0.01246)), (-0.02261, 0.1646, 0.00622), (0.0, 0.0, -0.0127), 0.153, 0.5),
-        body("o2", Cylinder(0.01153, 0.08726), (0.10374, -0.0196, 0.04362), (-0.0004, 0.0008, 0.0), 0.211, 1.0),
-        body("it", Box((0.01912, 0.04338, 0.09086)), (-0.02791, 0.10849, 0.05798), (0.0, 0.0, 1.5708), 0.326, 0.8),
     ),
     "a column on the top of a ball": (
         body("o0", Box((0.0497, 0.05436, 0.05747)), (-0.02119, -0.08383, 0.02873), (0.0, 0.0, 1.573), 0.031, 1.0),
