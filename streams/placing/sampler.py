@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.stable_poses import amid, resting, righted, stands, turned
+from tamp.streams.affordances.stable_poses import amid, resting, righted, stands, stays, turned
 from tamp.streams.affordances.support import carried_by
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.context import Context
@@ -146,9 +146,11 @@ def _spots(
     rect = workspace.region(region)
     center, half = np.array(rect.center), np.array(rect.size) / 2
     lower, upper = _extent(workspace, obj, R)
-    margin = EDGE if region == TABLE else 0.0
-    low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
-    if (low > high).any():
+    for margin in (_room_to_tip(workspace, obj, R), EDGE) if region == TABLE else (0.0,):
+        low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
+        if (low <= high).all():
+            break
+    else:
         return None
     xy = context.rng.uniform(low, high, size=(COMPARED, 2))
     T = np.tile(np.eye(4), (COMPARED, 1, 1))
@@ -156,6 +158,17 @@ def _spots(
     T[:, :2, 3] = xy[_ranking(workspace, xy, lower, upper, others)]
     T[:, 2, 3] = RELEASE_HEIGHT - lower[2]
     return T
+
+
+def _room_to_tip(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> float:
+    """How far inside the table's edge an object turned by R (3, 3) stands, so that it lies on it where it tips over."""
+
+    def found() -> float:
+        geometry = workspace.world.geometries[obj]
+        height = float(R[2] @ geometry.center_of_mass - _extent(workspace, obj, R)[0][2])
+        return EDGE if stays(geometry, R) else EDGE + height
+
+    return workspace.cache.value(("room to tip", obj, R[2].tobytes()), found)
 
 
 def _taken(context: Context, obj: str) -> list[NDArray[np.float64]]:

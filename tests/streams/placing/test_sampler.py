@@ -218,3 +218,15 @@ def test_what_is_put_into_a_bowl_stands_on_its_flat_and_what_would_slide_down_it
     middle = np.array(start.pose.xyz[:2])
     away = [float(np.linalg.norm(place.pose.xyz[:2] - middle)) for place in placed]
     assert np.mean(away[: sum(carried)]) < np.mean(away[sum(carried) :])
+
+
+@given(height=st.floats(0.12, 0.3), yaw=st.floats(-3.1, 3.1), seed=st.integers(0, 1000))
+@settings(max_examples=15, deadline=None)
+def test_what_tips_over_easily_stands_where_it_would_still_lie_on_the_table(height, yaw, seed):
+    pose = Pose.from_rpy((0.0, -0.2, height / 2), (0.0, 0.0, yaw))
+    workspace = workspace_of(Object("domino", Box((0.03, 0.1, height)), pose))
+    table = workspace.region("table")
+    standing = [p for p in on_region(workspace, "domino", "table", seed=seed) if p.pose.matrix[2, 2] > 0.9]
+    for placement in standing:
+        assert_inside(workspace, "domino", placement, Region("middle", table.center, np.array(table.size) - height))
+    assert standing
