@@ -71,6 +71,18 @@ def stands(geometry: Geometry, R: Array) -> bool:
     return inside_by(corners, center[:2]) > max(BALANCE, STEADY * float(center[2] - turned[:, 2].min()))
 
 
+def tips_at(geometry: Geometry, R: Array) -> float:
+    """How far a body that stands on a plane, turned by R, shape (3, 3), is tilted before it tips over [rad].
+
+    Negative where it tips over as it is.
+    """
+    turned, center = geometry.hull.vertices @ R.T, R @ geometry.center_of_mass
+    corners = outline(base(turned))
+    if len(corners) < 3:
+        return 0.0
+    return float(np.arctan2(inside_by(corners, center[:2]), center[2] - turned[:, 2].min()))
+
+
 def inside_by(corners: Array, point: Array) -> float:
     """How far inside a convex polygon, corners (n, 2) counter-clockwise, a point (2,) is; negative outside [m]."""
     edges = np.roll(corners, -1, axis=0) - corners

@@ -27,7 +27,7 @@ from tamp.streams.grasping.sampler import grasps_in_steps
 from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.hand.clearance import hand_above_table, reach_of_hand
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics, reaches
-from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
+from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside, stands_then
 from tamp.streams.pushing.grasp_after_push import grippable
 from tamp.streams.pushing.slide import slides_in_steps
 from tamp.streams.releasing.tilted_release import lays
@@ -139,6 +139,8 @@ def _taking(context: Context, obj: str, start: Placement, serve: Serve) -> Itera
 def _put(context: Context, obj: str, grasp: Grasp) -> Generator[None, None, Placement | None]:
     """Of a few places where the arm can put an object down by a grasp that which is nearest to its goal."""
     faces = _upright(context.scene, obj, grasp)
+    surely = partial(stands_then, context.scene, obj, grasp, context.scene.start[obj].pose)
+    faces = list(filter(surely, faces)) or faces
     for place in _places(context, obj, faces, grasp):
         if clock.now() > context.deadline:
             return None

@@ -26,7 +26,7 @@ from tamp.streams.grasping.sampler import grasps
 from tamp.streams.hand.clearance import arm_above_table, hand_above_table
 from tamp.streams.motion.inverse_kinematics import reaches
 from tamp.streams.placing.over_edge import Grasps, Regrasp, regrasps_over_edges
-from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside
+from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside, stands_then
 from tamp.streams.releasing.tilted_release import falls_flat, lays, letting_go_at
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
@@ -127,7 +127,7 @@ def _amid(context: Context, ends: Ends, paired: Iterable[Pair]) -> Iterator[Regr
         found, tried = False, list[Pair]()
         for pair in drawn:
             tried.append(pair)
-            place = _between(context, obj, *pair)
+            place = _between(context, ends, *pair)
             if place is not None:
                 found = True
                 yield pair[0], place, pair[1]
@@ -174,7 +174,7 @@ def _pairs(context: Context, ends: Ends, *, laid: bool) -> Iterator[Pair]:
     rotations = resting(workspace, obj)
     midst = [amid(workspace, obj, R) for R in rotations]
     over = {grasp: [hand_above_table(workspace, place.pose, grasp) for place in midst] for grasp in second}
-    put = {grasp: [_ways_down(workspace, obj, place, grasp, laid) for place in midst] for grasp in first}
+    put = {grasp: [_ways_down(workspace, ends, place, grasp, laid) for place in midst] for grasp in first}
     best = sorted(first, key=lambda grasp: -max(put[grasp], default=0))
     shared = {pair: _shared(rotations, put[pair[0]], over[pair[1]]) for pair in product(best, second)}
     takes = cache(lambda grasp: _known(context, "takes", obj, ends.start, grasp, _takes))
@@ -203,7 +203,7 @@ def _layers(
     They are sought for the start and the poses from which most hands could let it fall: the most tilted ones.
     """
     workspace: Workspace = context.scene
-    if sum(any(_ways_down(workspace, obj, place, grasp, True) for place in faces) for grasp in known) >= FEW:
+    if sum(any(_ways_laid(workspace, obj, place, grasp) for place in faces) for grasp in known) >= FEW:
         return []
     falls = [tilt.fall[0] for place in faces if _able(workspace, obj, place) for tilt in tilts(workspace, obj, place)]
     found = list[Grasp]()
@@ -263,14 +263,19 @@ def _brings(context: Context, obj: str, place: Placement, grasp: Grasp) -> bool:
     return _takes(context, obj, place, grasp) or lays(Detached.of(context), obj, place, grasp)
 
 
-def _ways_down(workspace: Workspace, obj: str, place: Placement, grasp: Grasp, laid: bool) -> int:
+def _ways_down(workspace: Workspace, ends: Ends, place: Placement, grasp: Grasp, laid: bool) -> int:
     """How many ways there are to put an object down, or else to lay it down, with the hand clear of the table.
 
-    To put it where it is sure to stay counts twice.
+    To put it where it stays, even turned as it may be in the hand by then, counts twice.
     """
+    obj = ends.obj
     if not laid:
-        sure = _stays(workspace, obj, place.pose.matrix[:3, :3])
-        return (1 + sure) * hand_above_table(workspace, place.pose, grasp)
+        able = hand_above_table(workspace, place.pose, grasp)
+        return able and 1 + stands_then(workspace, obj, grasp, ends.start.pose, place.pose.matrix[:3, :3])
+    return _ways_laid(workspace, obj, place, grasp)
+
+
+def _ways_laid(workspace: Workspace, obj: str, place: Placement, grasp: Grasp) -> int:
     tilted = tilts(workspace, obj, place) if _able(workspace, obj, place) else ()
     return sum(hand_above_table(workspace, tilt.fall[0], grasp) for tilt in tilted)
 
@@ -281,10 +286,12 @@ def _stays(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> bool:
 
 
 def _between(
-    context: Context, obj: str, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
+    context: Context, ends: Ends, one: Grasp, other: Grasp, faces: list[NDArray[np.float64]], laid: bool
 ) -> Placement | None:
     """A place on the table where the arm puts or lays the object down by one grasp and takes it up by the other."""
-    faces = [R for R in faces if _stays(context.scene, obj, R)] or faces
+    workspace, obj, lifted = context.scene, ends.obj, ends.start.pose
+    surely = partial(_stays, workspace, obj) if laid else partial(stands_then, workspace, obj, one, lifted)
+    faces = list(filter(surely, faces)) or faces
     for place in islice(_at_a_glance(context, obj, one, other, faces, laid), TRIES):
         if clock.now() > context.deadline:
             return None

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.stable_poses import amid, resting, righted, stands, stays, turned
+from tamp.streams.affordances.stable_poses import amid, resting, righted, stands, stays, tips_at, turned
 from tamp.streams.affordances.support import carried_by
 from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.context import Context
 from tamp.streams.hand.clearance import first_clear, hand_above_table, hand_hits, opening_for
+from tamp.streams.hand.firmness import unsteadiness
 from tamp.streams.placing.packing import ROOM_FOR_FINGERS, crowded, packed
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace, at_pose, held, standing
@@ -68,6 +69,7 @@ RELEASE_HEIGHT = 0.001  # objects are let go this far above what they will stand
 COMPARED = 64  # positions on a region compared at a time
 FITTED = 24  # of those, the best, at which the hand is tried
 DRAWS = 32  # tries before giving up
+TILTED = 2.0  # what comes down so many times as far turned as is expected stands up again
 EDGE = 0.01  # footprints stay this far inside the table's edge [m]
 
 
@@ -136,6 +138,16 @@ def put_aside(context: Context, obj: str, R: NDArray[np.float64], grasp: Grasp |
         return None
     best = first_clear(context.scene, grasp, T[:FITTED], standing(context.bound), obj) if grasp else 0
     return Placement(Pose.from_matrix(T[best]), (TABLE,))
+
+
+def stands_then(workspace: Workspace, obj: str, grasp: Grasp, lifted: Pose, R: Array) -> bool:
+    """Whether an object put down turned by R (3, 3), and by as much as it turned in the hand, does not tip over.
+
+    `lifted`: the pose from which it was taken up.
+    """
+    key = ("tips at", obj, R[2].tobytes())
+    tips = workspace.cache.value(key, lambda: tips_at(workspace.world.geometries[obj], R))
+    return TILTED * unsteadiness(workspace, obj, grasp, lifted) < tips
 
 
 def _spots(

@@ -18,6 +18,7 @@ from tamp.streams.affordances.stable_poses import (
     stands,
     stays,
     steady_faces,
+    tips_at,
 )
 from tamp.streams.affordances.tilts import tilts
 from tamp.streams.values import Placement
@@ -199,3 +200,10 @@ def test_what_is_round_rolls_until_its_heavy_side_is_below():
     assert rolls_down(roller, aside)
     assert not rolls_down(geometry_of((round_one,)), aside)  # it rolls, but not down
     assert not rolls_down(load_geometry(Box((0.1, 0.1, 0.1))), np.eye(3))
+
+
+@given(width=st.floats(0.02, 0.1), height=st.floats(0.02, 0.2), yaw=st.floats(-3.0, 3.0))
+def test_a_box_tips_over_when_its_centre_is_over_its_edge(width, height, yaw):
+    box = load_geometry(Box((width, 0.2, height)))
+    R = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)).matrix[:3, :3]
+    assert tips_at(box, R) == pytest.approx(np.arctan2(width, height), abs=1e-6)

@@ -5,11 +5,12 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from tamp.streams.affordances.stable_poses import amid, resting, stands
+from tamp.streams.affordances.stable_poses import amid, resting, stands, tips_at
 from tamp.streams.affordances.tilts import layable, tilts
 from tamp.streams.collisions import handling_hits
 from tamp.streams.hand.clearance import hand_above_table, opening_for
 from tamp.streams.motion.inverse_kinematics import handlings
+from tamp.streams.placing import sampler
 from tamp.streams.placing.regrasp import regrasping, sample_regrasp
 from tamp.task import At, Box, Cylinder, Object, Pose
 from tamp.world.scene import Scene
@@ -123,3 +124,15 @@ def test_what_rests_on_no_face_is_not_regrasped(monkeypatch):
         "coin has no face to rest on with room for the hands of two grasps that reach it",
         "no place for coin over an edge of the table that two grasps reach",
     ]
+
+
+@pytest.mark.parametrize(("loose", "steady"), [(0.2, False), (0.245, True)])
+def test_what_turns_in_the_hand_is_put_down_on_a_face_from_which_it_does_not_tip_over(monkeypatch, loose, steady):
+    """A slab that stands has to be turned upside down: on another narrow side it tips at 0.46 rad, lying at 1.1."""
+    monkeypatch.setattr(sampler, "unsteadiness", lambda *_: loose)
+    upside_down = At(Pose.from_rpy((0.05, -0.15, 0.031), (np.pi, 0.0, 0.0)))
+    table = workspace_of(Object("slab", Box((0.03, 0.06, 0.06)), Pose((0.05, 0.15, 0.031)), upside_down))
+    found, _ = regrasps(table, "slab", count=8)
+    tips = [tips_at(table.world.geometries["slab"], place.pose.matrix[:3, :3]) for _, place, _ in found]
+    assert len(tips) == 8
+    assert (min(tips) > 2 * 0.245) == steady
