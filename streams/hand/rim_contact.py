@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 RAYS = 11  # on each side of a pad, at which the object is felt
 INSET = 0.001  # from the pad's outline to where its rim meets the object [m]
 AS_FAR = 1e-4  # what lies so little within the outermost point meets the pad with it [m]
+MET = 0.0018  # what lies farther from where a pad stops is not what has stopped it [m]
 TRUSTED = 0.9  # share of the friction that is counted on
 
 
@@ -37,7 +38,7 @@ def slips_off(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
 def steepness(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     """Tangent of the angle between the closing axis and the normal that the worse of the pads' rims presses along.
 
-    0 where the face of each pad meets the object.
+    0 where the face of each pad meets the object; infinite where a pad meets none of it, as the other one does alone.
     """
     linkage, geometry = workspace.world.robot.linkage, workspace.world.geometries[obj]
     closing = np.array(linkage.gripper.axis)
@@ -46,7 +47,7 @@ def steepness(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     R, t = axes @ T[:3, :3], axes @ T[:3, 3] - (0.0, 0.0, float(linkage.depth(grasp.width)))
     half = np.array([grasp.width / 2 + grasp.clearance, *np.array(linkage.gripper.pad[1:]) / 2])
     parts = [part for part in geometry.parts if _reaches(part.vertices @ R.T + t, half)]
-    return max(_pressed(parts, R, t, half, side) for side in (1.0, -1.0))
+    return max(_pressed(parts, R, t, half, side, grasp.width / 2 - MET) for side in (1.0, -1.0))
 
 
 def _reaches(points: Array, half: Array) -> bool:
@@ -54,8 +55,8 @@ def _reaches(points: Array, half: Array) -> bool:
     return bool((points.min(axis=0) < half).all() and (points.max(axis=0) > -half).all())
 
 
-def _pressed(parts: list[Part], R: Array, t: Array, half: Array, side: float) -> float:
-    """The same of the pad on one side of the closing axis.
+def _pressed(parts: list[Part], R: Array, t: Array, half: Array, side: float, least: float) -> float:
+    """The same of the pad on one side of the closing axis, which has to meet the object at least so far out [m].
 
     Rays along the axis from all over the pad meet the object. Where all that meet it first are at the rim the steepest
     counts: between rays the rim may meet any of these faces.
@@ -67,6 +68,8 @@ def _pressed(parts: list[Part], R: Array, t: Array, half: Array, side: float) ->
     heights[np.abs(heights) > half[0]] = -np.inf
     if not np.isfinite(heights).any():
         return 0.0
+    if heights.max() < least:
+        return np.inf
     part, ray = np.nonzero(heights > heights.max() - AS_FAR)
     normals = np.stack([found[p][1][r] for p, r in zip(part, ray, strict=True)])
     at_rim = (np.abs(across[ray]) >= half[1:] - INSET - 1e-9).any(axis=1)

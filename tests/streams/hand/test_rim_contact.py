@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
 from tamp.checking.geometry.pad_region import squeezed_out
@@ -12,7 +14,7 @@ from tamp.checking.geometry.transforms import inverse
 from tamp.checking.scene import Scene
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.hand import finger_closing
-from tamp.streams.hand.rim_contact import slips_off, steepness
+from tamp.streams.hand.rim_contact import MET, slips_off, steepness
 from tamp.streams.values import Grasp
 from tamp.task import Box, Mesh, Object, Pose
 from tests.streams.tables import OBJECTS, ToldContext, panda, workspace_of
@@ -85,7 +87,7 @@ def test_the_sides_of_a_wedge_are_as_steep_as_they_are(tmp_path, degrees):
     width = {z: 0.01 + rise * z for z in (-0.008 / rise, 0.015)}
     points = np.array([(a * 0.03, b * w, z) for a in (-1, 1) for b in (-1, 1) for z, w in width.items()])
     workspace = workspace_of(Object("wedge", hull(tmp_path / "wedge.obj", points), Pose((0.0, 0.0, 0.05))))
-    grasp = Grasp(DOWN, 2 * width[0.015], 0.001)
+    grasp = Grasp(DOWN, 2 * (0.01 + rise * GRIPPER.pad[2] / 2), 0.001)
     assert steepness(workspace, "wedge", grasp) == pytest.approx(rise, rel=1e-6)
 
 
@@ -93,3 +95,13 @@ def test_the_faces_of_a_box_meet_those_of_the_pads():
     workspace = workspace_of(Object("box", Box((0.05, 0.03, 0.08)), Pose((0.0, 0.0, 0.04)), friction=0.05))
     assert steepness(workspace, "box", Grasp(DOWN, 0.03, 0.004)) == 0.0
     assert not slips_off(workspace, "box", Grasp(DOWN, 0.03, 0.004))
+
+
+@given(aside=st.floats(0.0, 0.02), side=st.sampled_from((-1.0, 1.0)))
+@settings(max_examples=20, deadline=None)
+def test_both_pads_have_to_meet_what_they_hold(aside, side):
+    """One finger alone stops at a box that is not midway between them."""
+    workspace = workspace_of(Object("box", Box((0.05, 0.03, 0.08)), Pose((0.0, 0.0, 0.04))))
+    T_object_tool = Pose((0.0, side * aside, 0.0)) @ DOWN
+    grasp = Grasp(T_object_tool, 0.03 + 2 * aside, 0.002)
+    assert slips_off(workspace, "box", grasp) == (2 * aside > MET)
