@@ -59,6 +59,16 @@ def learn_too_high(workspace: Workspace, obj: str, placement: Placement, let_go:
     workspace.cache.learn(_pile_key(workspace, obj, placement), lower)
 
 
+def learn_refused(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> None:
+    """Let an object not be let go tilted there again, to fall to a placement while the pile stands as it does."""
+    workspace.cache.learn(("refused", let_go, _pile_key(workspace, obj, placement)), True)
+
+
+def refused(workspace: Workspace, obj: str, placement: Placement, let_go: Pose) -> bool:
+    """Whether a fall from a pose to a placement is known to upset something."""
+    return workspace.cache.value(("refused", let_go, _pile_key(workspace, obj, placement)), lambda: False)
+
+
 def _too_high(workspace: Workspace, obj: str, placement: Placement) -> float:
     """The height from which an object is known to upset the pile that it falls onto [m]; endless where none is."""
     return workspace.cache.value(_pile_key(workspace, obj, placement), lambda: math.inf)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
 from tamp import clock
-from tamp.streams.affordances.falls import drops
+from tamp.streams.affordances.falls import drops, refused
 from tamp.streams.affordances.neighbours import carriers, standing_around
 from tamp.streams.affordances.stable_poses import midtable
 from tamp.streams.affordances.stable_poses import moved as moved_to
@@ -90,7 +90,7 @@ def _falls(
         fall = moved_to(found, placement) if on_table else found
         if placement.on == (TABLE,) and _beside_table(workspace, obj, fall[0]):
             beside = True
-        else:
+        elif not refused(workspace, obj, placement, fall[0]):
             yield fall
     if beside:
         context.fail(f"{obj} would be set on an edge beside the table")

@@ -9,10 +9,11 @@ import pytest
 from tamp.checking.geometry.pad_region import between_pads
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.scene import Scene as Judged
+from tamp.streams.affordances.falls import learn_refused
 from tamp.streams.collisions import ARM_MARGIN, handling_hits
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
-from tamp.streams.releasing.tilted_release import plan_laying
+from tamp.streams.releasing.tilted_release import letting_go_at, plan_laying
 from tamp.streams.values import Placement
 from tamp.streams.workspace import HandMotion
 from tamp.task import At, Box, Object, Pose
@@ -101,3 +102,16 @@ def test_nothing_is_laid_that_would_stay_between_the_fingers(workspace, monkeypa
     held = above @ Pose.from_rpy((0.0, 0.0, 0.0), (0.02, 0.0, 0.0))
     assert list(handlings(context, "book", place, grasp, (held, above))) == []
     assert "book would not fall out of the hand" in context.reasons
+
+
+def test_a_fall_that_was_refused_is_not_taken_again(workspace, handling):
+    goal, grasp = workspace.goals["book"], handling.grasp
+    ways = len(letting_go_at(ToldContext(workspace), "book", goal, grasp))
+    fresh = workspace_of(BOOK, PEG)
+    learn_refused(fresh, "book", goal, handling.let_go)
+    left = letting_go_at(ToldContext(fresh), "book", goal, grasp)
+    assert handling.let_go in letting_go_at(ToldContext(workspace), "book", goal, grasp)
+    assert ways > 1
+    assert handling.let_go not in left
+    elsewhere = Placement(Pose((0.1, -0.16, 0.016), goal.pose.quat), goal.on)
+    assert letting_go_at(ToldContext(fresh), "book", elsewhere, grasp)

@@ -23,7 +23,7 @@ from tamp.pipeline.strategies.serialization.rehearsal import WORTH, rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
-from tamp.streams.affordances.falls import learn_too_high
+from tamp.streams.affordances.falls import learn_refused, learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
 from tamp.streams.values import Configuration, Handling, Placement
 from tamp.streams.workspace import Workspace
@@ -209,7 +209,7 @@ class Progress:
         return None
 
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
-        """Let no question end again with an object put, or dropped, where the checker says that this upsets a pile."""
+        """Let no question end again with an object put, or let fall, where the checker says that this upsets a pile."""
         wrong, after = verdict.problems[0], self.now.setup.domain.after
         if wrong.kind not in ("support", "release", "fall") or wrong.action is None:
             return
@@ -222,6 +222,8 @@ class Progress:
                 learn_upset(workspace, name, then)
             elif isinstance(way, Handling) and way.dropped:
                 learn_too_high(workspace, name, way.placement, way.let_go)
+            elif isinstance(way, Handling) and way.fall:
+                learn_refused(workspace, name, way.placement, way.let_go)
 
     def checked(self, plan: Plan) -> Verdict | None:
         """The checker's word on a plan that joins the pieces; None where one does not begin where the last one ends.
