@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 from tamp.execution.controller import Operator
 from tamp.execution.log import ActionLog, Deviation
-from tamp.execution.monitor import Monitor
+from tamp.execution.monitor import Monitor, deviation
 from tamp.execution.recovery import undone
 from tamp.execution.simulator import Simulator
 from tamp.task import Action, Attachment, Fall, Grip, Move, Pose, Release, Step
@@ -19,8 +20,15 @@ PUT_BACK = 2
 After that it is carried so.
 """
 
+MOVED, TURNED = 0.003, 0.05
+"""An object that moves in the fingers by less than both of these is carried where the plan has it [m, rad]."""
+
 DRAWING_BACK = ("lift", "retreat")
 """What is still done of an action whose object is lost."""
+
+
+def _is_transfer(step: Step) -> bool:
+    return isinstance(step, Move) and step.phase == "transfer"
 
 
 @dataclass
@@ -109,18 +117,24 @@ class Performer:
     def _is_put_back(self, steps: Sequence[Step], ahead: Sequence[Step], start: dict[str, Pose], tally: _Tally) -> bool:
         """Take back a grip after which the object turned or slid between the fingers; whether it did.
 
-        That is done where, carried on like this, it would sweep through what the plan holds to be free.
+        That is done where, carried on like this, it would sweep through what the plan holds to be free. What moved by
+        less than counts as slipped may still meet something where it is put down: it gives way there.
         """
-        slipped = self._slipped()
-        if not slipped or self._put_back[slipped[0].object] == PUT_BACK:
+        held = self._operator.held
+        if held is None or self._monitor is None or self._put_back[held.object] == PUT_BACK:
             return False
-        name = slipped[0].object
-        if self._can_carry(Attachment(name, self._operator.in_tool(name)), ahead):
+        name = held.object
+        off = deviation(name, "slipped", held.T_tool_object, self._operator.in_tool(name))
+        slipped = self._slipped()
+        if not slipped and off.distance < MOVED and off.angle < TURNED:
+            return False
+        way = ahead if slipped else tuple(takewhile(_is_transfer, ahead))
+        if self._can_carry(Attachment(name, self._operator.in_tool(name)), way):
             return False
         self._put_back[name] += 1
         for step in undone(steps, start[name]):
             self._step(step, tally)
-        tally.lost = slipped[0]
+        tally.lost = off
         return True
 
     def _slipped(self) -> tuple[Deviation, ...]:

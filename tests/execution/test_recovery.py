@@ -109,6 +109,24 @@ def test_what_turns_in_the_fingers_and_is_in_the_way_is_put_back_and_only_so_oft
     assert math.dist(run.final_poses["block"].xyz, RECOVERY_GOAL.xyz) < 0.003
 
 
+@pytest.mark.parametrize(("angle", "asked"), [(0.04, False), (0.1, True)])
+def test_what_turned_a_little_is_put_back_where_it_would_meet_something_on_its_way(monkeypatch, angle, asked):
+    """Where it is put down it may: it gives way there."""
+    in_tool, phases = Operator.in_tool, list[str]()
+
+    def meets(world, poses, held, steps):
+        phases.extend(step.phase for step in steps)
+        return False
+
+    turned = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, angle))
+    monkeypatch.setattr("tamp.execution.executor.can_carry", meets)
+    monkeypatch.setattr(Operator, "in_tool", lambda self, name: turned @ in_tool(self, name))
+    task = Task("one", (BLOCK,))
+    run = execute(task, planned(task, "block", GRASP, 0.05, RECOVERY_GOAL))
+    assert set(phases) == ({"transfer"} if asked else set())
+    assert (run.deviation is not None and run.deviation.kind == "slipped") == asked
+
+
 def test_what_turns_in_the_fingers_but_meets_nothing_is_carried_on(simulator):
     task = Task("one", (BLOCK,))
     run = execute(
