@@ -9,9 +9,11 @@ import numpy as np
 
 from tamp.execution.log import Deviation, Kind
 from tamp.execution.monitor import deviation
-from tamp.execution.simulator import GRAVITY, STEP, Simulator, wait
+from tamp.execution.simulator import GRAVITY, ROBOT, STEP, Simulator, Touch, wait
 from tamp.task import Attachment, Grip, Move, Pose, Release, Trajectory
 from tamp.task.robot import GENTLE_FORCE
+from tamp.world.kinematics.inverse import straight_line
+from tamp.world.robot.model import robot_model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -67,6 +69,15 @@ FALLEN = 0.02
 """Below this an object that fell counts as lying still [m/s], [rad/s]."""
 
 
+GIVE, GIVES, GIVING = 0.0005, 8, 12
+"""How far the arm gives way at a time to what one finger alone touches [m], how often, and for so many steps."""
+
+
+def _off(touch: Touch, name: str) -> Array:
+    """The direction from an object to what touches it (world frame)."""
+    return np.array(touch.normal) * (1.0 if touch.b == name else -1.0)
+
+
 class Operator:
     """Works the robot of a simulated world, and knows what it holds.
 
@@ -117,10 +128,36 @@ class Operator:
         self._forces = self.robot.spec.gripper.pressing(item.mass * GRAVITY, item.friction, grip.force)
         gentle, firm = self._forces
         self._press(gentle, 2.0, patience=24)
+        for _ in range(GIVES):
+            if not self._gives_way(item.name):
+                break
+            self._press(gentle, 0.5, patience=6)
         if firm > gentle:
             self._press(firm, 0.5, patience=6)
         self.held = grip.attachment
         return self.lost("missed")
+
+    def _gives_way(self, name: str) -> bool:
+        """Let the arm give way a little to what one finger alone touches and does not move; whether it had to.
+
+        Fingers move together: else the other one never gets to what lies a millimetre beside the middle (Hsiao, Chitta,
+        Ciocarlie and Jones, "Contact-Reactive Grasping of Objects with Partial Shape Information", IROS 2010).
+        """
+        feels = self.robot.touching(name)
+        if all(feels) or not any(feels):
+            return False
+        tool, spec = self.robot.tool().matrix, self.robot.spec
+        closing = tool[:3, :3] @ np.array(spec.gripper.axis)
+        touches = [touch for touch in self._simulator.touches() if {touch.a, touch.b} == {ROBOT, name}]
+        away = sum(float(_off(touch, name) @ closing) for touch in touches)
+        aside = tool.copy()
+        aside[:3, 3] += np.sign(away) * GIVE * closing
+        path = straight_line(robot_model(spec), self.robot.configuration(), aside)
+        if path is None:
+            return False
+        self.robot.command(path[-1])
+        self._simulator.step(GIVING)
+        return True
 
     def _press(self, force: float, limit_s: float, patience: int) -> None:
         """Press with a force [N] and wait until the fingers stand."""

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tamp.execution.controller import positions_at, set_points
-from tamp.execution.simulator import STEP
-from tamp.task import Trajectory
+from tamp.execution.controller import Operator, positions_at, set_points
+from tamp.execution.simulator import ROBOT, STEP, Touch
+from tamp.task import Attachment, Box, Grip, Object, Pose, Trajectory, load_robot
+from tamp.world.robot.model import robot_model
 
 
 def cubic(coefficients, times):
@@ -51,3 +52,60 @@ def test_a_trajectory_of_one_sample_stands_still():
     q, v = set_points(trajectory, STEP)
     assert q.tolist() == [[0.3, 0.4]]
     assert not v.any()
+
+
+class StiffWorld:
+    """A hand over a box that nothing moves: fingers that stop together touch it on both sides from its middle alone."""
+
+    spec = load_robot("panda")
+
+    def __init__(self, aside: float) -> None:
+        self.robot, self.q, self.aside = self, np.array(self.spec.home), aside
+        self.objects = {"box": Object("box", Box((0.04, 0.04, 0.04)), Pose(), mass=0.1)}
+        self.middle = self.tool().xyz[1] + aside
+
+    def configuration(self):
+        return self.q
+
+    def command(self, q, velocity=None):
+        self.q = np.array(q)
+
+    def tool(self):
+        return Pose.from_matrix(robot_model(self.spec).forward(self.q))
+
+    def touching(self, name):
+        off = self.tool().xyz[1] - self.middle
+        return off < 2e-4, off > -2e-4
+
+    def touches(self):
+        return tuple(
+            Touch("box", ROBOT, (0.0, side, 0.0), 0.0, 20.0)
+            for side, feels in zip((-1.0, 1.0), self.touching("box"), strict=True)
+            if feels
+        )
+
+    def opening(self):
+        return 0.042
+
+    def finger_speed(self):
+        return 0.0
+
+    def squeeze(self, force):
+        pass
+
+    def open_to(self, opening):
+        pass
+
+    def pose(self, name):
+        return Pose()
+
+    def step(self, count=1):
+        pass
+
+
+@pytest.mark.parametrize(("aside", "missed"), [(0.0, False), (0.002, False), (-0.002, False), (0.006, True)])
+def test_the_arm_gives_way_to_what_one_finger_alone_touches_until_the_other_does_too(aside, missed):
+    world = StiffWorld(aside)
+    lost = Operator(world).grip(Grip(Attachment("box", Pose()), 0.04))
+    assert (lost is not None) == missed
+    assert missed or abs(world.tool().xyz[1] - world.middle) <= 2e-4
