@@ -90,7 +90,9 @@ def _falls(
         fall = moved_to(found, placement) if on_table else found
         if placement.on == (TABLE,) and _beside_table(workspace, obj, fall[0]):
             beside = True
-        elif not refused(workspace, obj, placement, fall[0]):
+        elif refused(workspace, obj, placement, fall[0]):
+            context.fail(f"{obj} would upset what it falls onto")
+        else:
             yield fall
     if beside:
         context.fail(f"{obj} would be set on an edge beside the table")
