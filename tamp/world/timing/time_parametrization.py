@@ -12,7 +12,7 @@ from tamp.task.robot import RobotSpec
 from tamp.world.motion.paths import Array, without_duplicates
 from tamp.world.timing.blending import RoundedPath, rounded
 from tamp.world.timing.smoothing import smoothed, span_accelerations
-from tamp.world.timing.trajectory import ConfigurationTest, accelerations, first_blocked
+from tamp.world.timing.trajectory import ConfigurationTest, accelerations, first_blocked, peak_velocities
 
 SAMPLE_S = 0.02
 """Longest time between two samples of a trajectory [s]."""
@@ -44,8 +44,8 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
 
     The corners of the path are rounded by parabolas, so that path and timing are smooth between the points at which
     TOPPRA sets the acceleration, at most SAMPLE_S apart. There it jumps, so that the motion is averaged over the few
-    milliseconds in which the limits of jerk let it change. The limits hold by construction; the samples are verified
-    nevertheless, and stretched in time if need be.
+    milliseconds in which the limits of jerk let it change. The limits hold by construction; the samples, and velocities
+    between them, are verified nevertheless, and stretched in time if need be.
 
     Args:
         path: shape (n, dof) [rad]; duplicates are dropped. A path of no length becomes two equal samples, SAMPLE_S
@@ -71,7 +71,7 @@ def time_path(path: Array, limits: RobotSpec, *, speed: float = 1.0, tolerance: 
     trajectory = smoothed(_sample(curve, grid, rates), np.array(limits.jerk))
     ends = np.abs(span_accelerations(trajectory)).max(axis=0) / (1.0 + ENDS)
     excess = max(
-        float((np.abs(trajectory.velocities) / velocity).max()),
+        float((peak_velocities(trajectory) / velocity).max()),
         float(np.sqrt((np.abs(accelerations(trajectory)) / acceleration).max())),
         float(np.sqrt((ends / limits.acceleration).max())),
     )

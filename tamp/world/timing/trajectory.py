@@ -51,6 +51,17 @@ def _hermite(t: Array, q: Array, v: Array, times: Array) -> Array:
     return found
 
 
+def peak_velocities(trajectory: Trajectory) -> Array:
+    """The largest absolute velocity of the cubic Hermite curve from each sample to the next, (n - 1, dof) [rad/s]."""
+    start, end = trajectory.velocities[:-1], trajectory.velocities[1:]
+    mean = np.diff(trajectory.positions, axis=0) / np.diff(trajectory.times)[:, None]
+    bend, slope = 3.0 * (start + end) - 6.0 * mean, 6.0 * mean - 4.0 * start - 2.0 * end
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.nan_to_num(np.clip(-slope / (2.0 * bend), 0.0, 1.0))
+    between = start + share * (slope + share * bend)
+    return np.asarray(np.abs([start, between, end]).max(axis=0))
+
+
 def accelerations(trajectory: Trajectory) -> Array:
     """Mean acceleration between each two samples, shape (n - 1, dof) [rad/s^2]."""
     return np.asarray(np.diff(trajectory.velocities, axis=0) / np.diff(trajectory.times)[:, None])

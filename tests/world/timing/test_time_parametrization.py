@@ -6,13 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from tamp.checking.robot.trajectory_limits import violations
 from tamp.checking.tolerances import Tolerances
-from tamp.task import load_robot
+from tamp.task import Trajectory, load_robot
 from tamp.world.timing.blending import rounded
 from tamp.world.timing.time_parametrization import SAMPLE_S, time_free_path, time_path
-from tamp.world.timing.trajectory import accelerations, first_blocked, largest_deviation, largest_jerk
+from tamp.world.timing.trajectory import (
+    accelerations,
+    first_blocked,
+    largest_deviation,
+    largest_jerk,
+    peak_velocities,
+    positions_at,
+)
 
 PANDA = load_robot("panda")
 LOWER, UPPER = np.array(PANDA.lower), np.array(PANDA.upper)
@@ -164,3 +172,33 @@ def test_other_robots_have_other_limits():
     path = random_path(5, 3, 0.5)
     weak = replace(PANDA, acceleration=tuple(a / 4 for a in PANDA.acceleration))
     assert (np.abs(accelerations(time_path(path, weak))) <= np.array(weak.acceleration) * 1.001).all()
+
+
+@given(
+    q=arrays(np.float64, (5, 2), elements=st.floats(-1.0, 1.0)),
+    v=arrays(np.float64, (5, 2), elements=st.floats(-2.0, 2.0)),
+    spans=arrays(np.float64, 4, elements=st.floats(0.05, 1.0)),
+)
+def test_velocities_between_samples_are_those_of_the_curve(q, v, spans):
+    times = np.concatenate([[0.0], np.cumsum(spans)])
+    trajectory = Trajectory(times, q, v)
+    for start, end, peak in zip(times[:-1], times[1:], peak_velocities(trajectory), strict=True):
+        at = np.linspace(start, end, 401)
+        felt = np.abs(np.diff(positions_at(trajectory, at), axis=0)).max(axis=0) / (at[1] - at[0])
+        assert (felt <= peak + 1e-6).all()
+        assert (felt >= peak - 0.02 * (1.0 + peak)).all()
+
+
+def test_a_curve_that_is_fastest_between_its_samples_is_stretched(monkeypatch):
+    """As an average of motions is here and there, by a part in a thousand."""
+    limit, times = np.array(PANDA.velocity), np.array([0.0, 0.1, 0.2])
+    way = 0.07 * limit * np.array([[-1.0], [0.0], [1.0]])
+    hasty = Trajectory(times, way, np.array([[0.0], [0.9], [0.0]]) * limit)
+    ratio = (peak_velocities(hasty) / limit).max()
+    assert ratio > 0.95
+    for share, stretches in ((0.99, False), (1.01, True)):
+        motion = Trajectory(times, HOME + share / ratio * way, share / ratio * hasty.velocities)
+        assert (motion.velocities <= limit).all()
+        monkeypatch.setattr("tamp.world.timing.time_parametrization.smoothed", lambda *_, motion=motion: motion)
+        found = time_path(np.array([HOME, HOME + 0.1]), replace(PANDA, acceleration=[1e3] * 7))
+        assert (found.duration > motion.duration) == stretches
