@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tamp.checking import Problem, Verdict
 from tamp.execution.log import Deviation
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
@@ -144,3 +145,13 @@ def test_what_is_far_from_all_that_moves_is_not_in_a_rehearsal_and_what_is_besid
     task, kept = among_few(setup, replace(part, start={**part.start, **extra}))
     names = {item.name for item in task.objects}
     assert names == {*kept.start} and {moved, "beside"} <= names and names.isdisjoint({"far", "on far"})
+
+
+def test_a_tilted_release_that_the_checker_refuses_is_not_planned_again(monkeypatch):
+    state, plan = planned("lay_book")
+    last, handling = len(plan) - 1, plan[-1].args[-1]
+    wrong = Problem(last, "lay(book, table)", 0.0, "fall", ("book",), 0.0, "book slides on")
+    monkeypatch.setattr(Attempt, "checked", lambda self, piece: Verdict(problems=(wrong,)))
+    assert Progress(state).take(plan, 0)
+    again = Asker(Progress(state), 0, time.monotonic() + 600.0, "adaptive").ask(state.workspace, 30, None).plan
+    assert again is None or again[-1].args[-1].let_go != handling.let_go
