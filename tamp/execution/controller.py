@@ -152,7 +152,7 @@ class Operator:
         away = sum(float(_off(touch, name) @ closing) for touch in touches)
         aside = tool.copy()
         aside[:3, 3] += np.sign(away) * GIVE * closing
-        path = straight_line(robot_model(spec), self.robot.configuration(), aside)
+        path = straight_line(robot_model(spec), self.robot.configuration(), aside) if away else None
         if path is None:
             return False
         self.robot.command(path[-1])
