@@ -63,28 +63,42 @@ def told_apart(
         for (kind, i), one in zip(rivals.items(), shown, strict=True) if shown is not None else ():
             costs[kind, place], best[kind, place] = one.cost, poses[i, place][one.pose]
     there = {place: kinds[i] for i, place in places.items() if (kinds[i], place) in costs}
-    while (swap := _best_swap(costs, there)) is not None:
-        here, other = swap
-        there[here], there[other] = there[other], there[here]
-    given = _given([i for i, place in places.items() if place in there], kinds, there, poses)
+    objects = [i for i, place in places.items() if place in there]
+    while (swapped := _best_swap(objects, kinds, costs, there, poses)) is not None:
+        there = swapped
+    given = _given(objects, kinds, there, poses) or {}
     leads = {i: lead for i, place in given.items() if (lead := _lead(costs, there, place)) is not None}
     return Exchange(given, {i: best[kinds[i], place] for i, place in given.items()}, leads)
 
 
 def _given(
     objects: Sequence[int], kinds: Mapping[int, int], there: Mapping[int, int], poses: Collection[tuple[int, int]]
-) -> dict[int, int]:
-    """A place of its mesh for each object, one where it may be."""
+) -> dict[int, int] | None:
+    """A place of its mesh for each object, where it may be; None where one has none left."""
     free = list(there)
-    apart = [[float(kinds[i] != there[place] or (i, place) not in poses) for place in free] for i in objects]
-    return {i: free[column] for i, column in zip(objects, assigned(np.array(apart)), strict=True)} if objects else {}
+    apart = np.array([[float(kinds[i] != there[at] or (i, at) not in poses) for at in free] for i in objects])
+    columns = assigned(apart.reshape(len(objects), len(free)))
+    fits = not any(apart[row, column] for row, column in enumerate(columns))
+    return {i: free[column] for i, column in zip(objects, columns, strict=True)} if fits else None
 
 
-def _best_swap(costs: Mapping[tuple[int, int], float], there: Mapping[int, int]) -> tuple[int, int] | None:
-    """The two places whose objects' change makes the pictures likeliest; None where it does not clearly."""
+def _best_swap(
+    objects: Sequence[int],
+    kinds: Mapping[int, int],
+    costs: Mapping[tuple[int, int], float],
+    there: Mapping[int, int],
+    poses: Collection[tuple[int, int]],
+) -> dict[int, int] | None:
+    """Who stands where after the change of two that makes the pictures likeliest; None where none does clearly.
+
+    What pictures say of one object of a mesh they say of all; but one of those that came in must be known to fit there.
+    """
     gains = {(place, other): -more for place in there for other, more, _ in _swaps(costs, there, place)}
-    best = max(gains, key=lambda pair: gains[pair], default=None)
-    return best if best is not None and gains[best] > CLEARLY else None
+    for place, other in sorted((pair for pair in gains if gains[pair] > CLEARLY), key=lambda pair: -gains[pair]):
+        swapped = {**there, place: there[other], other: there[place]}
+        if _given(objects, kinds, swapped, poses) is not None:
+            return swapped
+    return None
 
 
 def _lead(costs: Mapping[tuple[int, int], float], there: Mapping[int, int], place: int) -> float | None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.estimation.estimator import estimate_poses
@@ -62,8 +65,8 @@ def test_of_three_places_two_are_of_one_mesh() -> None:
 def test_where_nothing_is_shown_nothing_is_told() -> None:
     poses = {(i, place): _turned(Pose((5.0, float(place), 0.0))) for i in (0, 1) for place in (0, 1)}
     frames = _frames({"flat": FLAT}, {"flat": HERE}, 0)
-    for given in (frames, []):
-        told = told_apart(given, {0: FLAT, 1: BUMPED}, {0: 0, 1: 1}, poses)
+    for some in (frames, []):
+        told = told_apart(some, {0: FLAT, 1: BUMPED}, {0: 0, 1: 1}, poses)
         assert not told.places
         assert not told.poses
 
@@ -105,3 +108,28 @@ def test_three_change_places_where_one_of_a_mesh_was_found_in_each(monkeypatch: 
     told = told_apart([], meshes, {i: i for i in range(4)}, poses)
     assert {told.places[0], told.places[1]} == {0, 2}
     assert all((i, place) not in of_one for i, place in told.places.items())
+
+
+def test_what_was_not_found_where_a_mesh_is_shown_is_not_put_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The flat one at 1 was never found at 2, where one is shown; the other has no place but its own."""
+    costs = {0: (1000.0, 5000.0), 1: (2000.0, 1000.0), 2: (1000.0, 2000.0)}
+    said = iter([[Shown(0, cost) for cost in costs[place]] for place in range(3)])
+    monkeypatch.setattr(exchanges, "all_shown", lambda *_: next(said))
+    meshes = {0: FLAT, 1: FLAT, 2: BUMPED}
+    found = [(0, 0), (0, 2), (1, 1), (2, 0), (2, 1), (2, 2)]
+    poses = dict.fromkeys(found, HERE.matrix[None])
+    told = told_apart([], meshes, {i: i for i in range(3)}, poses)
+    assert told.places == {0: 0, 1: 1, 2: 2}
+    assert not told.leads.keys() & {1, 2}, "what pictures speak against is not said to be sure"
+
+
+@given(st.randoms(use_true_random=False), st.integers(1, 6))
+def test_objects_are_only_put_where_they_may_be(rng: random.Random, count: int) -> None:
+    meshes = {i: rng.choice([FLAT, BUMPED]) for i in range(count)}
+    pairs = [(i, place) for i in range(count) for place in range(count)]
+    poses = {at: HERE.matrix[None] for at in pairs if at[0] == at[1] or rng.random() < 0.5}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exchanges, "all_shown", lambda _, some: [Shown(0, 1000 * rng.random()) for _ in some])
+        told = told_apart([], meshes, {i: i for i in range(count)}, poses)
+    assert set(told.places.items()) <= poses.keys()
+    assert set(told.places) == set(told.places.values()) == set(range(count))
