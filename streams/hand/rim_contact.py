@@ -6,7 +6,7 @@ beyond it, meets only the rim, which presses along the normal of the object's su
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,7 +92,7 @@ def _corners(part: Part, R: Array, t: Array, rim: Array) -> Array:
     pairs = pairs[pairs[:, 0] < pairs[:, 1]]  # each edge belongs to two faces
     start, way = points[pairs[:, 0]], points[pairs[:, 1]] - points[pairs[:, 0]]
     found = [points, rim * [(1, 1), (1, -1), (-1, 1), (-1, -1)]]
-    for side, axis in ((side, axis) for side in (-1.0, 1.0) for axis in (0, 1)):
+    for side, axis in product((-1.0, 1.0), (0, 1)):
         with np.errstate(divide="ignore", invalid="ignore"):
             share = (side * rim[axis] - start[:, axis]) / way[:, axis]
         crosses = (share >= 0.0) & (share <= 1.0)

@@ -62,11 +62,10 @@ def told_apart(
         shown = all_shown(frames, [(meshes[i], poses[i, place]) for i in rivals.values()])
         for (kind, i), one in zip(rivals.items(), shown, strict=True) if shown is not None else ():
             costs[kind, place], best[kind, place] = one.cost, poses[i, place][one.pose]
-    there = {place: kinds[i] for i, place in places.items() if (kinds[i], place) in costs}
-    objects = [i for i, place in places.items() if place in there]
-    while (swapped := _best_swap(objects, kinds, costs, there, poses)) is not None:
-        there = swapped
-    given = _given(objects, kinds, there, poses) or {}
+    given = {i: place for i, place in places.items() if (kinds[i], place) in costs}
+    while (swapped := _after_best_swap(kinds, costs, given, poses)) is not None:
+        given = swapped
+    there = {place: kinds[i] for i, place in given.items()}
     leads = {i: lead for i, place in given.items() if (lead := _lead(costs, there, place)) is not None}
     return Exchange(given, {i: best[kinds[i], place] for i, place in given.items()}, leads)
 
@@ -82,22 +81,22 @@ def _given(
     return {i: free[column] for i, column in zip(objects, columns, strict=True)} if fits else None
 
 
-def _best_swap(
-    objects: Sequence[int],
+def _after_best_swap(
     kinds: Mapping[int, int],
     costs: Mapping[tuple[int, int], float],
-    there: Mapping[int, int],
+    given: Mapping[int, int],
     poses: Collection[tuple[int, int]],
 ) -> dict[int, int] | None:
-    """Who stands where after the change of two that makes the pictures likeliest; None where none does clearly.
+    """Object -> place after the change of two that makes the pictures likeliest; None where none does clearly.
 
-    What pictures say of one object of a mesh they say of all; but one of those that came in must be known to fit there.
+    What pictures say of one object of a mesh they say of all; but each must have a place left where it may be.
     """
+    there = {place: kinds[i] for i, place in given.items()}
     gains = {(place, other): -more for place in there for other, more, _ in _swaps(costs, there, place)}
     for place, other in sorted((pair for pair in gains if gains[pair] > CLEARLY), key=lambda pair: -gains[pair]):
         swapped = {**there, place: there[other], other: there[place]}
-        if _given(objects, kinds, swapped, poses) is not None:
-            return swapped
+        if (after := _given([*given], kinds, swapped, poses)) is not None:
+            return after
     return None
 
 
