@@ -151,7 +151,7 @@ ASTRAY = 0.3  # angle between a nudge and the line from the touch to the centre 
 
 
 def hands_behind(
-    workspace: Workspace, obj: str, placement: Placement, ahead: Array, heights: Array
+    workspace: Workspace, obj: str, placement: Placement, ahead: Array, heights: Array, highest: float = np.inf
 ) -> Iterator[tuple[Array, float]]:
     """Yield upright tools, (4, 4), and openings [m] with which fingertips touch an object from behind.
 
@@ -161,6 +161,7 @@ def hands_behind(
         placement: where it lies.
         ahead: unit vector in which it shall be pushed, level, (3,).
         heights: of the fingertips in the world, the best first [m].
+        highest: where they may touch it in the world: what bulges is met above the fingertips [m].
     """
     aside, stroke = np.array([-ahead[1], ahead[0], 0.0]), workspace.world.robot.spec.gripper.stroke
     own = workspace.world.free_hand(Scene({obj: placement.pose.matrix}), TOUCHING, ignore=(TABLE,))
@@ -170,7 +171,8 @@ def hands_behind(
         for beside, shares in ((ahead, (0.0,)), (-ahead, (0.0,)), (aside, OPENINGS), (-aside, OPENINGS)):
             # Of fingers that close along the way the one behind pushes, of those that close across it both do.
             width = fingertip / 2 if shares is OPENINGS else fingertip
-            if not _presses_straight(workspace, obj, placement, center, ahead, (width, float(height))):
+            finger = width, float(height), highest
+            if not _presses_straight(workspace, obj, placement, center, ahead, finger):
                 continue
             for opening in (share * stroke for share in shares):
                 tool = upright(workspace, beside[:2])
@@ -192,11 +194,16 @@ def _fingertips_touching(own: FreeHand, tool: Array, opening: float, back: Array
 
 
 def _presses_straight(
-    workspace: Workspace, obj: str, placement: Placement, center: Array, ahead: Array, finger: tuple[float, float]
+    workspace: Workspace,
+    obj: str,
+    placement: Placement,
+    center: Array,
+    ahead: Array,
+    finger: tuple[float, float, float],
 ) -> bool:
     """Whether a flat finger that reaches so far to both sides and down to a height [m] touches behind the centre.
 
-    It does not slip along there.
+    It does so no higher than the last number says [m], and does not slip along there.
     """
     T, surface = placement.pose.matrix, felt_surface(workspace, obj)
     points, inward = surface.points @ T[:3, :3].T + T[:3, 3], -surface.normals @ T[:3, :3].T
@@ -208,7 +215,10 @@ def _presses_straight(
     first = touched[along[touched].argmin()]
     if not abs(aside[first]) < np.tan(ASTRAY) * -along[first]:
         return False
-    pressed = inward[touched[along[touched] < along[first] + TOUCHED]]
+    met = touched[along[touched] < along[first] + TOUCHED]
+    if points[met, 2].min() > finger[2]:
+        return False
+    pressed = inward[met]
     pressed = pressed[(pressed @ ahead > 0.0) & (np.abs(pressed[:, 2]) < STEEP)]
     turned, cone = np.arctan2(pressed @ across, pressed @ ahead), pad_cone(workspace, obj)
     # Of a corner, which the flat of the finger presses on, both sides are seen.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DIRECTIONS = 16  # that an object is nudged in
-BASE = 0.003  # surface so little above the lowest stands [m]
+BASE = 0.002  # surface so little above the lowest stands [m]
 FIRM = 0.85  # share of what keeps an object from tipping that is counted on
 HEIGHTS = (0.5, 0.7, 0.3, 0.85, 0.1)  # of the fingertips over the middle of the object, in halves of its height
 PROBE, HANDS = 1, 3000  # seed and number of the hands that tell how much room there is round an object
@@ -94,9 +94,10 @@ def pushing_hands(
     among = workspace.world.free_hand(Scene(dict(poses)), workspace.hand.margin)
     lower, upper = workspace.bounds(obj, placement.pose)
     heights = (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2
-    heights = heights[heights < lower[2] + _tips_above(workspace, obj, placement, ahead)]
+    highest = lower[2] + _tips_above(workspace, obj, placement, ahead)
+    heights = heights[heights < highest]
     ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
-    for T, opening in hands_behind(workspace, obj, placement, ahead, heights):
+    for T, opening in hands_behind(workspace, obj, placement, ahead, heights, float(highest)):
         if not among.hits(moved(T, ways), np.full(len(ways), opening)).any():
             yield T, opening
 
