@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.stable_poses import BALANCE, inside_by, outline
+from tamp.streams.affordances.stable_poses import BALANCE, STEADY, inside_by, outline
 from tamp.streams.hand.finger_closing import felt
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -23,6 +23,13 @@ UPWARD = 0.2  # what carries has at least this vertical share of its normal
 def carried_by(workspace: Workspace, obj: str, placement: Placement, support: str, below: Placement) -> bool:
     """Whether an object's centre of mass is over where another one, which stands at `below`, carries it."""
     return inside_support(workspace, obj, placement, {support: below}) > BALANCE
+
+
+def stands_on(workspace: Workspace, obj: str, placement: Placement, below: Mapping[str, Placement]) -> bool:
+    """Whether an object is steady on others, as it would be on a plane: fingers that open do not tip it over."""
+    geometry, R = workspace.world.geometries[obj], placement.pose.matrix[:3, :3]
+    height = float(R[2] @ geometry.center_of_mass - (workspace.points(obj) @ R[2]).min())
+    return inside_support(workspace, obj, placement, below) > max(BALANCE, STEADY * height)
 
 
 def inside_support(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 LOWERINGS = 48  # steps on the way down
 SETTLING_S = 3.0  # an object that moves longer than this has no place there
-PUSHED = SAME_PLACE  # what the others move at most when an object settles among them [m]
+PUSHED = 0.004  # what the others move at most, and turn, when an object settles among them (EDE) [m]
 SUNK = 4  # release heights at most above where an object comes to rest, to be clear of what it sinks into there
 AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 
@@ -76,7 +76,8 @@ def settled(workspace: Workspace, name: str, place: Placement, simulator: str = 
     """
     poses = {other: workspace.start[other].pose for other in _company(workspace, name, place)}
     after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S, simulator=simulator)
-    pushed = any(moved > PUSHED for other, moved in after.moved.items() if other != name)
+    edges = {other: mean_edge(workspace.task.object(other).shape) for other in poses}
+    pushed = any(ede(edges[other], after.poses[other], pose) > PUSHED for other, pose in poses.items())
     if pushed or not after.resting or after.poses[name].xyz[2] < -workspace.task.table.thickness:
         return None
     rest = placements(after.poses, after.supports)[name]

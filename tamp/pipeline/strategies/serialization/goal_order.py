@@ -10,14 +10,15 @@ from tamp import clock
 from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.clear_space import make_room, stuck
 from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred, clearest_first
-from tamp.pipeline.strategies.serialization.goal_graph import asking_for, goal_supports, supports_first
+from tamp.pipeline.strategies.serialization.goal_graph import asking_for, away, goal_supports, supports_first
 from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
-from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest
+from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest, rest_from_goal
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stack_balance import tips_with
+from tamp.streams.affordances.support import stands_on
 from tamp.streams.hand.clearance import reach_of_hand
 from tamp.streams.placing.packing import crowded
 from tamp.streams.values import Placement
@@ -26,6 +27,7 @@ from tamp.task import Goal, In, On
 
 UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
+FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
 
 Placements = tuple[tuple[tuple[str, Placement], ...], ...]
@@ -59,6 +61,7 @@ class Ordering:
         self._early = Early(self._prospects)
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
+        self._rested: dict[str, Placements] = {}
         self._tries = Counter[str]()
 
     @property
@@ -237,6 +240,12 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
+        if self._uncertain(name) and self._rested.get(name) != self._surroundings(name):
+            self._rested[name] = self._surroundings(name)
+            if self._brought_to_rest(name, turned):
+                return self._ledger.reach_near([name])
+            if not effort.others_move and self._vain.get(name) == self._rested[name]:
+                return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
         known = self._prospects.plans.get(name) if effort.guided else None
@@ -255,7 +264,7 @@ class Ordering:
         if sent_back:
             self._prospects.mislead(name)
         unsteady = name in workspace.goals and (sent_back or tips_with(workspace, name, workspace.goals[name]))
-        if unsteady and bring_to_rest(self._asker, name, self._ledger.reached, turned):
+        if unsteady and self._brought_to_rest(name, turned):
             return self._ledger.reach_near([name])
         if solution.plan is None:
             if not effort.others_move:
@@ -265,6 +274,27 @@ class Ordering:
             return False
         if effort.others_move:  # what is refused is tried by way of another grasp
             self._prospects.regrasped.add(name)
+        return False
+
+    def _uncertain(self, name: str) -> bool:
+        """Whether only physics tells if an object stays at its goal before all others are at theirs.
+
+        It may be in balance by a little only, and what carries it may stand otherwise than where the goals settled.
+        """
+        workspace, settled = self._asker.workspace, self.progress.now.setup.goals
+        under = {lower: workspace.start[lower] for lower in goal_supports(workspace, name)}
+        if not under:
+            return False
+        shifted = any(place != settled[lower] for lower, place in under.items())
+        return shifted or not stands_on(workspace, name, workspace.goals[name], under)
+
+    def _brought_to_rest(self, name: str, turned: Collection[str]) -> bool:
+        """Put an object to where it comes to rest from its goal, if that is near; what falls there waits for others."""
+        there = rest_from_goal(self._asker, name)
+        if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned):
+            return there is not None
+        if away(there, name) > FALLS:
+            self._vain[name], self._left[name] = self._surroundings(name), "it does not stay there before others come"
         return False
 
     def _surroundings(self, name: str) -> Placements:

@@ -211,24 +211,29 @@ def _push_near(asker: Asker, name: str, kept: Collection[str], free: Collection[
     return False
 
 
-def bring_to_rest(asker: Asker, name: str, kept: Collection[str], regrasped: Collection[str]) -> bool:
-    """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
+def rest_from_goal(asker: Asker, name: str) -> Workspace | None:
+    """The scene with an object where it comes to rest from its goal; None where that would push others.
 
     What leans on others at its goal does not stay there before they come.
+    """
+    workspace, goal = asker.workspace, asker.workspace.goals[name]
+    place = settled(workspace, name, goal, asker.progress.now.setup.settings.settling)
+    return None if place is None else replace(workspace, start={**workspace.start, name: place})
+
+
+def bring_to_rest(asker: Asker, name: str, there: Workspace, kept: Collection[str], regrasped: Collection[str]) -> bool:
+    """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
     Args:
         asker: the plan so far, which grows.
         name: an object with a goal pose, on supports that are at theirs.
+        there: the scene with the object at rest; see `rest_from_goal`.
         kept: objects that must stay at their goals.
         regrasped: the object, where it reaches its goal only by way of another placement and grasp.
     """
-    workspace, goal = asker.workspace, asker.workspace.goals[name]
-    place = settled(workspace, name, goal, asker.progress.now.setup.settings.settling)
-    if place is None:
+    if away(there, name) <= RELEASE_HEIGHT or not nearly_there(there, name):
         return False
-    there = replace(workspace, start={**workspace.start, name: place})
-    moved = away(there, name) > RELEASE_HEIGHT
-    return moved and nearly_there(there, name) and _put(asker, name, place, kept, (), ITERATIONS, regrasped)
+    return _put(asker, name, there.start[name], kept, (), ITERATIONS, regrasped)
 
 
 def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:

@@ -80,9 +80,12 @@ def settling_with(monkeypatch, **changes):
     monkeypatch.setattr(resting, "settle", changed)
 
 
-@pytest.mark.parametrize(("moved", "pushed"), [(0.008, False), (0.012, True)])
-def test_what_moves_by_more_than_a_centimetre_is_pushed(workspace, monkeypatch, moved, pushed):
-    settling_with(monkeypatch, moved={"base": moved})
+@pytest.mark.parametrize(
+    ("shift", "tilt", "pushed"), [(0.003, 0.0, False), (0.006, 0.0, True), (0.0, 0.02, False), (0.0, 0.15, True)]
+)
+def test_what_moves_or_tilts_by_more_than_a_little_is_pushed(workspace, monkeypatch, shift, tilt, pushed):
+    there = Pose((shift, 0.0, 0.0)) @ workspace.start["base"].pose @ Pose.from_rpy((0.0, 0.0, 0.0), (tilt, 0.0, 0.0))
+    settling_with(monkeypatch, poses={"base": there})
     assert (settled(workspace, "block", down(workspace, (0.1, 0.0, 0.3))) is None) == pushed
 
 

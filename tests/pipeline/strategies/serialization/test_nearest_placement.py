@@ -18,6 +18,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
     Grips,
     bring_near,
     bring_to_rest,
+    rest_from_goal,
 )
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker
@@ -134,7 +135,8 @@ def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from
     now = asker.progress.now
     tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.025 + 0.025 * tilt), (tilt, 0.0, 0.0)), ("table",))
     asker.progress.now = replace(now, workspace=replace(now.workspace, goals={"red": tilted}))
-    assert bring_to_rest(asker, "red", set(), set()) == brought
+    there = rest_from_goal(asker, "red")
+    assert there is not None and bring_to_rest(asker, "red", there, set(), set()) == brought
     assert (nearly_there(asker.workspace, "red"), bool(asker.progress.actions)) == (brought, brought)
     assert asker.workspace.start["red"].pose.matrix[2, 2] > 0.9999
 
