@@ -13,7 +13,7 @@ import numpy as np
 from tamp import clock
 from tamp.execution.settling.settle import settle
 from tamp.execution.simulators import DEFAULT
-from tamp.pipeline.situation import SAME_PLACE, placements, raised
+from tamp.pipeline.situation import placements, raised
 from tamp.pipeline.strategies.serialization.goal_graph import goal_supports
 from tamp.scoring.ede import CORNERS, ede, mean_edge
 from tamp.streams.affordances.slide_path import LONGEST, directions, shifted, towards
