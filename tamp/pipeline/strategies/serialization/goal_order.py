@@ -16,6 +16,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import bring_near,
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
+from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.affordances.support import stands_on
@@ -27,6 +28,7 @@ from tamp.task import Goal, In, On
 
 UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
+SHIFTED = 0.003  # what stands no farther off (EDE) carries as it shall [m]
 FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
 
@@ -285,7 +287,8 @@ class Ordering:
         under = {lower: workspace.start[lower] for lower in goal_supports(workspace, name)}
         if not under:
             return False
-        shifted = any(place != settled[lower] for lower, place in under.items())
+        edges = {lower: mean_edge(workspace.task.object(lower).shape) for lower in under}
+        shifted = any(ede(edges[lower], place.pose, settled[lower].pose) > SHIFTED for lower, place in under.items())
         return shifted or not stands_on(workspace, name, workspace.goals[name], under)
 
     def _brought_to_rest(self, name: str, turned: Collection[str]) -> bool:

@@ -18,6 +18,7 @@ from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Report, Solution
+from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, On, Pose, Region, Release, Task, load_robot
 from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
 from tests.streams.tables import CRATE
@@ -163,6 +164,19 @@ def test_others_step_aside_where_the_goal_is_taken():
             break
     assert effort.others_move
     assert len(ordering.left) == 1
+
+
+@pytest.mark.parametrize("tilt", [0.06, 0.0])
+def test_what_would_not_stay_on_what_stands_a_little_off_is_put_where_it_comes_to_rest(tilt):
+    base = Object("base", Box((0.1, 0.1, 0.04)), Pose((0.058, -0.2, 0.02)), At(Pose((0.05, -0.2, 0.02))))
+    top = replace(TOP, goal=At(Pose((0.055, -0.2, 0.06))))
+    now = attempt(Task("off", (base, top)))
+    tilted = Placement(Pose.from_rpy((0.055, -0.2, 0.061 + 0.02 * tilt), (tilt, 0.0, 0.0)), ("base",))
+    workspace = replace(now.workspace, goals={**now.workspace.goals, "top": tilted})
+    search = Ordering(replace(now, workspace=workspace), 0, time.monotonic() + 30.0, "adaptive")
+    search.run()
+    assert not search.left and not search.progress.rejections
+    assert search.progress.start["top"].pose.matrix[2, 2] > 0.9999
 
 
 @pytest.mark.parametrize(("status", "drawn"), [("failed", 2), ("timeout", 1)])
