@@ -29,14 +29,11 @@ def goal_supports(workspace: Workspace, name: str) -> list[str]:
 
 
 def nearly_there(workspace: Workspace, name: str) -> bool:
-    """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs.
-
-    It may touch others besides: what tilts a little on what carries it comes down on something else.
-    """
+    """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs."""
     obj, here = workspace.task.object(name), workspace.start[name]
     return (
         isinstance(obj.goal, At)
-        and {*here.on} >= {*workspace.goals[name].on}
+        and here.on == workspace.goals[name].on
         and ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
         and all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
     )
