@@ -11,14 +11,13 @@ import numpy as np
 from tamp.streams.affordances.friction_cones import friction_of
 from tamp.streams.affordances.neighbours import standing_around
 from tamp.streams.affordances.nudges import STEP, STEPS
-from tamp.streams.collisions import CONTACT_DEPTH
 from tamp.streams.context import Context
 from tamp.streams.grasping.container import upright_pinches
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import above_table, clear_of_object
 from tamp.streams.hand.finger_closing import felt
 from tamp.streams.pushing.hand_contact import hands_behind
-from tamp.streams.pushing.push_motion import GRAZED, push_hits, pushed
+from tamp.streams.pushing.push_motion import GRAZED, push_hits, pushed, sinks_into
 from tamp.streams.values import Configuration, Placement, Slide
 from tamp.streams.workspace import Workspace, standing
 from tamp.world.scene import Scene
@@ -42,13 +41,14 @@ def free_shifts(workspace: Workspace, obj: str, placement: Placement, poses: Map
     `poses` says where the others are, T_world_object each, shape (4, 4).
     """
     world, T = workspace.world, placement.pose.matrix
+    deep = {
+        name: sinks_into(workspace, obj, placement, name, other) if name in placement.on else GRAZED
+        for name, other in poses.items()
+    }
     for angle in np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS:
         for length in STEP * np.arange(1, STEPS + 1):
             shift = length * np.array([np.cos(angle), np.sin(angle), 0.0])
-            if any(
-                world.overlap(obj, moved(T, shift), name, other, CONTACT_DEPTH if name in placement.on else GRAZED)
-                for name, other in poses.items()
-            ):
+            if any(world.overlap(obj, moved(T, shift), name, other, deep[name]) for name, other in poses.items()):
                 break
             yield shift
 

@@ -93,12 +93,17 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
     nearest = -ARM_MARGIN if slide.start.on == (TABLE,) else GRAZED
     passed = _passed(workspace, slide)
     for name, T in poses.items():
-        deep = CONTACT_DEPTH if name in slide.start.on else nearest
+        deep = sinks_into(workspace, obj, slide.start, name, T) if name in slide.start.on else nearest
         if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in passed):
             return f"{obj} would be pushed into {name}"
     beside = {name: T for name, T in poses.items() if name not in slide.start.on}
     contact = rubbed(workspace.world, obj, close_together(_ahead(workspace, slide)), beside)
     return None if contact is None else f"{obj} would be pushed along {contact.b}"
+
+
+def sinks_into(workspace: Workspace, obj: str, start: Placement, carrier: str, T: Array) -> float:
+    """How deep an object may be in what carries it, which is at T (4, 4), as it is pushed: hardly more than at rest."""
+    return max(0.0, -workspace.world.separation(obj, start.pose.matrix, carrier, T)) + GRAZED
 
 
 def _passed(workspace: Workspace, slide: Slide) -> list[Array]:

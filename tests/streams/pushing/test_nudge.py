@@ -11,6 +11,7 @@ from tamp.streams.pushing.nudge import free_shifts, hands_over, plan_nudging, pu
 from tamp.streams.pushing.push_motion import push_hits
 from tamp.task import Mesh, Object, Pose, Sphere
 from tamp.world.scene import Scene
+from tamp.world.transforms import moved
 from tests.streams.tables import CUBE, OBJECTS, ToldContext, workspace_of
 
 CRATE = Object("crate", Mesh(OBJECTS / "open_box" / "collision.obj", 1.5), Pose((0.10, -0.22, 0.045)))
@@ -64,6 +65,21 @@ def test_what_has_a_neighbour_is_not_nudged_into_it(workspace, poses):
     assert len(shifts) and np.linalg.norm(shifts, axis=1).max() == pytest.approx(0.04)
     centres = workspace.start["ball"].pose.xyz + shifts
     assert np.linalg.norm(centres - CLOSE.pose.xyz, axis=1).min() > 2 * 0.03 - 0.001
+
+
+@pytest.mark.parametrize("left", np.arange(0.0, 0.01, 0.001))
+def test_what_is_nudged_gets_hardly_deeper_into_what_it_lies_in(left, poses):
+    """Wherever it lies a little before a wall of that."""
+    crate, alone = poses["crate"], workspace_of(CRATE, BALL, on={"ball": ("crate",)})
+    wall = next(x for x in np.arange(0.0, 0.3, 0.001) if _apart(alone, x, crate) < 0.0)
+    start = nudged(alone.start["ball"], np.array([wall - 0.03 - left, 0.0, 0.0]))
+    ends = [moved(start.pose.matrix, shift) for shift in free_shifts(alone, "ball", start, {"crate": crate})]
+    assert ends and min(alone.world.separation("ball", end, "crate", crate) for end in ends) > -0.001
+
+
+def _apart(workspace, x, crate):
+    there = moved(workspace.start["ball"].pose.matrix, np.array([x, 0.0, 0.0]))
+    return workspace.world.separation("ball", there, "crate", crate)
 
 
 def test_the_hand_touches_from_behind_and_meets_nothing_else(workspace, poses, away):
