@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.streams.affordances.falls import letting_go
 from tamp.streams.grasping.hand_clearance import HINDERED, support_cost, tilt_cost
 from tamp.streams.hand.candidates import Pinches
@@ -16,7 +17,6 @@ from tamp.streams.values import Placement, falls_straight
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
 from tamp.world.kinematics.inverse import approachable, reachable
-from tamp.world.robot.model import RobotModel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,24 +34,42 @@ def untwisted(workspace: Workspace, pinches: Pinches, places: Sequence[Placement
 
     Both hold alike, and the contacts were found in any order.
     """
-    T = pinches.T_object_tool
-    swapped = T @ np.diag([-1.0, -1.0, 1.0, 1.0])
-    robot, poses = workspace.world.robot, [place.pose.matrix for place in places]
-    turns, others = (np.sum([_turn(robot, pose @ way) for pose in poses], axis=0) for way in (T, swapped))
-    better = others < turns - SWAPPED
-    return replace(pinches, T_object_tool=np.where(better[:, None, None], swapped, T))
+    T, robot = np.array(pinches.T_object_tool, order="C"), workspace.world.robot
+    home, base = np.array(robot.forward(robot.home), order="C"), np.array(robot.spec.T_world_base.xyz)
+    turns = np.sum([_turns(T, place.pose.matrix, home, base) for place in places], axis=0)
+    better = turns[:, 1] < turns[:, 0] - SWAPPED
+    return replace(pinches, T_object_tool=np.where(better[:, None, None], T @ np.diag([-1.0, -1.0, 1.0, 1.0]), T))
 
 
-def _turn(robot: RobotModel, T: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far tools (n, 4, 4) are turned from how the arm holds its tool at home, swung round its base, (n,) [rad]."""
-    home, base = robot.forward(robot.home), np.array(robot.spec.T_world_base.xyz)
-    ahead = np.arctan2(*(home[1::-1, 3] - base[1::-1]))
-    swing = np.arctan2(T[:, 1, 3] - base[1], T[:, 0, 3] - base[0]) - ahead
-    c, s, none = np.cos(swing), np.sin(swing), np.zeros(len(T))
-    round_base = np.array([[c, -s, none], [s, c, none], [none, none, none + 1.0]]).transpose(2, 0, 1)
-    trace = np.einsum("nij,nij->n", T[:, :3, :3], round_base @ home[:3, :3])
-    turn: NDArray[np.float64] = np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
-    return turn
+@compiled
+def _turns(
+    T: NDArray[np.float64], pose: NDArray[np.float64], home: NDArray[np.float64], base: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far tools are turned from how the arm holds its tool at home, swung round its base, (n, 2) [rad].
+
+    Args:
+        T: the tools in an object's frame, shape (n, 4, 4); in the second column, with the fingers swapped.
+        pose: of the object in the world, shape (4, 4).
+        home: the tool at home in the world, shape (4, 4).
+        base: of the arm, shape (3,) [m].
+    """
+    ahead = np.arctan2(home[1, 3] - base[1], home[0, 3] - base[0])
+    turns, tool, along = np.empty((len(T), 2)), np.empty((4, 4)), np.empty(3)
+    for k in range(len(T)):
+        for i in range(3):
+            for j in range(4):
+                tool[i, j] = pose[i, 3] if j == 3 else 0.0
+                for m in range(3):
+                    tool[i, j] += pose[i, m] * T[k, m, j]
+        swing = np.arctan2(tool[1, 3] - base[1], tool[0, 3] - base[0]) - ahead
+        c, s = np.cos(swing), np.sin(swing)
+        for j in range(3):  # how much each axis of the tool is along where it would be
+            x, y = c * home[0, j] - s * home[1, j], s * home[0, j] + c * home[1, j]
+            along[j] = tool[0, j] * x + tool[1, j] * y + tool[2, j] * home[2, j]
+        for swapped, sign in enumerate((1.0, -1.0)):
+            trace = sign * (along[0] + along[1]) + along[2]
+            turns[k, swapped] = np.arccos(min(1.0, max(-1.0, (trace - 1.0) / 2.0)))
+    return turns
 
 
 def over_table(

@@ -241,12 +241,52 @@ def _least(row: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.
     return least
 
 
-def boxes_in_world(
-    boxes: HandBoxes, openings: NDArray[np.float64], T_world_tool: NDArray[np.float64], margin: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of the world's boxes around the boxes of each hand, grown by `margin` [m]; shapes (k, n, 3) [m]."""
-    lower, upper = boxes.opened(openings)
-    R = T_world_tool[:, :3, :3]
-    middle = np.einsum("kij,knj->kni", R, (lower + upper) / 2) + T_world_tool[:, None, :3, 3]
-    reach = np.einsum("kij,knj->kni", np.abs(R), (upper - lower) / 2) + margin
-    return middle - reach, middle + reach
+def near_boxes(
+    boxes: HandBoxes,
+    openings: NDArray[np.float64],
+    T_world_tool: NDArray[np.float64],
+    margin: float,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Whether the box in the world around any box of each hand, grown by `margin` [m], meets some boxes there.
+
+    Args:
+        boxes: the hand.
+        openings: one for each hand, shape (k,) [m].
+        T_world_tool: where it is, shape (k, 4, 4).
+        margin: how much the hand's boxes grow on every side [m].
+        low: lower corners of the boxes in the world, shape (m, 3) [m].
+        high: their upper corners, shape (m, 3) [m].
+
+    Returns:
+        One answer for each hand and each of the others, shape (k, m).
+    """
+    return _near_boxes(
+        *boxes.opened(openings), np.array(T_world_tool, order="C"), margin, np.array(low), np.array(high)
+    )
+
+
+@compiled
+def _near_boxes(
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    T: NDArray[np.float64],
+    margin: float,
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    near, middle, reach = np.zeros((len(T), len(low)), np.bool_), np.empty(3), np.empty(3)
+    for k in range(len(T)):
+        for box in range(lower.shape[1]):
+            for i in range(3):
+                middle[i], reach[i] = T[k, i, 3], margin
+                for j in range(3):
+                    middle[i] += T[k, i, j] * (lower[k, box, j] + upper[k, box, j]) / 2
+                    reach[i] += abs(T[k, i, j]) * (upper[k, box, j] - lower[k, box, j]) / 2
+            for m in range(len(low)):
+                meets = True
+                for i in range(3):
+                    meets = meets and low[m, i] - reach[i] < middle[i] < high[m, i] + reach[i]
+                near[k, m] = near[k, m] or meets
+    return near

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import importlib
 import json
 import logging
@@ -36,6 +37,7 @@ def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], lev
     logging.getLogger("tamp").setLevel(level)
     if _unheard(connection):
         return
+    gc.freeze()  # what was loaded before is no garbage: no collection need look at it
     try:
         module, _, function = work.partition(":")
         call: Callable[..., Any] = getattr(importlib.import_module(module), function)

@@ -136,6 +136,8 @@ def clearest_first(
 
     Arguments as of `in_the_way`, but for a seed for each name.
     """
+    if len(names) < 2:
+        return [*names]
     return sorted(names, key=lambda name: len(in_the_way(workspace, name, samplers, seed(name), deadline)))
 
 
