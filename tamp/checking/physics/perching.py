@@ -76,8 +76,10 @@ def perched(
     under = carriers(scene, state, name, allow).bodies
     if (below := _rolling(scene, state, name, allow)) is not None:
         yield f"{name} does not stay on {under[0]}, which rolls on {below}", (name, *under)
-    elif _rolls_off(scene, state, name, allow) or _rolls_down(scene, state, name, allow):
+    elif _rolls_down(scene, state, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it rolls down", (name, *under)
+    elif _tilts_off(scene, state, name, allow):
+        yield f"{name} does not stay on {' and '.join(under)}: it tilts, or rolls, and comes down", (name, *under)
     elif _outweighs(scene, state, name, allow):
         sentence = f"{name}, which rolls, does not stay on {under[0]}, which is so much lighter that it tilts"
         yield sentence, (name, *under)
@@ -171,8 +173,8 @@ def _standing_on(scene: Scene, state: State, bodies: tuple[str, ...]) -> dict[st
     return {body: scene.T_world_table if body == TABLE else state.poses[body] for body in bodies}
 
 
-def _rolls_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
-    """Whether an object rolls down from where it stands on what carries it: from a dome, a slope, or its own tip."""
+def _tilts_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether an object tilts or rolls down on what carries it: from a dome, a slope, an edge, or its own tip."""
     T, touching = state.poses[name], carriers(scene, state, name, allow)
     under = touching.bodies
     level = all((patch.normals[:, 2] > equilibrium.LEVEL).all() for patch in touching.patches.values())
