@@ -73,6 +73,10 @@ GIVE, GIVES, GIVING = 0.0005, 8, 12
 """How far the arm gives way at a time to what one finger alone touches [m], how often, and for so many steps."""
 
 
+ALONG = 0.1
+"""Least share of the closing axis in the normals of touches that says to which side the arm should give way."""
+
+
 def _off(touch: Touch, name: str) -> Array:
     """The direction from an object to what touches it (world frame)."""
     return np.array(touch.normal) * (1.0 if touch.b == name else -1.0)
@@ -152,7 +156,8 @@ class Operator:
         away = sum(float(_off(touch, name) @ closing) for touch in touches)
         aside = tool.copy()
         aside[:3, 3] += np.sign(away) * GIVE * closing
-        path = straight_line(robot_model(spec), self.robot.configuration(), aside) if away else None
+        told = abs(away) > ALONG
+        path = straight_line(robot_model(spec), self.robot.configuration(), aside) if told else None
         if path is None:
             return False
         self.robot.command(path[-1])

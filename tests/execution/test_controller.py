@@ -109,3 +109,12 @@ def test_the_arm_gives_way_to_what_one_finger_alone_touches_until_the_other_does
     lost = Operator(world).grip(Grip(Attachment("box", Pose()), 0.04))
     assert (lost is not None) == missed
     assert missed or abs(world.tool().xyz[1] - world.middle) <= 2e-4
+
+
+@pytest.mark.parametrize("named", [(), (Touch("box", ROBOT, (1.0, 0.0, 0.0), 0.0, 20.0),)])
+def test_the_arm_stays_where_no_touch_says_to_which_side_it_should_give_way(monkeypatch, named):
+    world = StiffWorld(0.002)
+    monkeypatch.setattr(StiffWorld, "touches", lambda world: named)
+    before = world.q.copy()
+    Operator(world).grip(Grip(Attachment("box", Pose()), 0.04))
+    assert (world.q == before).all()

@@ -242,11 +242,10 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        if self._uncertain(name) and self._rested.get(name) != self._surroundings(name):
-            self._rested[name] = self._surroundings(name)
+        if self._uncertain(name):
             if self._brought_to_rest(name, turned):
                 return self._ledger.reach_near([name])
-            if not effort.others_move and self._vain.get(name) == self._rested[name]:
+            if not effort.others_move and self._vain.get(name) == self._surroundings(name):
                 return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
@@ -292,12 +291,19 @@ class Ordering:
         return shifted or not stands_on(workspace, name, workspace.goals[name], under)
 
     def _brought_to_rest(self, name: str, turned: Collection[str]) -> bool:
-        """Put an object to where it comes to rest from its goal, if that is near; what falls there waits for others."""
+        """Put an object to where it comes to rest from its goal, if that is near; whether it was.
+
+        That is tried once for each way in which others stand there. What falls waits for a change of it.
+        """
+        here = self._surroundings(name)
+        if self._rested.get(name) == here:
+            return False
+        self._rested[name] = here
         there = rest_from_goal(self._asker, name)
         if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned):
             return there is not None
         if away(there, name) > FALLS:
-            self._vain[name], self._left[name] = self._surroundings(name), "it does not stay there before others come"
+            self._vain[name], self._left[name] = here, "it does not stay there before others come"
         return False
 
     def _surroundings(self, name: str) -> Placements:
