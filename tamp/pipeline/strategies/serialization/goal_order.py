@@ -64,6 +64,7 @@ class Ordering:
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
         self._rested: dict[str, Placements] = {}
+        self._fallen: dict[str, Placements] = {}
         self._tries = Counter[str]()
 
     @property
@@ -245,7 +246,8 @@ class Ordering:
         if self._uncertain(name):
             if self._brought_to_rest(name, turned):
                 return self._ledger.reach_near([name])
-            if not effort.others_move and self._vain.get(name) == self._surroundings(name):
+            if self._fallen.get(name) == self._surroundings(name):
+                self._left[name] = "it does not stay there before others come"
                 return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
@@ -303,7 +305,7 @@ class Ordering:
         if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned):
             return there is not None
         if away(there, name) > FALLS:
-            self._vain[name], self._left[name] = here, "it does not stay there before others come"
+            self._fallen[name] = here
         return False
 
     def _surroundings(self, name: str) -> Placements:
