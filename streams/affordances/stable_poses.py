@@ -150,15 +150,25 @@ RIDGE = 1e-4  # what its centre of mass must rise by on the way to stay [m]
 LOWER = 3e-4  # what it is lower by in the end where it does not [m]
 
 
+def rolls(geometry: Geometry, R: Array) -> bool:
+    """Whether a body on a plane, turned by R, (3, 3), rolls on over ridges that are next to nothing."""
+    return bool((_risen(geometry, R) < RIDGE).all(axis=0).any())
+
+
 def rolls_down(geometry: Geometry, R: Array) -> bool:
-    """Whether a body on a plane, turned by R, (3, 3), rolls on over ridges that are next to nothing, and comes down."""
+    """Whether it comes down as it does."""
+    risen = _risen(geometry, R)
+    return bool(((risen < RIDGE).all(axis=0) & (risen[-1] < -LOWER)).any())
+
+
+def _risen(geometry: Geometry, R: Array) -> Array:
+    """How high a body's centre of mass has risen as it is tipped by `TIPPED` in each heading, (3, headings) [m]."""
     from_center = (geometry.hull.vertices - geometry.center_of_mass) @ R.T
     headings = np.linspace(0.0, 2 * np.pi, HEADINGS, endpoint=False)
     level = np.stack([np.cos(headings), np.sin(headings), np.zeros(HEADINGS)])
     tipped = np.array(TIPPED)[:, None, None]
     down = np.sin(tipped) * level - np.cos(tipped) * np.array([[0.0], [0.0], [1.0]])
-    risen = np.max(from_center @ down, axis=1) + from_center[:, 2].min()
-    return bool(((risen < RIDGE).all(axis=0) & (risen[-1] < -LOWER)).any())
+    return np.asarray(np.max(from_center @ down, axis=1) + from_center[:, 2].min())
 
 
 def resting(workspace: Workspace, obj: str) -> list[Array]:

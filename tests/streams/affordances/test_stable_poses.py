@@ -14,6 +14,7 @@ from tamp.streams.affordances.stable_poses import (
     moved,
     outline,
     righted,
+    rolls,
     rolls_down,
     stands,
     stays,
@@ -67,6 +68,16 @@ def test_a_board_on_its_edge_stands_only_where_it_is_not_easily_tipped(height, s
     assume(abs(slope - STEADY) > 1e-3 and slope * height / 2 > 2 * BALANCE)
     board = load_geometry(Box((slope * height, 0.2, height)))
     assert stands(board, np.eye(3)) == (slope > STEADY)
+
+
+@given(
+    radius=st.floats(0.005, 0.015), length=st.floats(0.05, 0.2), yaw=st.sampled_from(np.radians(np.arange(0, 360, 10)))
+)
+def test_what_is_round_rolls_where_it_lies_and_comes_no_lower(radius, length, yaw):
+    can, (c, s) = load_geometry(Cylinder(radius, length)), (np.cos(yaw), np.sin(yaw))
+    lying = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+    assert rolls(can, lying) and not rolls_down(can, lying)
+    assert not rolls(can, np.eye(3)) and not rolls(load_geometry(Box((radius, radius, length))), lying)
 
 
 def test_a_face_that_nearly_every_throw_ends_on_is_steady_though_it_rocks():

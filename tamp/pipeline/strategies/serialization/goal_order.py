@@ -18,6 +18,7 @@ from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Ask
 from tamp.planning import Report, Solution, combined
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.affordances.neighbours import within
+from tamp.streams.affordances.stable_poses import rolls
 from tamp.streams.affordances.stack_balance import tips_with
 from tamp.streams.affordances.support import stands_on
 from tamp.streams.hand.clearance import reach_of_hand
@@ -282,15 +283,18 @@ class Ordering:
     def _uncertain(self, name: str) -> bool:
         """Whether only physics tells if an object stays at its goal before all others are at theirs.
 
-        It may be in balance by a little only, and what carries it may stand otherwise than where the goals settled.
+        It may be in balance by a little only, or lie so that it would roll on, and what carries it may stand otherwise
+        than where the goals settled.
         """
         workspace, settled = self._asker.workspace, self.progress.now.setup.goals
-        under = {lower: workspace.start[lower] for lower in goal_supports(workspace, name)}
-        if not under:
+        if name not in workspace.goals:
             return False
+        under = {lower: workspace.start[lower] for lower in goal_supports(workspace, name)}
         edges = {lower: mean_edge(workspace.task.object(lower).shape) for lower in under}
-        shifted = any(ede(edges[lower], place.pose, settled[lower].pose) > SHIFTED for lower, place in under.items())
-        return shifted or not stands_on(workspace, name, workspace.goals[name], under)
+        if any(ede(edges[lower], place.pose, settled[lower].pose) > SHIFTED for lower, place in under.items()):
+            return True
+        goal, geometry = workspace.goals[name], workspace.world.geometries[name]
+        return rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
 
     def _brought_to_rest(self, name: str, turned: Collection[str]) -> bool:
         """Put an object to where it comes to rest from its goal, if that is near; whether it was.
