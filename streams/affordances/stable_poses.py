@@ -156,7 +156,7 @@ def rolls(geometry: Geometry, R: Array) -> bool:
 
 
 def rolls_down(geometry: Geometry, R: Array) -> bool:
-    """Whether it comes down as it does."""
+    """Whether a body on a plane, turned by R, (3, 3), rolls on so and comes down."""
     risen = _risen(geometry, R)
     return bool(((risen < RIDGE).all(axis=0) & (risen[-1] < -LOWER)).any())
 

@@ -75,7 +75,7 @@ def _edges(part: Part) -> Array:
 
 @compiled
 def _pressed(planes: Planes, edges: Edges, half: Array, side: float, least: float) -> float:
-    """The same of the pad on one side of the closing axis, which has to meet the object at least so far out [m].
+    """How steep it is where the pad on one side of the closing axis presses; see `steepness`.
 
     It meets the outermost corners of what the object has before it. A pad's face presses straight on them; of those
     that its rim cuts out of the object, the least steep counts.

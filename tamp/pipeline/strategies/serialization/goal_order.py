@@ -231,8 +231,9 @@ class Ordering:
         if name in goals and start[name] == goals[name]:
             self._ledger.reach(name)
             return True
-        if not effort.others_move and (against := self._barred(name)) is not None:
-            self._left[name] = against
+        bar = self._barred(name)
+        if bar is not None and not effort.others_move:
+            self._left[name] = bar
             return False
         prospects = self._prospects
         # The questions for what is hopeless too are about one grasp, which turns nothing over.
@@ -244,7 +245,7 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        if self._uncertain(name):
+        if bar is None and self._uncertain(name):
             if self._brought_to_rest(name, turned):
                 return self._ledger.reach_near([name])
             if self._fallen.get(name) == self._surroundings(name):

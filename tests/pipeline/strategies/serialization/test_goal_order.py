@@ -19,7 +19,7 @@ from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progres
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.planning import Report, Solution
 from tamp.streams.values import Placement
-from tamp.task import At, Box, Object, On, Pose, Region, Release, Task, load_robot
+from tamp.task import At, Box, Cylinder, Object, On, Pose, Region, Release, Task, load_robot
 from tests.pipeline.samplers import NO_HANDS, from_above, no_grasp, no_slide
 from tests.streams.tables import CRATE
 
@@ -164,6 +164,15 @@ def test_others_step_aside_where_the_goal_is_taken():
             break
     assert effort.others_move
     assert len(ordering.left) == 1
+
+
+def test_what_would_rest_beside_another_that_is_at_its_goal_has_that_step_aside():
+    lying, goal = (Pose.from_rpy((x, y, 0.015), (math.pi / 2, 0.0, 0.0)) for x, y in ((0.05, 0.25), (0.08, -0.2)))
+    can = Object("can", Cylinder(0.015, 0.1), lying, At(goal))
+    block = Object("block", Box((0.05, 0.05, 0.08)), Pose((0.05, -0.2, 0.04)), mass=0.3)
+    ordering = Ordering(attempt(Task("beside", (can, block))), 0, time.monotonic() + 60.0, "adaptive")
+    assert any(ordering._sweep(effort) for effort in EFFORTS) and not ordering.left
+    assert math.dist(ordering.progress.start["can"].pose.xyz, goal.xyz) < 0.005
 
 
 @pytest.mark.parametrize("tilt", [0.06, 0.0])
