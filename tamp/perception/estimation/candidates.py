@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.perception.estimation.fit import agreement, explained, glance, refine
+from tamp.perception.estimation.fit import agreement, explained, glance, refine, turned_about_middle
 from tamp.perception.estimation.fusion import VOXEL, Cloud
-from tamp.perception.estimation.hypotheses import anywhere, resting
+from tamp.perception.estimation.hypotheses import anywhere, in_place, resting
 from tamp.perception.estimation.matching import distinct
 from tamp.perception.estimation.models.color import difference
-from tamp.perception.estimation.models.object_model import COARSE, ObjectModel
+from tamp.perception.estimation.models.object_model import COARSE, FINE, ObjectModel
 from tamp.perception.estimation.volume import Volume
 
 if TYPE_CHECKING:
@@ -31,6 +31,12 @@ FITTED = 72
 
 KEPT = 24
 """Candidates for the joint choice."""
+
+TURNED = 6000
+"""Orientations that are tried in one place: one within 10 degrees of nearly any."""
+
+ANGLES, TURNS = (0.2, 0.1, 0.05, 0.025), 48
+"""By how much, about each axis, the best of them are turned on [rad], and how often at each step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +91,30 @@ def candidates(
     if not chosen:
         return []
     return fitted(volume, model, np.concatenate(chosen))
+
+
+def turned(volume: Volume, model: ObjectModel, center: Array, rng: np.random.Generator) -> Array:
+    """The best poses of a model with its middle at a place, (3,) [m], in whatever orientation, shape (n, 4, 4).
+
+    Of what is nearly round any orientation fits; that its colours do too is seen within a few degrees alone. So many
+    orientations are tried, the best are fitted by shape, and then turned a little as long as they fit better.
+    """
+    poses = in_place(model, center, rng, TURNED)
+    best = np.argsort(-agreement(volume, model, poses).score, kind="stable")[:FITTED]
+    found = fitted(volume, model, poses[best])
+    return _turned_on(volume, model, np.array([c.pose for c in found]).reshape(-1, 4, 4), rng)
+
+
+def _turned_on(volume: Volume, model: ObjectModel, poses: Array, rng: np.random.Generator) -> Array:
+    """Poses (n, 4, 4) turned about their middles to the best of some small turns, ever smaller ones."""
+    for angle in ANGLES:
+        tried = np.repeat(poses, TURNS, axis=0)
+        turns = angle * rng.normal(size=(len(tried), 3))
+        turns[::TURNS] = 0.0
+        tried = turned_about_middle(model, tried, turns)
+        scores = agreement(volume, model, tried, 2 * FINE).score.reshape(len(poses), TURNS)
+        poses = tried.reshape(len(poses), TURNS, 4, 4)[np.arange(len(poses)), scores.argmax(axis=1)]
+    return poses
 
 
 def fitted(volume: Volume, model: ObjectModel, poses: Array) -> list[Candidate]:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
-from tamp.perception.estimation.candidates import Candidate, candidates, fitted, judged
+from tamp.perception.estimation.candidates import Candidate, candidates, fitted, judged, turned
 from tamp.perception.estimation.fit import polished
 from tamp.perception.estimation.fusion import fuse, level
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
@@ -91,6 +91,8 @@ def estimate_poses(
             break
         selection = _chosen_anew(scene, models, found, selection)
     if not masked and _seek_in_exchange(scene, models, found, selection, seed + 1000 * (ROUNDS + 1)):
+        selection = _chosen_anew(scene, models, found, selection)
+    if _seek_turned(scene, models, found, selection, seed + 1000 * (ROUNDS + 2)):
         selection = _chosen_anew(scene, models, found, selection)
     verified = verify(scene, surfaces, models, found, selection)
     selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
@@ -221,6 +223,22 @@ def _seek_in_exchange(
             volume = scene.of_points(best.points)
             rest = candidates(volume, models[i], cKDTree(volume.cloud.points), np.random.default_rng([seed, i, j]))
             more = judged(scene, models[i], np.array([candidate.pose for candidate in rest]))
+            came = came or bool(more)
+            _add(models, found, i, more)
+    return came
+
+
+def _seek_turned(
+    scene: Volume, models: Sequence[ObjectModel], found: list[list[Candidate]], selection: Selection, seed: int
+) -> bool:
+    """Seek each object that is seen, where it is, in any orientation; whether any came."""
+    masked, came = scene.cloud.instances, False
+    for i, k in enumerate(selection.chosen):
+        if k >= 0:
+            own = selection.covered(without={i}) < LEFT if masked is None else masked == i
+            volume = scene.of_points(np.flatnonzero(own))
+            rng = np.random.default_rng([seed, i])
+            more = judged(scene, models[i], turned(volume, models[i], selection.center(i, k), rng))
             came = came or bool(more)
             _add(models, found, i, more)
     return came

@@ -100,6 +100,15 @@ def _move(poses: Array, step: Array) -> None:
     poses[:, :3, 3] += step[:, 3:]
 
 
+def turned_about_middle(model: ObjectModel, poses: Array, turns: Array) -> Array:
+    """Poses (n, 4, 4) turned about the model's middle by rotation vectors, shape (n, 3), of up to 0.3 rad."""
+    middles = poses[:, :3, :3] @ model.center + poses[:, :3, 3]
+    moved = poses.copy()
+    _move(moved, np.hstack([turns, np.zeros_like(turns)]))
+    moved[:, :3, 3] = middles - moved[:, :3, :3] @ model.center
+    return moved
+
+
 def polished(cloud: Cloud, model: ObjectModel, pose: Array, points: NDArray[np.int64], rounds: int = 12) -> Array:
     """A pose, shape (4, 4), moved until measured points lie on the model: point-to-plane ICP the other way round.
 

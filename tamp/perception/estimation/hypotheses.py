@@ -1,4 +1,4 @@
-"""Guesses where an object may be, from oriented points of its model and of the cloud.
+"""Guesses where an object may be, from oriented points of its model and of the cloud, and how it may be turned there.
 
 For what rests on a plane, one point with its normal fixes the rest; in general it takes two: the point pair features of
 Drost, Ulrich, Navab and Ilic (CVPR 2010), looked up by their nearest neighbours instead of a hash.
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.models.color import difference
@@ -106,6 +107,14 @@ def anywhere(
     poses[:, :3, :3] = scene @ own.transpose(0, 2, 1)
     middle = (cloud.points[a] + cloud.points[b]) / 2
     poses[:, :3, 3] = middle - np.einsum("nij,nj->ni", poses[:, :3, :3], (model.points[i] + model.points[j]) / 2)
+    return poses
+
+
+def in_place(model: ObjectModel, center: Array, rng: np.random.Generator, count: int) -> Array:
+    """Poses in random orientations with the model's middle at a place, shape (3,) [m]; (count, 4, 4)."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :3, :3] = Rotation.random(count, random_state=rng).as_matrix()
+    poses[:, :3, 3] = center - poses[:, :3, :3] @ model.center
     return poses
 
 

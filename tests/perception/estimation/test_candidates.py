@@ -1,0 +1,48 @@
+"""Poses in one place: of what is round, colours tell the orientation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from tamp.perception.cameras.capture import shoot, views
+from tamp.perception.cameras.setup import load_setup
+from tamp.perception.estimation.candidates import judged, turned
+from tamp.perception.estimation.estimator import see
+from tamp.perception.estimation.models.object_model import object_model
+from tamp.perception.rendering.surface import Surface
+from tamp.task import Pose, Table, load_robot
+
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
+PANDA = load_robot("panda")
+RADIUS = 0.035
+
+
+def _spotted_ball() -> Surface:
+    """A ball with three spots of different colours."""
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS)
+    colors = np.full((len(ball.vertices), 3), (120, 60, 60), dtype=np.uint8)
+    for axis, color in enumerate(((230, 230, 230), (40, 160, 60), (60, 60, 220))):
+        colors[ball.vertices[:, axis] > 0.8 * RADIUS] = color
+    return Surface(np.array(ball.vertices), np.array(ball.faces), colors)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_balls_orientation_is_told_by_its_spots(seed: int) -> None:
+    look = _spotted_ball()
+    R = Rotation.random(random_state=seed)
+    pose = Pose((-0.05, 0.1, RADIUS), tuple(R.as_quat().tolist()))
+    shots = shoot({"ball": look}, {"ball": pose}, views(load_setup(), PANDA), PANDA, seed=seed)
+    volume = see([shot.frame for shot in shots], Table())
+    assert volume is not None
+    model = object_model(look)
+    found = judged(volume, model, turned(volume, model, np.array(pose.xyz), np.random.default_rng(seed)))
+    best = max(found, key=lambda candidate: candidate.weights.sum())
+    off = Rotation.from_matrix(best.pose[:3, :3]) * R.inv()
+    assert off.magnitude() < math.radians(8)
+    assert np.linalg.norm(best.pose[:3, 3] - pose.xyz) < 0.005
