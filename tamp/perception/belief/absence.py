@@ -22,9 +22,12 @@ STEP = 2
 """Every so many pixels are looked at."""
 
 BEHIND = 0.012
-"""A pixel sees through an object where it measures so much more than the distance to it [m]."""
+"""A pixel sees through an object where it measures so much behind its surface, across that [m].
 
-NEARER = 0.004
+Along a ray that grazes a surface a little error goes far.
+"""
+
+NEARER = 0.003
 """Or, of what is flat, where it measures so much and is nearer to the table behind it than to the object [m]."""
 
 FEWEST = 60
@@ -61,10 +64,10 @@ def absent(
             judged = _inner(picture.bodies) & (measured > 0) & ~frame.robot[::STEP, ::STEP]
             judged &= (picture.bodies >= 0) & (picture.bodies < len(bodies))
             # Where no table is behind, half of the way to it is no limit.
-            halfway = np.where(empty.depth > 0, (empty.depth - picture.depth) / 2, BEHIND)
+            halfway = np.where(empty.depth > 0, (empty.depth - picture.depth) / 2 * picture.slant, BEHIND)
             judged &= halfway >= NEARER
             shown = picture.bodies[judged]
-            behind = (measured - picture.depth > np.minimum(BEHIND, halfway))[judged]
+            behind = ((measured - picture.depth) * picture.slant > np.minimum(BEHIND, halfway))[judged]
             seen += np.bincount(shown, minlength=len(bodies))
             through += np.bincount(shown[behind], minlength=len(bodies))
     return {
