@@ -1,20 +1,23 @@
-"""Next best views: from where a camera on the arm sees most of the space that could hide what is sought.
+"""Next best views: from where a camera on the arm most likely sees what is sought.
 
 Volumetric information gain as in Connolly, "The determination of next best views" (ICRA 1985): cells that no camera
-has seen, counted where a view would see them past what was measured. Views from above look into boxes.
+has seen, weighted by the chance that what is sought is there, and counted where a view would see them past what was
+measured and past the arm itself. Views from above look into boxes.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.perception.cameras.camera import Camera, Frame, Intrinsics, looking_at
+from tamp.perception.rendering.backends import open_renderer
 from tamp.perception.rendering.robot import camera_pose, link_pose
+from tamp.perception.rendering.scene import robot_body
 from tamp.task import Table
 from tamp.world.collision.checker import CollisionChecker
 from tamp.world.kinematics.inverse import inverse
@@ -50,8 +53,14 @@ TARGETS = 6
 TRIED = 12
 """Views, the most telling first, that inverse kinematics is asked for."""
 
-WORTH = 12
-"""A view that shows fewer new cells is not worth its time."""
+WORTH = 0.02
+"""A view that shows new cells with fewer of the objects sought, as expected, is not worth its time."""
+
+AROUND = 0.08
+"""What is doubted is sought within this of where it is thought to be [m]..."""
+
+ELSEWHERE = 0.3
+"""... but for so much of the chance, which is elsewhere's."""
 
 BACK = (0.05, 0.10, 0.15, 0.20)
 """So much farther back a camera looks from where its viewpoint is taken [m]."""
@@ -131,9 +140,9 @@ def next_views(
     poses: Mapping[str, Pose],
     rng: np.random.Generator,
     *,
-    likely: Sequence[Array] = (),
+    sought: Sequence[Array | None] = (None,),
 ) -> Iterator[tuple[float, ...]]:
-    """Arm configurations from which the camera sees most of what is hidden, one after the other.
+    """Arm configurations from which the camera sees most of where objects may be, one after the other.
 
     Each is chosen given that those before it have been taken; it ends where a further one would show nothing new.
 
@@ -143,31 +152,65 @@ def next_views(
         world: the planner's picture of robot, table and objects.
         poses: object -> where it is thought to be (world frame).
         rng: source of every random choice.
-        likely: places (3,) near which cells count three times, such as where an estimate is uncertain.
+        sought: for each object where it is thought to be, shape (3,) [m]; None where nobody knows.
     """
-    cells, weights = hidden.cells, np.ones(len(hidden.cells))
-    for place in likely:
-        weights[np.linalg.norm(cells - place, axis=1) < 0.08] = 3.0
+    cells, weights = hidden.cells, _chances(hidden.cells, sought)
     checker = world.checker(
         Scene({name: pose.matrix for name, pose in poses.items()}, opening=world.robot.spec.gripper.stroke),
         margin=MARGIN,
     )
-    k = camera.intrinsics.scaled(SMALL)
     views = list(_views(cells, weights, rng))
-    shown = [_shown(k, T, hidden.surface, cells) for T in views]
-    while views:
-        worth = np.array([weights[seen].sum() for seen in shown])
-        order = np.argsort(-worth, kind="stable")[:TRIED]
-        chosen = None
-        for i in order[worth[order] >= WORTH].tolist():
-            q = _reached(camera, world, checker, views[i], rng)
-            if q is not None:
-                chosen = i
-                yield q
-                break
-        if chosen is None:
-            return
-        weights[shown[chosen]] = 0.0
+    unobstructed = [_shown(camera, T, hidden) for T in views]
+
+    def look(i: int) -> _Look | None:
+        q = _reached(camera, world, checker, views[i], rng)
+        return None if q is None else _look_from(camera, world, q, hidden)
+
+    while (best := _most_telling(look, unobstructed, weights)) is not None:
+        yield best.q
+        weights[best.shown] = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A configuration to look from [rad], and which cells it would show, shape (n,)."""
+
+    q: tuple[float, ...]
+    shown: NDArray[np.bool_]
+
+
+def _most_telling(
+    look: Callable[[int], _Look | None], unobstructed: Sequence[NDArray[np.bool_]], weights: Array
+) -> _Look | None:
+    """The look that shows most, of the views that may; what a view would show without an arm is the most it can."""
+    bounds = np.array([weights[shown].sum() for shown in unobstructed])
+    best, most = None, WORTH
+    for i in np.argsort(-bounds, kind="stable")[:TRIED].tolist():
+        if bounds[i] < most:
+            break
+        found = look(i)
+        if found is not None and (worth := float(weights[found.shown].sum())) >= most:
+            best, most = found, worth
+    return best
+
+
+def _look_from(camera: Camera, world: World, q: tuple[float, ...], hidden: Unseen) -> _Look:
+    T = camera_pose(camera, world.robot.spec, q)
+    with open_renderer("raycast")([robot_body(world.robot.spec, q)]) as renderer:
+        depth = renderer.picture(camera.intrinsics.scaled(SMALL), T).depth
+    return _Look(q, _shown(camera, T, hidden, np.where(depth > 0, depth, np.inf)))
+
+
+def _chances(cells: Array, sought: Sequence[Array | None]) -> Array:
+    """How many of the objects sought are to be expected in each cell, shape (n,)."""
+    chances = np.zeros(len(cells))
+    for place in sought:
+        around = np.zeros(len(cells), dtype=bool)
+        if place is not None:
+            around = np.linalg.norm(cells - place, axis=1) < AROUND
+        here = 1 - ELSEWHERE if around.any() else 0.0
+        chances += (1 - here) / max(1, len(cells)) + here * around / max(1, around.sum())
+    return chances
 
 
 def farther_back(
@@ -215,8 +258,11 @@ def _views(cells: Array, weights: Array, rng: np.random.Generator) -> Iterator[A
                     yield looking_at(target + distance * way, target)
 
 
-def _shown(k: Intrinsics, T_world_camera: Array, surface: Array, cells: Array) -> NDArray[np.bool_]:
-    """Cells that a view would show past what was measured."""
+def _shown(
+    camera: Camera, T_world_camera: Array, hidden: Unseen, arm: NDArray[np.floating] | None = None
+) -> NDArray[np.bool_]:
+    """Cells that a view would show past what was measured, and past the arm, given its depth where it is in view."""
+    k, surface = camera.intrinsics.scaled(SMALL), hidden.surface
     depth = np.full((k.height, k.width), np.inf)
     local = (surface - T_world_camera[:3, 3]) @ T_world_camera[:3, :3]
     local = local[local[:, 2] > 0.05]
@@ -227,7 +273,7 @@ def _shown(k: Intrinsics, T_world_camera: Array, surface: Array, cells: Array) -
     near = depth.copy()  # points are sparser than pixels: each covers its neighbours
     for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)):
         near = np.minimum(near, np.roll(depth, (dv, du), axis=(0, 1)))
-    return seen_into(k, T_world_camera, near, cells, GAP)
+    return seen_into(k, T_world_camera, near if arm is None else np.minimum(near, arm), hidden.cells, GAP)
 
 
 def _reached(

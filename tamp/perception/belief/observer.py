@@ -16,7 +16,7 @@ from tamp.execution.monitor import deviation
 from tamp.execution.recovery import can_carry
 from tamp.execution.simulators import DEFAULT
 from tamp.perception.belief.absence import absent
-from tamp.perception.belief.belief import UNCERTAIN, Belief, nearest_turn, updated
+from tamp.perception.belief.belief import Belief, nearest_turn, updated
 from tamp.perception.belief.next_view import farther_back, next_views, unseen
 from tamp.perception.belief.rest import at_rest
 from tamp.perception.cameras.camera import Camera, Frame
@@ -43,7 +43,10 @@ AT_ONCE = 2
 """Views taken before the perceiver is asked again."""
 
 SURE = 0.5
-"""What is known with this confidence is not sought anew."""
+"""What is known with this confidence is not sought anew, nor worth a further view."""
+
+SAME = 0.02
+"""Further views of what was found within this of where it is (EDE over its symmetries) were views of it there [m]."""
 
 MISPLACED = 0.012
 """What is seen farther than this from where it was let go or pushed to (EDE over its symmetries) is misplaced [m].
@@ -80,6 +83,7 @@ class Observer:
     simulator: str = DEFAULT
     spent_s: float = field(default=0.0, init=False)
     _count: int = field(default=0, init=False)
+    _viewed: dict[str, Pose] = field(default_factory=dict, init=False)
 
     def look(self, expected: Belief | None = None, wanted: Collection[str] = ()) -> Belief:
         """Look from all viewpoints, then from further ones while what is wanted is unknown or uncertain.
@@ -94,8 +98,9 @@ class Observer:
         before = Belief(dict.fromkeys(self.looks, Estimate(None, 0.0))) if expected is None else expected
         frames = list(self._frames(before.poses))
         belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table))
-        left = MORE_VIEWS
+        left, sought = MORE_VIEWS, set[str]()
         while left > 0 and (missing := self._missing(belief, wanted)):
+            sought |= missing
             taken = list(self._further(belief, frames, missing, min(left, AT_ONCE)))
             if not taken:
                 break
@@ -103,6 +108,7 @@ class Observer:
             belief = self._perceived(before, frames, absent(frames, self.looks, before.poses, self.task.table), belief)
         settled = at_rest(self.task, self.world, belief.estimates, self.simulator, before.poses)
         result = Belief(settled, tuple(frames))
+        self._viewed |= {name: result.poses[name] for name in sought if name in result.poses}
         # The arm went to its last viewpoint past what was believed then; no plan begins inside what is believed now.
         draw_out(self.cell, self.world, result.poses)
         return result
@@ -192,18 +198,26 @@ class Observer:
         return Belief(updated(self._models, expected, found, gone), tuple(frames))
 
     def _missing(self, belief: Belief, wanted: Collection[str]) -> set[str]:
-        return {name for name in wanted if belief.estimates[name].confidence < UNCERTAIN}
+        """What is doubted, but for what stands where further views of it were taken: more would not help."""
+        doubted = {name for name in wanted if belief.estimates[name].confidence < SURE}
+        return {name for name in doubted if not self._was_viewed(name, belief.estimates[name].pose)}
+
+    def _was_viewed(self, name: str, pose: Pose | None) -> bool:
+        """Whether further views were taken of an object where it is said to be."""
+        before = self._viewed.get(name)
+        return pose is not None and before is not None and pose_error(self._models[name], pose, before)[0] < SAME
 
     def _further(self, belief: Belief, frames: list[Frame], missing: Collection[str], most: int) -> Iterator[Frame]:
         camera = self._moving
         if camera is None or self.cell.time > self.limit_s:
             return
         rng = np.random.default_rng(self._seed())
-        likely = [np.array(pose.xyz) for name, pose in belief.poses.items() if name in missing]
+        poses = belief.poses
+        sought = [np.array(poses[name].xyz) if name in poses else None for name in sorted(missing)]
         hidden = unseen(frames, self.task.table)
         count = 0
-        for q in next_views(hidden, camera, self.world, belief.poses, rng, likely=likely):
-            if go_to(self.cell, self.world, belief.poses, q, seed=self._seed()):
+        for q in next_views(hidden, camera, self.world, poses, rng, sought=sought):
+            if go_to(self.cell, self.world, poses, q, seed=self._seed()):
                 count += 1
                 yield self.cell.frame(camera.name)
             if count == most:

@@ -12,7 +12,7 @@ import pytest
 
 from tamp.perception.belief import rest
 from tamp.perception.belief.absence import absent
-from tamp.perception.belief.next_view import Unseen, next_views, unseen
+from tamp.perception.belief.next_view import Unseen, next_views, seen_into, unseen
 from tamp.perception.belief.rest import at_rest, lifted_apart
 from tamp.perception.cameras.camera import Camera, Frame, Intrinsics, looking_at
 from tamp.perception.cameras.capture import shoot, views
@@ -20,8 +20,8 @@ from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.backends import open_renderer
 from tamp.perception.rendering.robot import camera_pose
-from tamp.perception.rendering.scene import objects_at, table_body
-from tamp.perception.rendering.surface import plain
+from tamp.perception.rendering.scene import objects_at, robot_body, table_body
+from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Object, Pose, Table, Task, load_robot
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
@@ -39,9 +39,9 @@ def _world(task: Task) -> World:
     return World(robot_model(load_robot("panda")), {o.name: geometry_of_object(o) for o in task.objects}, task.table)
 
 
-def _frame(eye: tuple[float, float, float], poses: dict[str, Pose]) -> Frame:
+def _frame(eye: tuple[float, float, float], poses: dict[str, Pose], looks: Mapping[str, Surface] = LOOKS) -> Frame:
     T = looking_at(np.array(eye), np.array([-0.05, 0.05, 0.05]))
-    with open_renderer("raycast")([*objects_at(LOOKS, poses), table_body(Table())]) as scene:
+    with open_renderer("raycast")([*objects_at(looks, poses), table_body(Table())]) as scene:
         picture = scene.picture(K, T)
     return Frame("c", K, T, picture.color, picture.depth, np.zeros(picture.depth.shape, dtype=bool))
 
@@ -55,6 +55,17 @@ def test_what_is_gone_is_absent_and_what_cannot_be_seen_is_not() -> None:
     assert absent([frame], LOOKS, POSES, Table()) == {"brick"}
     hidden = {**POSES, "brick": Pose((-0.15, 0.0, 0.03))}
     assert absent([_frame((0.9, 0.0, 0.1), {"wall": POSES["wall"]})], LOOKS, hidden, Table()) == set()
+
+
+@pytest.mark.parametrize("beside", [-0.005, 0.005])
+def test_what_a_camera_looks_along_is_there_though_it_is_a_little_beside(beside: float) -> None:
+    """A wall whose side shows at a grazing angle: along the rays 5 mm are 5 cm."""
+    looks = {"wall": plain(Box((0.3, 0.02, 0.25)))}
+    thought = {"wall": Pose((-0.05, 0.0, 0.125))}
+    truly = {"wall": Pose((-0.05, beside, 0.125))}
+    frame = _frame((0.6, 0.07, 0.45), truly, looks)
+    assert absent([frame], looks, thought, Table()) == set()
+    assert absent([_frame((0.6, 0.07, 0.45), {}, looks)], looks, thought, Table()) == {"wall"}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -139,6 +150,20 @@ def test_behind_a_wall_is_unseen_and_the_next_view_looks_there() -> None:
     inside = (depth > 0) & (pixels >= 0).all(axis=1) & (pixels < (K.width, K.height)).all(axis=1)
     assert inside.mean() > 0.5
     assert world.robot.forward(np.array(q))[2, 3] > 0.0
+
+
+@pytest.mark.parametrize("place", [(0.05, 0.3, 0.03), (-0.25, -0.25, 0.03), (0.2, 0.0, 0.03)])
+def test_the_next_view_is_of_where_something_is_thought_to_be_and_past_the_arm(place: tuple[float, ...]) -> None:
+    robot = load_robot("panda")
+    grid = np.stack(np.meshgrid(np.arange(-0.4, 0.4, 0.02), np.arange(-0.5, 0.5, 0.02), [0.02, 0.05], indexing="ij"))
+    nothing_seen = Unseen(grid.reshape(3, -1).T, np.empty((0, 3)))
+    world = World(robot_model(robot), {}, Table())
+    q = next(next_views(nothing_seen, CAMERA, world, {}, np.random.default_rng(0), sought=[np.array(place)]))
+    T = camera_pose(CAMERA, robot, q)
+    with open_renderer("raycast")([robot_body(robot, q)]) as scene:
+        arm = scene.picture(K, T).depth
+    near = nothing_seen.cells[np.linalg.norm(nothing_seen.cells - place, axis=1) < 0.06]
+    assert seen_into(K, T, np.where(arm > 0, arm, np.inf), near, 0.0).mean() > 0.8
 
 
 def test_where_nothing_is_hidden_there_is_no_next_view() -> None:

@@ -100,6 +100,23 @@ def test_what_a_part_of_the_frames_has_shown_of_the_unknown_is_kept(monkeypatch:
     assert found.pose is not None
 
 
+@pytest.mark.parametrize(("beside", "again"), [(0.0, 1), (0.1, 3)])
+def test_what_further_views_left_in_doubt_is_not_viewed_again_where_it_is(
+    beside: float, again: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Pose] = []
+
+    def perceiver(*_: Any, **__: Any) -> dict[str, Estimate]:
+        asked.append(HERE)
+        x = 0.0 if len(asked) <= 3 else beside
+        return {"a": Estimate(Pose((HERE.xyz[0] + x, *HERE.xyz[1:])), 0.4)}
+
+    monkeypatch.setattr(observer, "absent", lambda *_: set())
+    dim = Dim(Still(), TASK, LOOKS, WORLD, perceiver, 0, 100.0)  # type: ignore[arg-type]
+    dim.look(dim.look(None, {"a"}), {"a"})
+    assert len(asked) == 3 + again
+
+
 @pytest.mark.parametrize(("beside", "kind"), [(0.005, None), (0.016, "misplaced")])
 def test_what_was_let_go_and_is_seen_beside_its_place_ends_the_plan(
     beside: float, kind: str | None, monkeypatch: pytest.MonkeyPatch
