@@ -38,7 +38,7 @@ known poses, 347 came to rest within a centimetre of where they should.
 """
 
 LOST = 0.2
-"""How sure it is that an object that the fingers have missed or lost is where it was, as a share of that before."""
+"""How sure it is that an object that fingers missed, or eyes, is where it was, as a share of that before."""
 
 APART = 10.0
 """What stands for the distance between an object and no estimate [m]."""
@@ -73,7 +73,8 @@ class Belief:
 
         Args:
             poses: object -> where it should be by now.
-            lost: objects that the fingers have closed beside, or that have left them on the way.
+            lost: objects that the fingers have closed beside, or that have left them on the way, or that were seen
+                not to be where they should.
         """
         brought = {name: _brought(e, poses.get(name)) for name, e in self.estimates.items()}
         doubted = {name: replace(brought[name], confidence=LOST * brought[name].confidence) for name in lost}

@@ -39,6 +39,15 @@ class Planner(Protocol):
     def plan(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
         """Plan from a state at rest and add it to the plans; False where there is no plan."""
 
+    def insist(self, setup: Setup, poses: Mapping[str, Pose], q: tuple[float, ...]) -> bool:
+        """Plan again after a search in vain, while time is left; False where no plan is worth carrying out."""
+
+    def worthwhile(self, setup: Setup) -> bool:
+        """Whether the last plan does anything, and is worth its risk."""
+
+    def forget(self) -> None:
+        """Let the next search try again what single objects did not reach."""
+
     def keep(self, setup: Setup, execution: Execution) -> bool:
         """Add what is still good of the last plan after an execution that stopped; False where nothing is."""
 
@@ -104,7 +113,9 @@ class Loop:
                 continue
             if replans == tuning.max_replans or not self._worth(execution, seen, known, corrections):
                 return
-            corrections += execution.status == "done" and same
+            if execution.status == "done" and same:
+                corrections += 1
+                self.planner.forget()
             setup, replans = seen, replans + 1
             if not self._planned(setup):
                 return
@@ -114,7 +125,7 @@ class Loop:
 
         Args:
             moved: object -> where a plan should have brought it.
-            lost: objects that the fingers have missed or lost.
+            lost: objects that the fingers have missed or lost, or that were seen not to be where they should.
         """
         wanted = {obj.name for obj in self.knowledge.task.objects if obj.goal is not None}
         expected = None if self._belief is None else self._belief.expecting(moved, lost)
@@ -129,12 +140,19 @@ class Loop:
         return setup
 
     def _planned(self, setup: Setup) -> bool:
-        """Whether there is a plan that does anything."""
+        """Whether there is a plan that is worth carrying out; where goals are missed other seeds are tried in time."""
+        scene = setup, setup.start, self.cell.configuration()
         try:
-            found = self.planner.plan(setup, setup.start, self.cell.configuration())
+            if self.planner.plan(*scene) and self.planner.worthwhile(setup):
+                return True
+            return bool(self._missed(setup)) and self.planner.insist(*scene)
         except PlanningFailure:
             return False
-        return found and bool(self.planner.plans[-1].actions)
+
+    def _missed(self, setup: Setup) -> set[str]:
+        """Objects that are not at their goals, as far as is known."""
+        met = score(setup.task, dict(setup.start), self.planner.facts).goals_met
+        return {name for name in met if not met[name]}
 
     def _carried_out(self, plan: Plan) -> Execution:
         execution = self._operation.carry_out(plan)
@@ -146,8 +164,7 @@ class Loop:
         """Whether to plan again after an execution."""
         if execution.status == "deviated" or set(seen.start) - known or self.planner.unfinished:
             return True
-        met = score(seen.task, dict(seen.start), self.planner.facts).goals_met
-        if any(not met[name] for name in met if name not in self.planner.left):
+        if self._missed(seen):
             return corrections < self.knowledge.settings.tuning.max_replans
         return corrections < self.knowledge.settings.tuning.max_corrections and bool(self._astray(seen))
 
@@ -162,6 +179,7 @@ class Loop:
 
 
 def _lost(execution: Execution) -> tuple[str, ...]:
-    """What fingers felt, or eyes saw in them, to be elsewhere than it was thought to be."""
+    """What fingers felt, or eyes saw, to be elsewhere than it was thought to be."""
     off = [deviation for entry in execution.log for deviation in entry.deviations]
-    return tuple(dict.fromkeys(d.object for d in off if d.kind in ("missed", "dropped", "slipped")))
+    off += [] if execution.deviation is None else [execution.deviation]
+    return tuple(dict.fromkeys(deviation.object for deviation in off))

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tamp.errors import TaskError
+from tamp.execution.log import ActionLog, Deviation, Execution, Kind
 from tamp.execution.simulators import make_simulator
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.rendering.surface import Surface, plain
@@ -18,6 +20,7 @@ from tamp.perception.workcell.simulated import SimulatedWorkcell
 from tamp.perception.workcell.workcell import Workcell
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.perceived import run as perceived
+from tamp.pipeline.perceived.loop import _lost
 from tamp.pipeline.solving.job import Job
 from tamp.pipeline.solving.run import save_run
 from tamp.pipeline.solving.solve import carry_out
@@ -114,6 +117,27 @@ def test_the_planning_side_has_no_way_to_the_truth(tmp_path: Path) -> None:
     assert [str(a) for a in told.plans[0].actions] == [str(a) for a in lied_to.plans[0].actions]
     assert plan_sha256(told.plans[0]) == plan_sha256(lied_to.plans[0])
     assert np.allclose(end["red"].xyz[:2], (0.05, -0.05), atol=0.015)
+
+
+def test_a_search_in_vain_is_not_the_last_while_there_is_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, calls = Job.plan, []
+
+    def unlucky(job: Job, *scene: Any) -> bool:
+        calls.append(scene)
+        return len(calls) > 1 and plan(job, *scene)
+
+    monkeypatch.setattr(Job, "plan", unlucky)
+    assert carry_out(TASK, settings=_settings(tmp_path)).result.status == "solved"
+    assert len(calls) > 1
+
+
+@pytest.mark.parametrize("kind", ["missed", "dropped", "slipped", "misplaced", "disturbed"])
+def test_what_ended_a_plan_is_looked_for_anew(kind: Kind) -> None:
+    """Whatever it was by which the plan ended, that object is hardly believed to be where the plan has it."""
+    log = (ActionLog("pick(blue)", 1.0, 1, 1, {}, (Deviation("blue", "slipped", 0.03, 0.0),), 0.0),)
+    stopped = Execution("deviated", dict(START), (), log, 1.0, deviation=Deviation("red", kind, 0.1, 0.0))
+    assert _lost(stopped) == ("blue", "red")
+    assert _lost(replace(stopped, deviation=None)) == ("blue",)
 
 
 def test_a_tasks_own_perceiver_is_refused_where_it_is_not_trusted(tmp_path: Path) -> None:
