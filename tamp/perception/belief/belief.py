@@ -38,7 +38,7 @@ known poses, 347 came to rest within a centimetre of where they should.
 """
 
 LOST = 0.2
-"""How sure it is that an object that fingers missed, or eyes, is where it was, as a share of that before."""
+"""How sure it is that an object that fingers or eyes have missed is where it was, as a share of that before."""
 
 APART = 10.0
 """What stands for the distance between an object and no estimate [m]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -92,8 +93,8 @@ def estimate_poses(
         selection = _chosen_anew(scene, models, found, selection)
     if not masked and _seek_in_exchange(scene, models, found, selection, seed + 1000 * (ROUNDS + 1)):
         selection = _chosen_anew(scene, models, found, selection)
-    if _seek_turned(scene, models, found, selection, seed + 1000 * (ROUNDS + 2)):
-        selection = _chosen_anew(scene, models, found, selection)
+    _seek_turned(scene, models, found, selection, seed + 1000 * (ROUNDS + 2))
+    selection = _chosen_anew(scene, models, found, selection)
     verified = verify(scene, surfaces, models, found, selection)
     selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
     return {
@@ -153,8 +154,12 @@ def _masked(scene: Volume, model: ObjectModel, own: NDArray[np.int64], rng: np.r
     if len(own) < 5:
         return []
     volume = scene.of_points(own)
-    found = candidates(volume, model, cKDTree(volume.cloud.points), rng)
-    return [Candidate(c.pose, own[c.points], c.weights, c.hits, c.violations, c.free_area) for c in found]
+    return _among(own, candidates(volume, model, cKDTree(volume.cloud.points), rng))
+
+
+def _among(own: NDArray[np.int64], found: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates that were judged by some points alone, by the numbers that these have among all."""
+    return [replace(candidate, points=own[candidate.points]) for candidate in found]
 
 
 def _seek_again(
@@ -230,18 +235,19 @@ def _seek_in_exchange(
 
 def _seek_turned(
     scene: Volume, models: Sequence[ObjectModel], found: list[list[Candidate]], selection: Selection, seed: int
-) -> bool:
-    """Seek each object that is seen, where it is, in any orientation; whether any came."""
-    masked, came = scene.cloud.instances, False
+) -> None:
+    """Add candidates for each object that is seen: where it is, in any orientation."""
+    labels = scene.cloud.instances
     for i, k in enumerate(selection.chosen):
-        if k >= 0:
-            own = selection.covered(without={i}) < LEFT if masked is None else masked == i
-            volume = scene.of_points(np.flatnonzero(own))
-            rng = np.random.default_rng([seed, i])
-            more = judged(scene, models[i], turned(volume, models[i], selection.center(i, k), rng))
-            came = came or bool(more)
-            _add(models, found, i, more)
-    return came
+        if k < 0:
+            continue
+        own = np.flatnonzero(selection.covered(without={i}) < LEFT if labels is None else labels == i)
+        volume = scene.of_points(own)
+        poses = turned(volume, models[i], selection.center(i, k), np.random.default_rng([seed, i]))
+        if labels is None:
+            _add(models, found, i, judged(scene, models[i], poses))
+        else:
+            found[i].extend(_among(own, judged(volume, models[i], poses)))
 
 
 def _of_a_size(one: ObjectModel, other: ObjectModel) -> bool:
