@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 UNCERTAIN = 0.3
-"""An estimate of lower confidence is worth another look."""
+"""An estimate of lower confidence is not trusted."""
 
 CONFIRMED = 0.004
 """An estimate this near to what was expected (EDE) changes nothing [m]."""

@@ -182,7 +182,7 @@ class _Look:
 def _most_telling(
     look: Callable[[int], _Look | None], unobstructed: Sequence[NDArray[np.bool_]], weights: Array
 ) -> _Look | None:
-    """The look that shows most, of the views that may; what a view would show without an arm is the most it can."""
+    """The look that shows most, of the views that may: those that would show most without an arm are tried first."""
     bounds = np.array([weights[shown].sum() for shown in unobstructed])
     best, most = None, WORTH
     for i in np.argsort(-bounds, kind="stable")[:TRIED].tolist():

@@ -101,7 +101,7 @@ def _move(poses: Array, step: Array) -> None:
 
 
 def turned_about_middle(model: ObjectModel, poses: Array, turns: Array) -> Array:
-    """Poses (n, 4, 4) turned about the model's middle by rotation vectors, shape (n, 3), of up to 0.3 rad."""
+    """Poses (n, 4, 4) turned about the model's middle by rotation vectors, shape (n, 3), by 0.3 rad at most."""
     middles = poses[:, :3, :3] @ model.center + poses[:, :3, 3]
     moved = poses.copy()
     _move(moved, np.hstack([turns, np.zeros_like(turns)]))

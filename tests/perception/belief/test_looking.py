@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tamp.perception.belief import rest
+from tamp.perception.belief import next_view, rest
 from tamp.perception.belief.absence import absent
 from tamp.perception.belief.next_view import Unseen, next_views, seen_into, unseen
 from tamp.perception.belief.rest import at_rest, lifted_apart
@@ -153,17 +154,32 @@ def test_behind_a_wall_is_unseen_and_the_next_view_looks_there() -> None:
 
 
 @pytest.mark.parametrize("place", [(0.05, 0.3, 0.03), (-0.25, -0.25, 0.03), (0.2, 0.0, 0.03)])
-def test_the_next_view_is_of_where_something_is_thought_to_be_and_past_the_arm(place: tuple[float, ...]) -> None:
-    robot = load_robot("panda")
+def test_the_next_view_is_of_where_something_is_thought_to_be(place: tuple[float, ...]) -> None:
+    narrow = replace(CAMERA, intrinsics=Intrinsics.from_field_of_view(320, 240, math.radians(22)))
     grid = np.stack(np.meshgrid(np.arange(-0.4, 0.4, 0.02), np.arange(-0.5, 0.5, 0.02), [0.02, 0.05], indexing="ij"))
     nothing_seen = Unseen(grid.reshape(3, -1).T, np.empty((0, 3)))
-    world = World(robot_model(robot), {}, Table())
-    q = next(next_views(nothing_seen, CAMERA, world, {}, np.random.default_rng(0), sought=[np.array(place)]))
-    T = camera_pose(CAMERA, robot, q)
-    with open_renderer("raycast")([robot_body(robot, q)]) as scene:
-        arm = scene.picture(K, T).depth
-    near = nothing_seen.cells[np.linalg.norm(nothing_seen.cells - place, axis=1) < 0.06]
-    assert seen_into(K, T, np.where(arm > 0, arm, np.inf), near, 0.0).mean() > 0.8
+    world = World(robot_model(load_robot("panda")), {}, Table())
+    q = next(next_views(nothing_seen, narrow, world, {}, np.random.default_rng(0), sought=[np.array(place)]))
+    T = camera_pose(narrow, load_robot("panda"), q)
+    near = nothing_seen.cells[np.linalg.norm(nothing_seen.cells - place, axis=1) < 0.04]
+    empty = np.full((240, 320), np.inf)
+    assert seen_into(narrow.intrinsics, T, empty, near, 0.0).mean() > 0.8
+
+
+def test_a_view_shows_nothing_behind_the_arm() -> None:
+    """A camera on the wrist that looks back at the arm."""
+    robot = load_robot("panda")
+    back = Camera("back", K, "panda_link8", Pose.from_rpy((0.15, 0.0, 0.1), (math.pi, 0.0, 0.0)))
+    world, T = World(robot_model(robot), {}, Table()), camera_pose(back, robot, robot.home)
+    with open_renderer("raycast")([robot_body(robot, robot.home)]) as scene:
+        depth = scene.picture(K.scaled(1 / 8), T).depth
+    rows, columns = np.nonzero(np.ones_like(depth))
+    rays = K.scaled(1 / 8).rays().reshape(-1, 3)
+    arm = depth[rows, columns] > 0
+    assert 0.05 < arm.mean() < 0.95
+    cells = (rays * 1.2) @ T[:3, :3].T + T[:3, 3]
+    shown = next_view._look_from(back, world, robot.home, Unseen(cells, np.empty((0, 3)))).shown
+    assert shown[~arm].mean() > 0.9 and shown[arm].mean() < 0.1
 
 
 def test_where_nothing_is_hidden_there_is_no_next_view() -> None:

@@ -17,6 +17,7 @@ from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.estimation.turns.rendered import Shown
+from tamp.perception.estimation.verification import verify
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Cylinder, Pose, Table, load_robot
 
@@ -69,6 +70,19 @@ def test_masks_keep_objects_apart() -> None:
         pose = found[name].pose
         assert pose is not None
         assert math.dist(pose.xyz, true.xyz) < 0.005
+
+
+def test_with_masks_every_candidate_explains_an_objects_own_points_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    verified = []
+
+    def watched(scene: Any, surfaces: Any, models: Any, found: Any, selection: Any) -> Any:
+        labels = scene.cloud.instances
+        verified.extend((labels[candidate.points] == i).all() for i, of in enumerate(found) for candidate in of)
+        return verify(scene, surfaces, models, found, selection)
+
+    monkeypatch.setattr(estimator, "verify", watched)
+    _estimates(LOOKS, {"brick": POSES["brick"], "can": Pose((-0.05, 0.19, 0.06))}, masks=True)
+    assert len(verified) > 40 and all(verified)
 
 
 def test_an_empty_table() -> None:
