@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ import numpy as np
 from tamp.compiled import compiled
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
-from tamp.task import Gripper, Pose
+from tamp.task import Pose
 from tamp.task.robot import LEAST_FRICTION, PAD_FRICTION
 from tamp.world.geometry.half_spaces import half_spaces, joined
 from tamp.world.robot.linkage import Linkage
@@ -26,13 +27,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from tamp.world.geometry.half_spaces import Planes
+    from tamp.world.geometry.object_geometry import Geometry
 
     Array = NDArray[np.float64]
 
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
-RIM = 0.001  # of a pad, which may miss what it would just meet [m]
+RIMS = (0.0, 0.001)  # of a pad, which may miss what it would just meet [m]
 LIFTED = 0.85  # share of what friction carries that can still be set in motion
+ROUNDING = 1e-9  # [m]
 
 
 class Squeezed:
@@ -47,24 +50,20 @@ class Squeezed:
         across: from corner to corner of a pad [m].
     """
 
-    def __init__(self, workspace: Workspace, obj: str, grasp: Grasp, rim: float = 0.0) -> None:
-        """The outermost part of the pads, `rim` wide [m], counts for nothing."""
+    def __init__(self, workspace: Workspace, obj: str, grasp: Grasp) -> None:
         item, geometry = workspace.task.object(obj), workspace.world.geometries[obj]
         gripper = workspace.world.robot.spec.gripper
-        self._R, t = _in_pads(workspace.world.robot.linkage, grasp)
-        self.width = grasp.width
-        self.center = self._R @ geometry.center_of_mass + t
+        R, t = _in_pads(workspace.world.robot.linkage, grasp)
+        self._R, self._pad, self.width = R, gripper.pad, grasp.width
+        self.center = R @ geometry.center_of_mass + t
         self.weight = item.mass * GRAVITY
         self.force = gripper.holding_force(self.weight, item.friction)
         self.friction = PAD_FRICTION * item.friction * self.force
         self.across = math.hypot(*gripper.pad[1:])
-        near = [part for part in geometry.parts if _is_near(part.vertices @ self._R.T + t, gripper, grasp.width)]
         corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * (geometry.upper - geometry.lower).mean()
-        self._cube = corners @ self._R.T + t
-        self._planes = joined((A @ self._R.T, b + A @ self._R.T @ t) for A, b in map(half_spaces, near))
-        sides = zip(gripper.pad[1:], RAYS, strict=True)
-        across, along = (np.linspace(rim - side / 2, side / 2 - rim, count) for side, count in sides)
-        self._origins = np.array([(x, 0.0, z) for x in across for z in along])
+        self._cube = corners @ R.T + t
+        half = np.array([gripper.pad[1], grasp.width, gripper.pad[2]]) / 2 + BESIDE
+        self._pieces = workspace.cache.value(("pieces", obj), lambda: Pieces.of(geometry)).within(R, t, half)
 
     def displaced(self, turn: Array) -> float:
         """How far a turn about the pads' middle, a rotation (3, 3), takes the object, as the score measures it [m]."""
@@ -72,16 +71,72 @@ class Squeezed:
 
     def upward(self, *poses: Pose) -> Array:
         """The world's upward direction where the object is lifted from each of some poses, repeats left out, (n, 3)."""
-        upward = np.unique(np.round([pose.matrix[2, :3] for pose in poses], 6), axis=0)
-        return np.asarray(upward @ self._R.T)
+        upward = {tuple(np.round(pose.matrix[2, :3], 6).tolist()) for pose in poses}
+        return np.asarray(np.array(sorted(upward)) @ self._R.T)
 
-    def apart_turned(self, turns: Array) -> Array:
-        """How far apart the pads stand with all of it turned, for each of the rotations (n, 3, 3); shape (n,) [m]."""
-        return _apart(self._planes, self._origins, self.width, turns, np.zeros((len(turns), 3)))
+    def apart_turned(self, turns: Array, rim: float = 0.0) -> Array:
+        """How far apart the pads stand with all of it turned, for each of the rotations (n, 3, 3); shape (n,) [m].
+
+        The outermost part of the pads, `rim` wide [m], counts for nothing.
+        """
+        return self._apart(turns, np.zeros((len(turns), 3)), rim)
 
     def apart_shifted(self, shifts: Array) -> Array:
         """The same with all of it moved, for each of the vectors (n, 3) [m]."""
-        return _apart(self._planes, self._origins, self.width, np.tile(np.eye(3), (len(shifts), 1, 1)), shifts)
+        return self._apart(np.tile(np.eye(3), (len(shifts), 1, 1)), shifts, 0.0)
+
+    def _apart(self, turns: Array, shifts: Array, rim: float) -> Array:
+        origins = _rays(self._pad, rim)
+        return _apart(self._pieces.planes, self._pieces.balls, origins, self.width, turns, shifts)
+
+
+@lru_cache(maxsize=64)
+def _rays(pad: tuple[float, float, float], rim: float) -> Array:
+    """Where the rays along the closing axis begin: midway between two pads whose rims count for nothing, (r, 3) [m]."""
+    sides = zip(pad[1:], RAYS, strict=True)
+    across, along = (np.linspace(rim - side / 2, side / 2 - rim, count) for side, count in sides)
+    return np.array([(x, 0.0, z) for x in across for z in along])
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """The convex parts of a body, one after the other.
+
+    Attributes:
+        vertices: of all parts, shape (n, 3) [m].
+        starts: where each part's vertices begin among them, shape (parts,).
+        planes: of all parts.
+        balls: a centre and a radius for each part, of a ball around it, shape (parts, 4) [m].
+    """
+
+    vertices: Array
+    starts: NDArray[np.int64]
+    planes: Planes
+    balls: Array
+
+    @staticmethod
+    def of(geometry: Geometry) -> Pieces:
+        """Those of a body, in its frame."""
+        counts = [len(part.vertices) for part in geometry.parts]
+        vertices, starts = np.concatenate([part.vertices for part in geometry.parts]), np.cumsum([0, *counts[:-1]])
+        low, high = np.minimum.reduceat(vertices, starts), np.maximum.reduceat(vertices, starts)
+        middles = (low + high) / 2
+        reach = np.linalg.norm(vertices - np.repeat(middles, counts, axis=0), axis=1)
+        balls = np.column_stack([middles, np.maximum.reduceat(reach, starts)])
+        return Pieces(vertices, starts, joined(map(half_spaces, geometry.parts)), balls)
+
+    def within(self, R: Array, t: Array, half: Array) -> Pieces:
+        """Those that are, moved by R (3, 3) and t (3,), in a box about the origin, half as wide as `half` (3,) [m]."""
+        moved = self.vertices @ R.T + t
+        low, high = np.minimum.reduceat(moved, self.starts), np.maximum.reduceat(moved, self.starts)
+        near = (low < half).all(axis=1) & (high > -half).all(axis=1)
+        A, b, ends = self.planes
+        counts = np.diff(ends, prepend=0)
+        kept = np.repeat(near, counts)
+        turned = np.ascontiguousarray(A[kept] @ R.T)
+        planes = turned, b[kept] + turned @ t, np.cumsum(counts[near])
+        balls = np.column_stack([self.balls[near, :3] @ R.T + t, self.balls[near, 3]])
+        return replace(self, planes=planes, balls=balls)
 
 
 def too_heavy(workspace: Workspace, obj: str) -> str | None:
@@ -96,11 +151,12 @@ def too_heavy(workspace: Workspace, obj: str) -> str | None:
 
 
 @compiled
-def _apart(planes: Planes, origins: Array, width: float, turns: Array, shifts: Array) -> Array:
+def _apart(planes: Planes, balls: Array, origins: Array, width: float, turns: Array, shifts: Array) -> Array:
     """How far apart rays along the closing axis, from origins (r, 3), say that the pads stand, shape (n,) [m].
 
     Args:
         planes: of the convex parts that lie between the pads.
+        balls: a centre and a radius for each part, of a ball around it, (parts, 4) [m].
         origins: where the rays begin: midway between the pads.
         width: what meets a ray farther from its beginning than half of this lies beyond the pads [m].
         turns: the parts are turned by each of these, shape (n, 3, 3),
@@ -114,14 +170,18 @@ def _apart(planes: Planes, origins: Array, width: float, turns: Array, shifts: A
             for i in range(3):
                 turned[m, i] = turns[k, i, 0] * A[m, 0] + turns[k, i, 1] * A[m, 1] + turns[k, i, 2] * A[m, 2]
                 offset[m] += turned[m, i] * shifts[k, i]
-        low, high = np.inf, -np.inf
-        for ray in range(len(origins)):
-            first = 0
-            for end in ends:
+        low, high, first = np.inf, -np.inf, 0
+        for part in range(len(ends)):
+            ball, end = balls[part], ends[part]
+            x = turns[k, 0, 0] * ball[0] + turns[k, 0, 1] * ball[1] + turns[k, 0, 2] * ball[2] + shifts[k, 0]
+            z = turns[k, 2, 0] * ball[0] + turns[k, 2, 1] * ball[1] + turns[k, 2, 2] * ball[2] + shifts[k, 2]
+            for ray in range(len(origins)):
+                if (origins[ray, 0] - x) ** 2 + (origins[ray, 2] - z) ** 2 > (ball[3] + ROUNDING) ** 2:
+                    continue
                 enter, leave = _crossed(turned[first:end], offset[first:end], origins[ray])
                 if enter < leave and abs(enter + leave) < width + 0.002:
                     low, high = min(low, enter), max(high, leave)
-                first = end
+            first = end
         apart[k] = max(high - low, 0.0)
     return apart
 
@@ -143,17 +203,17 @@ def _crossed(A: Array, b: Array, origin: Array) -> tuple[float, float]:
     return enter, leave
 
 
+@lru_cache(maxsize=64)
+def _axes(closing: tuple[float, float, float]) -> Array:
+    """The pads' side, closing and approach directions as rows, shape (3, 3), in the tool's frame."""
+    return np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]])
+
+
 def _in_pads(linkage: Linkage, grasp: Grasp) -> tuple[Array, Array]:
     """Rotation and translation from the object's frame to one whose axes are the pads' side, closing and approach."""
-    closing = np.array(linkage.gripper.axis)
-    axes = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]])
+    axes = _axes(linkage.gripper.axis)
     T = grasp.T_object_tool.inverse().matrix
     return axes @ T[:3, :3], axes @ T[:3, 3] - (0.0, 0.0, float(linkage.depth(grasp.width)))
-
-
-def _is_near(points: Array, gripper: Gripper, width: float) -> bool:
-    half = np.array([gripper.pad[1], width, gripper.pad[2]]) / 2 + BESIDE
-    return bool((points.min(axis=0) < half).all() and (points.max(axis=0) > -half).all())
 
 
 SLIP_STEP = 0.001  # between the shifts looked at [m]
@@ -257,7 +317,8 @@ def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
 def askew(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
     """Whether pads turn an object as they close so far that it is not where it was meant to be."""
     several = len(workspace.world.geometries[obj].parts) > 1
-    return turned_flush(workspace, obj, grasp) > (BULGING if several else FLUSH)
+    farthest = BULGING if several else FLUSH
+    return any(_flush(workspace, obj, grasp, rim) > farthest for rim in RIMS)
 
 
 def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
@@ -266,16 +327,18 @@ def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     While they slip along it friction holds less than at rest. What only the rims of the pads would stop counts as
     turned on: they may miss it.
     """
+    return max(_flush(workspace, obj, grasp, rim) for rim in RIMS)
 
-    def turned(rim: float) -> float:
-        squeezed = Squeezed(workspace, obj, grasp, rim)
-        resisted = STICKS * squeezed.friction * squeezed.width * TURN_STEP
-        return squeezed.displaced(_turned(lambda turns: squeezed.force * squeezed.apart_turned(turns), resisted))
+
+def _flush(workspace: Workspace, obj: str, grasp: Grasp, rim: float) -> float:
+    """The same where the outermost part of the pads, `rim` wide [m], counts for nothing."""
 
     def found() -> float:
-        return max(turned(0.0), turned(RIM))
+        squeezed = Squeezed(workspace, obj, grasp)
+        resisted = STICKS * squeezed.friction * squeezed.width * TURN_STEP
+        return squeezed.displaced(_turned(lambda turns: squeezed.force * squeezed.apart_turned(turns, rim), resisted))
 
-    return workspace.cache.value(("turned flush", obj, grasp), found)
+    return workspace.cache.value(("turned flush", obj, grasp, rim), found)
 
 
 def _turned(energies: Callable[[Array], Array], resisted: float) -> Array:
