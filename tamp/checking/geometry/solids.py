@@ -328,6 +328,12 @@ class Solid:
         return np.array([piece.radius for piece in self.pieces])
 
     @cached_property
+    def corners(self) -> tuple[Array, NDArray[np.int64]]:
+        """Vertices of all pieces, shape (n, 3), and where each piece's begin among them, shape (pieces,)."""
+        counts = [len(piece.part.vertices) for piece in self.pieces]
+        return np.concatenate([piece.part.vertices for piece in self.pieces]), np.cumsum([0, *counts[:-1]])
+
+    @cached_property
     def boxes(self) -> tuple[Array, Array]:
         """Lower and upper corners of the pieces' bounding boxes in the body's frame, each of shape (pieces, 3)."""
         lower = np.array([piece.part.vertices.min(axis=0) for piece in self.pieces])

@@ -111,18 +111,19 @@ def _near(body: Solid, other: Solid, T_other_body: Array, gap: float, deep: floa
     """
     points, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     ball = _world(other.center[None], inverse(T_other_body))[0], other.radius + gap
+    corners, first = body.corners
+    corners = _world(corners, T_other_body)
+    low, high = np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
     lower, upper = other.boxes[0] - gap, other.boxes[1] + gap
-    for a in body.pieces:
-        corners = _world(a.part.vertices, T_other_body)
-        reach = np.flatnonzero(((corners.min(axis=0) <= upper) & (corners.max(axis=0) >= lower)).all(axis=1))
-        if not len(reach):
-            continue
+    meeting = np.asarray(((low[:, None] <= upper) & (high[:, None] >= lower)).all(axis=2))
+    for i in np.flatnonzero(meeting.any(axis=1)):
+        a = body.pieces[i]
         surface, directions, edges = a.surface_within(*ball)
         if not len(surface):
             continue
         moved, turned = _world(surface, T_other_body), directions @ T_other_body[:3, :3].T
         least = np.where(edges, FACING, PARALLEL)
-        for j in reach:
+        for j in np.flatnonzero(meeting[i]):
             near = ((moved >= lower[j]) & (moved <= upper[j])).all(axis=1)
             over, faces = _over(moved[near], turned[near], least[near], other.pieces[j], gap, deep)
             if len(over):

@@ -17,6 +17,7 @@ from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progres
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
 from tamp.scoring.ede import ede, mean_edge
+from tamp.streams.affordances.friction_cones import in_equilibrium
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import rolls
 from tamp.streams.affordances.stack_balance import tips_with
@@ -31,6 +32,7 @@ UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
 SHIFTED = 0.003  # what stands no farther off (EDE) carries as it shall [m]
 FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
+FELT = 0.003  # surface so near to another body touches it: the checker counts on no more [m]
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not
 
 Placements = tuple[tuple[tuple[str, Placement], ...], ...]
@@ -309,7 +311,7 @@ class Ordering:
         there = rest_from_goal(self._asker, name)
         if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned):
             return there is not None
-        if away(there, name) > FALLS:
+        if away(there, name) > FALLS or not _is_held(there, name):
             self._fallen[name] = here
         return False
 
@@ -342,6 +344,12 @@ class Ordering:
         """Why an object need not be tried while no other moves: that would only be found out more slowly."""
         asker = self._asker
         return barred(asker.workspace, name, self.progress.now.samplers, asker.drawn_seed(name), asker.deadline)
+
+
+def _is_held(workspace: Workspace, name: str) -> bool:
+    """Whether what an object is felt to touch where it stands holds it there, by forces within friction."""
+    others = {other: place for other, place in workspace.start.items() if other != name}
+    return in_equilibrium(workspace, {name: workspace.start[name]}, others, near=FELT)
 
 
 def _takes_room(workspace: Workspace, goal: Goal | None) -> bool:

@@ -11,6 +11,7 @@ from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.plan import Planning
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.solving.job import Job
+from tamp.pipeline.strategies.serialization import goal_order
 from tamp.pipeline.strategies.serialization import ledger as early
 from tamp.pipeline.strategies.serialization.feasibility import Prospects
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
@@ -331,3 +332,25 @@ def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_
     goals = ledger(board, red)
     goals.reach_troublesome()
     assert list(goals.left) == left
+
+
+@pytest.mark.parametrize(("tilt", "asked"), [(0.0, True), (0.5, False)])
+def test_what_nothing_holds_at_its_goal_is_not_put_there_though_a_simulator_leaves_it_there(monkeypatch, tilt, asked):
+    goal = Pose.from_rpy((0.05, -0.2, 0.04), (tilt, 0.0, 0.0))
+    begin = attempt(Task("held", (replace(RED, goal=At(goal)),)))
+    place = Placement(goal, ("table",))
+    begin = replace(begin, workspace=replace(begin.workspace, goals={"red": place}))
+    ordering = Ordering(begin, 0, time.monotonic() + 600.0, "adaptive")
+    stays = replace(begin.workspace, start={"red": place})
+    monkeypatch.setattr(goal_order, "rest_from_goal", lambda *_: stays)
+    monkeypatch.setattr(Ordering, "_uncertain", lambda *_: True)
+    questions = []
+
+    def ask(asker, *args, ask=Asker.ask, **options):
+        questions.append(args)
+        return ask(asker, *args, **options)
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    ordering._sweep(EFFORTS[0])
+    assert bool(questions) is asked
+    assert asked or ordering.left["red"] == "it does not stay there before others come"
