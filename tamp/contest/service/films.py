@@ -5,14 +5,13 @@ from __future__ import annotations
 import gzip
 import json
 import logging
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 from sqlalchemy import select
 
 from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.scratch import unfinished
 from tamp.contest.service.store import SUBMISSIONS, TRIALS, Store
 from tamp.execution.log import Frame
 from tamp.report.rendering.film import render_execution
@@ -34,20 +33,10 @@ def keep(data: Path, trial: int, frames: Sequence[Frame]) -> None:
         [f.time, {name: [*p.xyz, *p.quat] for name, p in f.poses.items()}, f.configuration, f.opening] for f in frames
     ]
     try:
-        with _unfinished(place) as part, gzip.open(part, "wt", encoding="utf-8") as file:
+        with unfinished(data, place) as part, gzip.open(part, "wt", encoding="utf-8") as file:
             json.dump(rows, file)
     except OSError as error:
         LOG.warning("the frames of run %d cannot be kept: %s", trial, error)
-
-
-@contextmanager
-def _unfinished(place: Path) -> Iterator[Path]:
-    """Where to write a file that takes its place when it is whole; no other process writes there."""
-    place.parent.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=place.parent) as folder:
-        part = Path(folder) / place.name
-        yield part
-        part.replace(place)
 
 
 def film_path(data: Path, trial: int) -> Path:
@@ -86,7 +75,7 @@ def make_one(store: Store, contest: Contest, data: Path) -> bool:
         if drawn:
             kind: Kind = row.kind
             try:
-                _draw(contest.entry(kind, row.task).task, frames, film_path(data, trial))
+                _draw(contest.entry(kind, row.task).task, frames, data, film_path(data, trial))
             except Exception as error:  # a film that cannot be drawn must keep nothing else waiting
                 LOG.warning("run %d has no film: %s: %s", trial, type(error).__name__, error)
         frames.unlink(missing_ok=True)
@@ -95,7 +84,7 @@ def make_one(store: Store, contest: Contest, data: Path) -> bool:
     return False
 
 
-def _draw(task: Task, source: Path, path: Path) -> None:
+def _draw(task: Task, source: Path, data: Path, path: Path) -> None:
     with gzip.open(source, "rt", encoding="utf-8") as file:
         rows = json.load(file)
     rows = rows[:: -(-len(rows) // MOST_FRAMES)]
@@ -105,7 +94,7 @@ def _draw(task: Task, source: Path, path: Path) -> None:
         Frame(time, {name: Pose(tuple(v[:3]), tuple(v[3:])) for name, v in poses.items()}, tuple(q), opening)
         for time, poses, q, opening in rows
     ]
-    with _unfinished(path) as part:
+    with unfinished(data, path) as part:
         render_execution(task, frames, part)
 
 

@@ -1,4 +1,4 @@
-"""A worker's temporary files: in the data folder, and gone with the worker, however it ends."""
+"""Temporary files of workers and server: in the data folder, and gone with the process, however it ends."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ LOCK = ".lock"
 
 @contextmanager
 def scratch_folder(data: Path) -> Iterator[Path]:
-    """An empty folder for this process's temporary files; what killed workers left beside it is removed.
+    """An empty folder for temporary files of this process; what killed processes left beside it is removed.
 
-    A living worker holds the lock in its folder; the kernel takes it from a dead one.
+    A living process holds the lock in its folder; the kernel takes it from a dead one.
 
     Args:
         data: the service's folder.
@@ -36,6 +36,21 @@ def scratch_folder(data: Path) -> Iterator[Path]:
             yield folder
         finally:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def unfinished(data: Path, place: Path) -> Iterator[Path]:
+    """Where to write a file that takes its place when it is whole; no other process writes there.
+
+    Args:
+        data: the service's folder.
+        place: where the file is to be, on the same file system.
+    """
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with scratch_folder(data) as folder:
+        part = folder / place.name
+        yield part
+        part.replace(place)
 
 
 def _abandoned(folder: Path) -> bool:

@@ -10,8 +10,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tamp.contest.sandbox.isolation import Sandbox
@@ -87,12 +87,20 @@ def serve(data: Path, database: str | None, host: str, port: int, workers: Seque
     from tamp.contest.service.web.prompt import PromptProtocol
 
     app = make_app(open_store(data, database), load_contest(rules_file(data)), data)
+    with scratch_folder(data) as folder, _kept(workers):
+        tempfile.tempdir = str(folder.resolve())
+        uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False, http=PromptProtocol)
+
+
+@contextmanager
+def _kept(workers: Sequence[Sequence[str]]) -> Iterator[None]:
+    """Keep workers running, each started by its command, as long as the block runs."""
     ending = threading.Event()
     keepers = [threading.Thread(target=_keep, args=(command, ending), daemon=True) for command in workers]
     for keeper in keepers:
         keeper.start()
     try:
-        uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False, http=PromptProtocol)
+        yield
     finally:
         ending.set()
         for keeper in keepers:

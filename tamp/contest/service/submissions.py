@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 import tempfile
 import time
 import uuid
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
@@ -27,9 +25,6 @@ SUFFIXES = (".py", ".zip", ".whl")
 
 LONGEST_NAME = 100
 """Of a file, as it is shown [characters]: the end of a longer one."""
-
-STALE_S = 3600.0
-"""No upload takes so long: what is older was left behind [s]."""
 
 
 class TooManyError(TampError):
@@ -72,7 +67,7 @@ def suffix_of(name: str) -> str:
 
 
 def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, name: str, upload: Path) -> Accepted:
-    """Accept an upload, or say why not; the upload's file is moved away in either case.
+    """Accept an upload, or say why not.
 
     Args:
         store: the database.
@@ -81,7 +76,7 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
         team: who hands in.
         kind: "contest" or "trial".
         name: what the team calls the file; its ending says what it is.
-        upload: the file as it came.
+        upload: the file as it came, alone in a folder of `tamp.contest.service.scratch`; it may be moved away.
 
     Raises:
         TampError: where the package cannot be accepted; TooManyError where the team has no submission left.
@@ -91,33 +86,20 @@ def accept(store: Store, contest: Contest, data: Path, team: Team, kind: Kind, n
         raise TampError(f"the contest has no {kind} tasks")
     named = upload.with_name(upload.name + suffix)
     upload.replace(named)
-    try:
-        with tempfile.TemporaryDirectory(dir=data / "incoming") as folder:
-            unpack(named, Path(folder) / "solution", contest.rules.uploads, Path(name).name[-LONGEST_NAME:])
-        digest = hashlib.sha256(named.read_bytes()).hexdigest()
-        with store.change() as connection:
-            _lock(connection, team)
-            same = select(SUBMISSIONS.c.id).where(
-                SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.sha256 == digest
-            )
-            known = connection.execute(same).scalar()
-            if known is not None:
-                return Accepted(known, new=False)
-            _refuse_surplus(connection, contest, team, kind)
-            _keep(named, package_path(data, digest, suffix))
-            return Accepted(_insert(connection, contest, team, kind, name, digest), new=True)
-    finally:
-        named.unlink(missing_ok=True)
-
-
-def clear_incoming(data: Path) -> None:
-    """Make the folder for uploads, and remove what a server that was killed while it received left in it."""
-    folder = data / "incoming"
-    folder.mkdir(parents=True, exist_ok=True)
-    for left in folder.iterdir():
-        with suppress(OSError):
-            if time.time() - left.stat().st_mtime > STALE_S:
-                shutil.rmtree(left) if left.is_dir() else left.unlink()
+    with tempfile.TemporaryDirectory(dir=upload.parent) as folder:
+        unpack(named, Path(folder) / "solution", contest.rules.uploads, Path(name).name[-LONGEST_NAME:])
+    digest = hashlib.sha256(named.read_bytes()).hexdigest()
+    with store.change() as connection:
+        _lock(connection, team)
+        same = select(SUBMISSIONS.c.id).where(
+            SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.sha256 == digest
+        )
+        known = connection.execute(same).scalar()
+        if known is not None:
+            return Accepted(known, new=False)
+        _refuse_surplus(connection, contest, team, kind)
+        _keep(named, package_path(data, digest, suffix))
+        return Accepted(_insert(connection, contest, team, kind, name, digest), new=True)
 
 
 def package_path(data: Path, digest: str, suffix: str) -> Path:

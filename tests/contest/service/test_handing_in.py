@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import zipfile
 from collections.abc import AsyncIterator, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -39,7 +38,7 @@ def test_what_is_wrong_is_refused_and_leaves_nothing(service: Service) -> None:
         assert (answer.status_code, isinstance(answer.json()["detail"], str)) == (status, True), answer.text
     assert service.hand_in(service.ours, kind="other").status_code == 422
     assert service.get("/api/submissions", service.ours).json() == []
-    assert [p for p in service.data.rglob("*") if p.is_file() and p.parent.name in ("incoming", "packages")] == []
+    assert not list(service.data.rglob("packages/*")) and not list(service.data.glob("scratch/*/"))
 
 
 def test_a_length_that_lies_is_not_believed(service: Service) -> None:
@@ -92,17 +91,6 @@ def test_names_of_files_are_only_shown(service: Service, name: str) -> None:
     assert {path.parent for path in service.data.rglob("*.py")} == {service.data / "packages"}
 
 
-def test_what_a_killed_server_left_of_uploads_goes_in_time(service: Service) -> None:
-    incoming = service.data / "incoming"
-    (incoming / "old").write_text("half")
-    (incoming / "unpacked").mkdir()
-    (incoming / "new").write_text("being received")
-    for name in ("old", "unpacked"):
-        os.utime(incoming / name, (0, 0))
-    handing_in.clear_incoming(service.data)
-    assert [path.name for path in incoming.iterdir()] == ["new"]
-
-
 def test_uploads_have_a_rate(tmp_path: Path) -> None:
     service = Service(tmp_path)
     (tmp_path / "contest.yaml").write_text(RULES.replace("a_minute: 50", "a_minute: 2"))
@@ -153,7 +141,7 @@ def test_an_upload_that_takes_for_ever_is_ended(service: Service, monkeypatch: p
             return (await client.post(url, headers=headers, content=trickle())).status_code
 
     assert anyio.run(hand_in) == 408
-    assert not list((service.data / "incoming").iterdir())
+    assert not list(service.data.glob("scratch/*/"))
 
 
 def test_a_refusal_calls_the_file_as_its_team_does(service: Service) -> None:

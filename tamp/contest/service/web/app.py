@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import errno
 import io
-import tempfile
 import zipfile
 from collections.abc import Awaitable, Callable
-from contextlib import suppress
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import urlsplit
@@ -20,8 +19,9 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 from tamp.contest.service import films
 from tamp.contest.service.board import Board, Progress
 from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import Store, StoreFullError
-from tamp.contest.service.submissions import TooManyError, accept, clear_incoming, count_attempt, suffix_of
+from tamp.contest.service.submissions import TooManyError, accept, count_attempt, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.contest.service.web import pages
 from tamp.contest.service.web.pictures import picture, task_archive
@@ -62,7 +62,6 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     """
     title = f"{contest.rules.name}: the contest's API"
     app = FastAPI(title=title, docs_url=None, redoc_url=None, openapi_url="/api/openapi.json")
-    clear_incoming(data)
     board = Board(store, contest)
     routes = Routes(store, contest, data, board)
     routes.add_to(app)
@@ -244,43 +243,36 @@ class Routes:
         if request.headers.get("Content-Type", "").startswith("multipart/"):
             raise HTTPException(415, "the file itself is the request's body, not a form: curl --data-binary @FILE")
         await run_in_threadpool(count_attempt, self._store, self._contest, team)
-        upload = await self._receive(request)
         try:
-            found = await run_in_threadpool(accept, self._store, self._contest, self._data, team, kind, name, upload)
+            with ExitStack() as stack:
+                folder = await run_in_threadpool(stack.enter_context, scratch_folder(self._data))
+                upload = await self._receive(request, folder / "upload")
+                found = await run_in_threadpool(
+                    accept, self._store, self._contest, self._data, team, kind, name, upload
+                )
         except OSError as error:
             raise _disk(error) from error
-        finally:
-            with suppress(OSError):
-                upload.unlink(missing_ok=True)
         answer = {"id": found.id, "new": found.new, "page": f"/submissions/{found.id}"}
         return JSONResponse(answer, 201 if found.new else 200)
 
-    async def _receive(self, request: Request) -> Path:
+    async def _receive(self, request: Request, path: Path) -> Path:
         """The request's body as a file, read no farther than the rules allow."""
         most = self._contest.rules.uploads.size_kb << 10
         too_large = HTTPException(413, f"larger than {most >> 10} KiB")
         declared = request.headers.get("Content-Length", "0")
         if not declared.isdecimal() or int(declared) > most:
             raise too_large
-        path: Path | None = None
+        size = 0
         try:
-            with tempfile.NamedTemporaryFile(dir=self._data / "incoming", delete=False) as file:
-                path, size = Path(file.name), 0
-                with anyio.fail_after(UPLOAD_S):
-                    async for piece in request.stream():
-                        size += len(piece)
-                        if size > most:
-                            raise too_large
-                        file.write(piece)
-                return path
-        except BaseException as error:
-            if path is not None:
-                path.unlink(missing_ok=True)
-            if isinstance(error, TimeoutError):
-                raise HTTPException(408, f"the upload took longer than {UPLOAD_S:g} s") from None
-            if isinstance(error, OSError):
-                raise _disk(error) from error
-            raise
+            with path.open("wb") as file, anyio.fail_after(UPLOAD_S):
+                async for piece in request.stream():
+                    size += len(piece)
+                    if size > most:
+                        raise too_large
+                    file.write(piece)
+        except TimeoutError:  # an OSError, too
+            raise HTTPException(408, f"the upload took longer than {UPLOAD_S:g} s") from None
+        return path
 
     def submission(self, request: Request, number: str) -> dict[str, Any]:
         """How far a submission is, what it scored, and for its owner how each run ended and what it printed."""
@@ -327,7 +319,7 @@ class Routes:
             task = self._contest.entry(kind, label).task
         except TampError:
             raise HTTPException(404, "there is no such picture") from None
-        return FileResponse(picture(task, self._data / "pictures" / kind))
+        return FileResponse(picture(task, self._data, kind))
 
     def film(self, request: Request, trial: int) -> Response:
         """The film of a run, where its submission's page shows it."""

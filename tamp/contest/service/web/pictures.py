@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from tamp.contest.service.contest import Kind
+from tamp.contest.service.scratch import unfinished
 from tamp.formats.obj import shape_obj
 from tamp.perception.rendering.scene import surfaces
 from tamp.perception.rendering.surface import write_ply
@@ -17,14 +19,12 @@ from tamp.task.files.digest import task_sha256
 from tamp.task.files.save import save_task
 
 
-def picture(task: Task, folder: Path) -> Path:
-    """A picture of a task's start with its goals as ghosts; drawn once."""
-    place = folder / f"{task_sha256(task)[:16]}.png"
+def picture(task: Task, data: Path, kind: Kind) -> Path:
+    """A picture of a task's start with its goals as ghosts, in the service's folder; drawn once."""
+    place = data / "pictures" / kind / f"{task_sha256(task)[:16]}.png"
     if not place.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        unfinished = place.with_suffix(".part.png")
-        render_task(task, {item.name: item.pose for item in task.objects}, unfinished, goals=True)
-        unfinished.replace(place)
+        with unfinished(data, place) as part:
+            render_task(task, {item.name: item.pose for item in task.objects}, part, goals=True)
     return place
 
 
