@@ -21,12 +21,16 @@ from sqlalchemy import (
     create_engine,
     event,
 )
-from sqlalchemy.exc import ArgumentError, DBAPIError, OperationalError
+from sqlalchemy.exc import ArgumentError, DBAPIError, InterfaceError, OperationalError
+from sqlalchemy.exc import TimeoutError as NoConnectionError
 
 from tamp.errors import TampError
 
 BUSY_S = 30.0
 """How long a transaction waits for another one [s]."""
+
+OUT_OF_REACH = (OperationalError, InterfaceError, NoConnectionError)
+"""Raised where the database does not answer: it is down, a connection was lost, none is to be had, SQLite is locked."""
 
 META = MetaData()
 TEAMS = Table(

@@ -12,14 +12,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from sqlalchemy.exc import OperationalError
-
 from tamp.contest.evaluation.trial import Trial, run_trial
 from tamp.contest.package import unpack
 from tamp.contest.sandbox.isolation import Sandbox
 from tamp.contest.service import films, queue
 from tamp.contest.service.contest import Contest
-from tamp.contest.service.store import Store, StoreFullError
+from tamp.contest.service.store import OUT_OF_REACH, Store, StoreFullError
 from tamp.contest.service.submissions import package_path
 from tamp.results import Result, to_json
 
@@ -71,9 +69,9 @@ class Worker:
             held = self._patiently(lambda: queue.claim(self.store, self.lease_s))
             if held is not None:
                 self.do(held)
-            elif films.make_one(self.store, self.contest, self.data):
+            elif self._patiently(lambda: films.make_one(self.store, self.contest, self.data)):
                 continue
-            elif until_empty and not queue.waiting(self.store):
+            elif until_empty and not self._patiently(lambda: queue.waiting(self.store)):
                 return
             else:
                 time.sleep(IDLE_S)
@@ -141,7 +139,7 @@ class Worker:
 
         def renew() -> None:
             while not done.wait(self.lease_s / 4):
-                with suppress(OperationalError, StoreFullError):  # another time is soon
+                with suppress(*OUT_OF_REACH, StoreFullError):  # another time is soon
                     queue.renew(self.store, held, self.lease_s)
 
         thread = threading.Thread(target=renew, daemon=True)
@@ -157,7 +155,7 @@ class Worker:
         while True:
             try:
                 return action()
-            except (OperationalError, StoreFullError) as error:  # noqa: PERF203  waiting is what it is for
+            except (*OUT_OF_REACH, StoreFullError) as error:  # noqa: PERF203  waiting is what it is for
                 if self.stop():
                     raise _Stopped from error
                 LOG.warning("the database does not answer, trying again: %s", str(error).splitlines()[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import io
+import logging
 import zipfile
 from collections.abc import Awaitable, Callable
 from contextlib import ExitStack
@@ -20,12 +21,14 @@ from tamp.contest.service import films
 from tamp.contest.service.board import Board, Progress
 from tamp.contest.service.contest import Contest, Kind
 from tamp.contest.service.scratch import scratch_folder
-from tamp.contest.service.store import Store, StoreFullError
+from tamp.contest.service.store import OUT_OF_REACH, Store, StoreFullError
 from tamp.contest.service.submissions import TooManyError, accept, count_attempt, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.contest.service.web import pages
 from tamp.contest.service.web.pictures import picture, task_archive
 from tamp.errors import TampError
+
+LOG = logging.getLogger(__name__)
 
 COOKIE = "tamp_contest_token"
 HEADERS = {
@@ -44,6 +47,7 @@ UPLOAD_S = 900.0
 """How long an upload may take [s]."""
 FOREIGN = "a page of another site must not do this with your session"
 FULL = "the server's disk is full; nothing was accepted and nothing is lost, try again later"
+GONE = "the database cannot be reached; try again in a moment"
 FAR_TOO_LARGE = "larger than anything that is asked for here"
 SMALL = 4096
 """Of the body of a request that is no upload [bytes]; uploads have the rules' limit."""
@@ -67,6 +71,8 @@ def make_app(store: Store, contest: Contest, data: Path) -> FastAPI:
     routes.add_to(app)
     app.add_exception_handler(404, routes.missing)
     app.add_exception_handler(TampError, _refuse)
+    for kind in OUT_OF_REACH:
+        app.add_exception_handler(kind, routes.out_of_reach)
     app.add_exception_handler(StoreFullError, lambda *_: JSONResponse({"detail": FULL}, 507))
 
     @app.middleware("http")
@@ -103,6 +109,11 @@ def _is_large(request: Request) -> bool:
     """Whether a request announces a large body, or none of a size: it would be read into memory."""
     size = request.headers.get("Content-Length", "0")
     return "Transfer-Encoding" in request.headers or not size.isdecimal() or int(size) > SMALL
+
+
+def _wants_page(request: Request) -> bool:
+    """Whether people read the answer."""
+    return not request.url.path.startswith("/api/") and "text/html" in request.headers.get("Accept", "")
 
 
 def _token(request: Request) -> str | None:
@@ -188,9 +199,20 @@ class Routes:
     def missing(self, request: Request, error: Exception) -> Response:
         """What is not there: a page for who reads pages, JSON for programs."""
         detail = str(getattr(error, "detail", "")) or "Not Found"
-        if request.url.path.startswith("/api/") or "text/html" not in request.headers.get("Accept", ""):
+        if not _wants_page(request):
             return JSONResponse({"detail": detail}, 404)
-        return HTMLResponse(self._page(request, "missing.html", detail=detail), 404)
+        try:
+            return HTMLResponse(self._page(request, "missing.html", detail=detail), 404)
+        except OUT_OF_REACH as error:  # nobody else looks after what a handler raises
+            return self.out_of_reach(request, error)
+
+    def out_of_reach(self, request: Request, error: Exception) -> Response:
+        """That the database does not answer: as a page or as JSON, like what is not there; the log has the cause."""
+        LOG.warning("%s: the database does not answer: %s", request.url.path, str(error).splitlines()[0])
+        if not _wants_page(request):
+            return JSONResponse({"detail": GONE}, 503)
+        rules = self._contest.rules  # who asks is in the database, and not known
+        return HTMLResponse(pages.page("gone.html", rules=rules, team=None, here=request.url.path, detail=GONE), 503)
 
     def api_page(self, request: Request) -> str:
         """What programs may ask, from the API's own description."""
@@ -236,7 +258,8 @@ class Routes:
         """Hand in a .py, .zip or .whl as the request's body; `name` is the file's name.
 
         201: accepted. 200: this file was handed in before. 401: no valid token. 408: too slow. 413: too large.
-        415: a form. 422: not acceptable, says why. 429: too many. 507: the server's disk is full.
+        415: a form. 422: not acceptable, says why. 429: too many. 503: the database is out of reach.
+        507: the server's disk is full.
         """
         team = await run_in_threadpool(self._team, request)
         suffix_of(name)
