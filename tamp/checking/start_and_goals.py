@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.perching import perched
 from tamp.checking.physics.rocking import rocked
 from tamp.checking.physics.settling import stayed, unexplained
@@ -33,6 +35,8 @@ STEEP = 0.7
 """Vertical component of a contact normal from which on what it carries is on it though something else carries that."""
 SAME = 1e-6
 """Poses that are no farther apart are the same [m]."""
+DISJOINT = 0.005
+"""Deeper in a goal pose, an object without one is not part of the scene in which the goals settle [m]."""
 
 
 def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
@@ -193,10 +197,11 @@ def _check_settled(replay: Replay, plan: Plan, name: str, meant: Pose) -> None:
     """
     scene = replay.scene
     asked = {o.name: o.goal.pose.matrix for o in scene.task.objects if isinstance(o.goal, At)}
-    founded = _founded(replay, plan, name, asked)
-    ends = replay.state
-    if founded:
-        ends = replace(ends, poses={**ends.poses, **founded}, touching={})
+    ends, among = replay.state, {**replay.state.poses, **_founded(replay, plan, name, asked)}
+    for other in _barring(replay, plan, name, asked, among):
+        del among[other]
+    if among.keys() != ends.poses.keys() or any(among[other] is not T for other, T in ends.poses.items()):
+        ends = replace(ends, poses=among, touching={})
     claimed = replace(ends, poses={**ends.poses, name: meant.matrix})
     both = [(claimed, f"the plan's goal of {name} is"), (ends, f"{name} ends")]
     same = scene.displacement(name, meant.matrix, ends.poses[name]) < SAME
@@ -216,6 +221,21 @@ def _founded(replay: Replay, plan: Plan, name: str, asked: Mapping[str, Array]) 
     wanted = replace(state, poses={**state.poses, **idle, name: asked[name]}, touching={})
     carrying = carriers(scene, wanted, name, replay.allow).bodies
     return {other: T for other, T in idle.items() if other in carrying}
+
+
+def _barring(replay: Replay, plan: Plan, name: str, asked: Mapping[str, Array], among: Mapping[str, Array]) -> set[str]:
+    """Objects without a goal pose, of some, that stand where another's is: they have to leave, and do not push it.
+
+    What has stood there from the beginning, and is in it by no more than rounding, pushes it aside by as much.
+    """
+    scene, found = replay.scene, set[str]()
+    for other in sorted(plan.start.keys() - asked.keys()):
+        T = among[other]
+        stood = scene.displacement(other, T, plan.start[other].matrix) <= SAME
+        apart = clearance(scene.solids[name], scene.solids[other], inverse(asked[name]) @ T, replay.allow.contact)
+        if -apart > (DISJOINT if stood else replay.allow.collision):
+            found.add(other)
+    return found
 
 
 def _check_relation(replay: Replay, name: str, goal: On | In) -> None:

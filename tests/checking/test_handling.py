@@ -32,7 +32,7 @@ from tamp.task import (
     load_robot,
 )
 from tamp.task.mesh.parts import Part, convex_hull, parts
-from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
+from tests.checking.handmade import DOWN, OPEN, Hand, above, carry, two_boxes
 from tests.checking.handmade import tree as handmade_tree
 from tests.checking.mutations.editing import shifted
 
@@ -311,3 +311,20 @@ def test_what_is_let_go_is_not_pressed_into_what_it_is_put_on(sunk, said, wrong)
     found = judged([Object("red", BOX, START, At(GOAL))], actions)
     assert ("red is pressed 3.8 mm into table" in found) == wrong, found
     assert wrong or not found
+
+
+@pytest.mark.parametrize(("by", "wrong"), [(0.9e-6, True), (0.2e-6, False)])
+def test_noise_of_the_opening_does_not_add_up_while_something_is_held(by, wrong):
+    task, plan = two_boxes()
+    creep = 0.0
+
+    def closing(step):
+        nonlocal creep
+        if isinstance(step, Move) and step.held is not None:
+            creep += by
+            return replace(step, opening=step.opening - creep)
+        return step
+
+    actions = tuple(replace(a, steps=tuple(map(closing, a.steps))) for a in plan.actions[:4])
+    said = [problem.sentence for problem in check(task, replace(plan, actions=actions)).problems]
+    assert any("while holding" in sentence for sentence in said) is wrong

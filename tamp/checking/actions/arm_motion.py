@@ -96,7 +96,8 @@ def check_move(
             "collision", f"{held} is wedged in {name}, and slides neither out of it nor into it", bodies=(held, name)
         )
     began, state.q = state.q, move.trajectory.positions[-1]
-    state.opening = move.opening
+    if state.held is None or state.opening is None:
+        state.opening = move.opening  # what is held keeps the fingers where they are: noise does not add up
     state.time += move.trajectory.duration
     _carry(scene, state, began)
 

@@ -52,12 +52,12 @@ def unexplained(scene: Scene, state: State, name: str, written: Mapping[str, Arr
     far, veered = scene.displacement(name, began, said), veer(began, said)
     if far <= allow.placed and veered <= allow.veered:
         return 0.0
-    inside, fallen = _falls(scene, state, name, began, allow)
+    inside, fallen = _inside(scene, state, name, written, allow), _fallen(scene, state, name, began, allow)
     pushed = 2 * max(inside, 0.0)
     drop = float(began[2, 3] - fallen[2, 3])
     out = fallen.copy()
     shift = scene.center_of_mass(name, said) - scene.center_of_mass(name, fallen)
-    out[:3, 3] += (way := _pushed_out(scene, state, name, began, shift, pushed))
+    out[:3, 3] += (way := _pushed_out(scene, _as_written(state, written), name, began, shift, pushed))
     slid = SLIPS * float(np.linalg.norm(way))
     left = scene.displacement(name, out, said)
     if left <= min(allow.placed + drop, allow.settling) + slid and veered <= allow.veered:
@@ -92,7 +92,7 @@ def stayed(scene: Scene, state: State, name: str, written: Mapping[str, Array], 
     """
     if scene.displacement(name, written[name], state.poses[name]) <= allow.collision:
         return None
-    inside, fallen = _falls(scene, state, name, written[name], allow)
+    inside, fallen = _inside(scene, state, name, written, allow), _fallen(scene, state, name, written[name], allow)
     drop = float(written[name][2, 3] - fallen[2, 3])
     pushed = 2 * inside if inside > LANDED else 0.0
     if scene.displacement(name, fallen, state.poses[name]) <= allow.collision + pushed:
@@ -133,19 +133,33 @@ def _righted(scene: Scene, name: str, before: Array, after: Array) -> float:
     return height_above(scene, name, after) - height_above(scene, name, halfway)
 
 
-def _falls(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> tuple[float, Array]:
-    """How deep an object is written in others [m], and where it comes down if it falls straight."""
-    others, T, inside = _below(scene, state, name, written), written.copy(), -np.inf
-    for look in range(LOOKS):
+def _as_written(state: State, written: Mapping[str, Array]) -> State:
+    """The scene as the task has it: no plan says what stands in an object's place at first."""
+    return replace(state, poses={**state.poses, **written}, touching={})
+
+
+def _inside(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> float:
+    """How deep an object is written in others, where these are written [m]; negative where it is apart from them."""
+    T = written[name]
+    gaps = (
+        clearance(scene.solids[other], scene.solids[name], inverse(at) @ T, allow.contact)
+        for other, at in _below(scene, _as_written(state, written), name, T)
+    )
+    return -min(gaps, default=np.inf)
+
+
+def _fallen(scene: Scene, state: State, name: str, written: Array, allow: Tolerances) -> Array:
+    """Where an object that is written somewhere comes down if it falls straight, T_world_object, shape (4, 4)."""
+    others, T = _below(scene, state, name, written), written.copy()
+    for _ in range(LOOKS):
         gaps = (clearance(scene.solids[o], scene.solids[name], inverse(at) @ T, allow.contact) for o, at in others)
         room = min(gaps, default=np.inf)
         if np.isinf(room):
             room = allow.falling
-        inside = -room if look == 0 else inside
         if room < LANDED or written[2, 3] - T[2, 3] > allow.falling:
             break
         T[2, 3] -= room
-    return inside, T
+    return T
 
 
 def _pushed_out(scene: Scene, state: State, name: str, T: Array, shift: Array, most: float) -> Array:
@@ -220,8 +234,8 @@ def _jostled(scene: Scene, state: State, name: str, written: Mapping[str, Array]
 
 def _restless(scene: Scene, state: State, name: str, written: Mapping[str, Array], allow: Tolerances) -> bool:
     """Whether an object settles from where it is written: it overlaps with something, falls, or is out of balance."""
-    placed = replace(state, poses={**state.poses, **written}, touching={})
-    inside, fallen = _falls(scene, placed, name, written[name], allow)
+    placed = _as_written(state, written)
+    inside, fallen = _inside(scene, placed, name, written, allow), _fallen(scene, placed, name, written[name], allow)
     drop = float(written[name][2, 3] - fallen[2, 3])
     jolted = max(inside, drop) > allow.collision
     return jolted or not _steady(scene, placed, name, fallen, drop, inside, allow)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.checking.physics.settling import unexplained
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Box, Object, Pose, Task
+from tamp.task import Box, Cylinder, Object, Pose, Sphere, Task
 
 THICK, SIZE = 0.04, 0.05
 
@@ -37,3 +38,37 @@ def test_what_is_written_in_a_wall_comes_to_stand_beside_it(deep, out, yaw):
 @settings(max_examples=30, deadline=None)
 def test_what_is_written_in_a_wall_is_not_pushed_along_it(deep, yaw, to):
     assert astray(deep, 0.0, to * (0.018 + deep), yaw) > 0.0
+
+
+def ring(count: int, shift: float) -> float:
+    """How far one of some cylinders on a circle, 5 mm apart, is from where it settles if all are said to stand further.
+
+    Each is said to stand in part where the next one is written, so that what is said of the others would excuse it.
+    """
+    radius = 0.055 / (2 * np.sin(np.pi / count))
+
+    def at(angle: float) -> Pose:
+        return Pose((radius * np.cos(angle), radius * np.sin(angle), 0.04))
+
+    angles = 2 * np.pi * np.arange(count) / count
+    cans = [Object(f"can_{i}", Cylinder(0.025, 0.08), at(angle)) for i, angle in enumerate(angles)]
+    written = {can.name: can.pose.matrix for can in cans}
+    said = {can.name: at(angle + shift / radius).matrix for can, angle in zip(cans, angles, strict=True)}
+    state = State(said, np.zeros(7))
+    return unexplained(Scene.of(Task("ring", tuple(cans))), state, "can_0", written, DEFAULT)
+
+
+@given(count=st.integers(5, 12), shift=st.floats(0.016, 0.05))
+@settings(max_examples=30, deadline=None)
+def test_no_plan_says_what_stands_in_an_object_s_place_at_first(count, shift):
+    assert ring(count, shift) > 0.0
+
+
+@pytest.mark.parametrize("mass", [0.002, 5.0])
+def test_what_falls_pushes_nothing_away_that_it_is_said_to_roll_to(mass):
+    ball = Object("ball", Sphere(0.03), Pose((0.0, 0.0, 0.07)), mass=mass)
+    box = Object("box", Box((SIZE, SIZE, SIZE)), Pose((0.1, 0.0, SIZE / 2)))
+    written = {"ball": ball.pose.matrix, "box": box.pose.matrix}
+    said = {"ball": Pose((0.1, 0.0, 0.03)).matrix, "box": Pose((0.17, 0.0, SIZE / 2)).matrix}
+    state = State(said, np.zeros(7))
+    assert unexplained(Scene.of(Task("rolled", (ball, box))), state, "box", written, DEFAULT) > 0.05
