@@ -29,17 +29,20 @@ class Constraints:
     Attributes:
         skeleton: the actions in order, each a pattern such as `("pick", "red", ..., "?g")`; `...` alone between them
             stands for any number of actions. None leaves the plan free. Moves that the planner fills in by itself need
-            not be named. An object that the problem does not name is one that a stream may yet give.
+            not be named: where a skeleton names none of an action, it is filled in wherever it is needed. An object
+            that the problem does not name is one that a stream may yet give.
         forbidden: patterns of actions that must not occur.
         skeletons: others beside `skeleton`; a plan follows one of them all.
         groups: name -> objects. Where a pattern has the name as an argument, one of them stands; the same one wherever
             it occurs where the name is a variable such as "?x".
+        exact: whether nothing is filled in: moves must be named as well.
     """
 
     skeleton: Skeleton | None = None
     forbidden: tuple[ActionPattern, ...] = ()
     skeletons: tuple[Skeleton, ...] = ()
     groups: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    exact: bool = False
 
     @property
     def alternatives(self) -> tuple[Skeleton, ...]:
@@ -50,6 +53,10 @@ class Constraints:
         """All patterns of both kinds."""
         steps = (step for skeleton in self.alternatives for step in skeleton)
         return (*(step for step in steps if not isinstance(step, EllipsisType)), *self.forbidden)
+
+    def bind(self, action: str) -> bool:
+        """Whether an action may not be filled in unseen: a pattern names it, or nothing is filled in."""
+        return (self.exact and bool(self.alternatives)) or action in _names(self.patterns())
 
     def objects(self) -> Iterator[Any]:
         """The objects that patterns and groups name, in order, with repetitions."""
@@ -89,6 +96,10 @@ def is_variable(argument: Any) -> bool:
 
 def _variables(patterns: Iterable[ActionPattern]) -> frozenset[str]:
     return frozenset(arg for pattern in patterns for arg in pattern[1:] if is_variable(arg))
+
+
+def _names(patterns: Iterable[ActionPattern]) -> frozenset[str]:
+    return frozenset(str(pattern[0]).lower() for pattern in patterns)
 
 
 def is_name(argument: Any, names: Iterable[str]) -> bool:
@@ -164,11 +175,12 @@ class Course:
     """
 
     def __init__(self, constraints: Constraints, objects: Objects, filled_in: frozenset[str]) -> None:
-        """`filled_in` names the actions that the planner puts in by itself."""
+        """`filled_in` names the actions that the planner may put in by itself where a skeleton does not name them."""
         self._objects = objects
         self._groups = constraints.groups
         self._patterns: list[list[ActionPattern]] = []
         self._gaps: list[list[bool]] = []
+        self._filled_in: list[frozenset[str]] = []
         self._later: list[list[frozenset[str]]] = []
         for skeleton in constraints.alternatives or ((...,),):
             patterns: list[ActionPattern] = []
@@ -176,9 +188,10 @@ class Course:
             for pattern in skeleton:
                 if isinstance(pattern, EllipsisType):
                     gaps[-1] = True
-                elif str(pattern[0]).lower() not in filled_in:
+                else:
                     patterns.append(pattern)
                     gaps.append(False)
+            self._filled_in.append(frozenset() if constraints.exact else filled_in - _names(patterns))
             self._patterns.append(patterns)
             self._gaps.append(gaps)
             self._later.append([_variables(patterns[place:]) for place in range(len(patterns) + 1)])
@@ -199,7 +212,7 @@ class Course:
         Variables that no later pattern has are forgotten: else there would be a way for each combination of all values.
         """
         place, patterns = progress.place, self._patterns[progress.number]
-        if self._gaps[progress.number][place]:
+        if self._gaps[progress.number][place] or name in self._filled_in[progress.number]:
             yield progress
         if place < len(patterns):
             found = match(patterns[place], name, args, progress.bindings, self._objects, hopeful, self._groups)

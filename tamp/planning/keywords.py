@@ -114,7 +114,8 @@ class PlanConstraints:
     Attributes:
         skeletons: lists of pairs such as `("pick", ["a", WILD, "?g"])`; a plan follows one of them, if any.
         groups: name -> objects, any of which stands for the name in a skeleton.
-        exact: whether there are no other actions between those of the skeleton.
+        exact: whether the plan has the skeleton's actions and no others, moves included; otherwise any others may come
+            before, between and after them.
         hint: not supported: a skeleton is always followed.
         max_cost: plans that cost more do not count.
     """
@@ -192,7 +193,8 @@ def constraints_of(given: Any) -> tuple[Constraints | None, float]:
     if not isinstance(groups, Mapping) or not all(isinstance(objects, Iterable) for objects in groups.values()):
         raise DomainError(f"PlanConstraints: expected groups such as {{'block': ['a', 'b']}}, found {groups!r}")
     groups = {name: tuple(objects) for name, objects in groups.items()}
-    return Constraints(skeletons=skeletons, groups=groups) if skeletons else None, given.max_cost
+    exact = bool(given.exact)
+    return Constraints(skeletons=skeletons, groups=groups, exact=exact) if skeletons else None, given.max_cost
 
 
 def _patterns(skeleton: Any, exact: bool) -> Iterator[Any]:

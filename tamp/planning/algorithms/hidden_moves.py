@@ -24,19 +24,28 @@ def seen_by_search(schema: Schema, objects: Objects, options: Options) -> tuple[
     Below a cost all moves must be seen that cost different things; until there is a plan to improve on, none need be.
     """
     by_values = options.max_cost < math.inf and not options.unit_costs and schema.domain.uses_costs
-    forbidden = {str(p[0]).lower() for p in options.constraints.forbidden}
-    plain = Connectors(schema, options.connectors)
-    made = [(schema, plain)]
-    if options.connectors and not plain.connectors:
-        given = list(initial_facts(schema, objects, None))
-        parts = [separated(schema, part, given) for part in separations(schema, given)]
-        made = [(part, Connectors(part)) for part in parts] + made
-    for part, connectors in made:
+    for part, connectors in _candidates(schema, objects) if options.connectors else ():
         hidden = [c.schema for c in connectors.connectors]
-        barred = any(action.name in forbidden or (by_values and not constant(action.cost)) for action in hidden)
-        if hidden and not barred:
+        if not any(options.constraints.bind(a.name) or (by_values and not constant(a.cost)) for a in hidden):
             return part, connectors
     return schema, Connectors(schema, enabled=False)
+
+
+def may_be_filled_in(schema: Schema, objects: Objects, options: Options) -> frozenset[str]:
+    """The actions that a skeleton need not name, whether the search sees them in this run or not."""
+    if not options.constraints.alternatives or options.constraints.exact:
+        return frozenset()
+    return frozenset(c.schema.name for _, moves in _candidates(schema, objects) for c in moves.connectors)
+
+
+def _candidates(schema: Schema, objects: Objects) -> list[tuple[Schema, Connectors]]:
+    """Ways to see a problem without some of its moves, and which these are; the best first."""
+    plain = Connectors(schema)
+    if plain.connectors:
+        return [(schema, plain)]
+    given = list(initial_facts(schema, objects, None))
+    parts = [separated(schema, part, given) for part in separations(schema, given)]
+    return [(part, moves) for part in parts if (moves := Connectors(part)).connectors]
 
 
 def constant(cost: tuple[Any, ...] | None) -> bool:

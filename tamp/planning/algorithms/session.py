@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 from tamp.planning.algorithms.costs import Costs
-from tamp.planning.algorithms.hidden_moves import constant, few_moves, seen_by_search
+from tamp.planning.algorithms.hidden_moves import constant, few_moves, may_be_filled_in, seen_by_search
 from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
 from tamp.planning.algorithms.lifting import Lifter
@@ -67,7 +67,9 @@ class Session:
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.objects = Objects()
-        self.schema, self.connectors = seen_by_search(Schema(problem, self.objects), self.objects, options)
+        schema = Schema(problem, self.objects)
+        self.schema, self.connectors = seen_by_search(schema, self.objects, options)
+        self._filled_in = may_be_filled_in(schema, self.objects, options)
         self.knowledge = Knowledge(self.schema, self.objects)
         self.sampling = Sampling(self.knowledge, options.seed, started + options.timeout)
         self.evaluator = Evaluator(self.knowledge, self.sampling)
@@ -91,12 +93,12 @@ class Session:
             self.knowledge, self.sampling, self.evaluator, self.limits, self.stopwatch, self._eager, options.lazy_tests
         )
         self.grounder.report_to(self.rounds.appear, self.limits.check)
-        filled_in = frozenset(c.schema.name for c in self.connectors.connectors)
-        self.costs = Costs(self.knowledge, self.sampling, options.unit_costs, filled_in)
+        hidden = frozenset(c.schema.name for c in self.connectors.connectors)
+        self.costs = Costs(self.knowledge, self.sampling, options.unit_costs, hidden)
         if options.max_cost < math.inf:
             self.costs.prefer_cheap(options.max_cost)
         forbidden = Forbidden(options.constraints, self.objects)
-        course = Course(options.constraints, self.objects, filled_in)
+        course = Course(options.constraints, self.objects, self._filled_in)
         self.binder = Binder(
             self.knowledge, self.sampling, self.evaluator, self.connectors, forbidden, course, self.limits.deadline
         )
