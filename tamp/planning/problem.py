@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import numbers
+import reprlib
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -77,7 +78,7 @@ def check_sampler(external: Stream | FunctionStream | PredicateStream, sampler: 
     inputs = tuple(str(variable)[1:] for variable in external.inputs)
     expected = f"sampler of stream {external.name!r}: expected a function of ({', '.join(('context', *inputs))})"
     if not callable(sampler):
-        raise SamplerError(f"{expected}, found {sampler!r}")
+        raise SamplerError(f"{expected}, found {reprlib.repr(sampler)}")
     try:
         signature = inspect.signature(sampler)
     except (TypeError, ValueError):

@@ -11,6 +11,7 @@ they are there: the constructors put names to them.
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
@@ -262,7 +263,7 @@ def _one_by_one(generated: Iterable[Any]) -> Iterator[Any]:
 def _all(given: Any, expected: str = "a generator function") -> Iterable[Any]:
     """What was given, which must be something to iterate over."""
     if not isinstance(given, Iterable):
-        raise UnfitOutputsError(f"expected {expected}, as PDDLStream's samplers give, found {given!r}")
+        raise UnfitOutputsError(f"expected {expected}, as PDDLStream's samplers give, found {reprlib.repr(given)}")
     return given
 
 
@@ -277,7 +278,7 @@ def _plain(outputs: Outputs) -> Any:
     """Outputs as streams yield them here: one by itself, several as a tuple."""
     if not isinstance(outputs, tuple | list):
         raise UnfitOutputsError(
-            f"expected a tuple of outputs such as (x,), as PDDLStream's samplers give, found {outputs!r}"
+            f"expected a tuple of outputs such as (x,), as PDDLStream's samplers give, found {reprlib.repr(outputs)}"
         )
     return outputs[0] if len(outputs) == 1 else tuple(outputs)
 

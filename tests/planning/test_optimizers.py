@@ -93,6 +93,48 @@ def test_answers_of_another_number():
         solve(problem, timeout=10.0)
 
 
+ONE = r"expected several assignments, found one OptimizerOutput; "
+
+
+def one_always(outputs, facts, hint=None):
+    return OptimizerOutput([tuple(range(len(outputs)))])
+
+
+def one_of_two(outputs, facts, hint=None):
+    return OptimizerOutput([(0, 1)]) if len(outputs) == 2 else [0]
+
+
+def ours(context, outputs, facts, hint):
+    return one_always(outputs, facts)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize(
+    ("procedure", "mend"),
+    [(one_always, "wrap the optimizer's procedure in from_list_fn"), (ours, "yield each assignment")],
+)
+def test_one_output_in_place_of_several_is_refused_in_a_sentence(procedure, mend, algorithm):
+    problem = points(procedure)
+    if procedure is ours:
+        samplers = {"choose": ours, "Far": lambda context, p: 1.0}
+        problem = Problem(problem.domain, POINTS_STREAMS, samplers, problem.init, ("Done",))
+    who = rf"{__name__}:{procedure.__name__} at \S*test_optimizers.py:\d+$"
+    with pytest.raises(SamplerError, match=rf"^stream '[^']+': {ONE}{mend}: {who}"):
+        solve(problem, algorithm=algorithm, timeout=10.0)
+
+
+def test_so_it_is_where_a_whole_plan_is_asked_about():
+    with pytest.raises(SamplerError, match=rf"^stream '[^']+': {ONE}wrap .*:one_of_two at \S*test_optimizers.py:\d+$"):
+        solve(points(one_of_two), timeout=10.0)
+
+
+def test_what_a_message_shows_is_short():
+    problem = points(from_fn(lambda outputs, facts, hint: tuple(range(1000))))
+    with pytest.raises(SamplerError, match=r"found \(0, 1, 2, .*\.\.\.\)") as said:
+        solve(problem, timeout=10.0)
+    assert len(str(said.value)) < 300
+
+
 def test_an_optimizer_without_procedure():
     with pytest.raises(SamplerError, match="optimizer 'fit' has no procedure; given are: plan-path"):
         Problem(SHELF, OPTIMIZER, from_stream_map({"plan-path": from_fn(lambda a, b: (1,))}), [], ("Empty", 0))

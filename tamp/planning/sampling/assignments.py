@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,6 +14,7 @@ from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.sampling.optimizers import Component, ask
 from tamp.planning.sampling.stream_calls import Sampling
+from tamp.planning.wrappers import UnfitOutputsError
 
 
 class Assignments:
@@ -48,6 +50,8 @@ class Assignments:
                     context = self._context(external, len(self._running))
                     self._running[key] = iter(ask(component.procedure, context, tuple(names.values()), written))
                 found = next(self._running[key], None)
+        except UnfitOutputsError as error:
+            raise self._sampling.misfit(external.name, error) from None
         except (Exception, TimeUp) as error:
             raise self._sampling.told(external.name, (), error) from (None if isinstance(error, TimeUp) else error)
         found = found.outputs if isinstance(found, Certified) else found
@@ -57,7 +61,7 @@ class Assignments:
         if not isinstance(values, tuple | list) or len(values) != len(outputs):
             raise SamplerError(
                 f"optimizer {external.optimizer!r}: expected one value for each of {', '.join(names.values())}, "
-                f"found {found!r}"
+                f"found {reprlib.repr(found)}"
             )
         counter.successes += 1
         key_of_all = f"{external.optimizer}({len(self._running)})[{counter.calls}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dis
 import inspect
+import reprlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,13 +12,16 @@ from types import TracebackType
 from typing import Any
 
 from tamp.errors import SamplerError
+from tamp.planning.sampling.optimizers import Component
 from tamp.planning.wrappers import Adapted
 
 
 def written(sampler: Callable[..., Any]) -> Callable[..., Any]:
-    """The function that somebody wrote, below PDDLStream's wrappers and arguments that were given in advance."""
+    """The function that somebody wrote, below wrappers, optimizers' streams and arguments given in advance."""
     if isinstance(sampler, partial):
         return written(sampler.func)
+    if isinstance(sampler, Component):
+        return written(sampler.procedure)
     if isinstance(sampler, Adapted) and sampler.function is not None:
         return written(sampler.function)
     return sampler
@@ -27,13 +31,13 @@ def named(sampler: Callable[..., Any]) -> str:
     """How a sampler is addressed: "package.module:function"."""
     sampler = written(sampler)
     module, name = getattr(sampler, "__module__", None), getattr(sampler, "__qualname__", None)
-    return f"{module}:{name}" if module and name else repr(sampler)
+    return f"{module}:{name}" if module and name else reprlib.repr(sampler)
 
 
 def home(sampler: Callable[..., Any], generator: Any = None) -> str:
     """File and line of a sampler: where its generator stands, or else where it begins; empty where nobody knows."""
     frame = getattr(generator, "gi_frame", None)
-    if frame is not None and not isinstance(sampler, Adapted):  # otherwise the generator is its wrapper's
+    if frame is not None and not isinstance(sampler, Adapted | Component):  # otherwise the generator is its wrapper's
         return f"{frame.f_code.co_filename}:{frame.f_lineno}"
     code = getattr(inspect.unwrap(written(sampler)), "__code__", None)
     return "" if code is None else f"{code.co_filename}:{code.co_firstlineno}"

@@ -7,25 +7,33 @@ what is known of the values, and gives assignments: tuples of values, one for ea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from tamp.errors import SamplerError
 from tamp.language import Atom, Stream, StreamFile, Variable
 from tamp.planning.context import Context
-from tamp.planning.wrappers import Adapted
+from tamp.planning.wrappers import Adapted, UnfitOutputsError
 
 ALONE = "the optimizer gave nothing more for these inputs alone"
 
 
 def ask(
     procedure: Callable[..., Any], context: Context, outputs: tuple[str, ...], facts: tuple[tuple[Any, ...], ...]
-) -> Any:
-    """What a procedure gives: an iterable of assignments, each the only value or a tuple of several."""
+) -> Iterable[Any]:
+    """What a procedure gives: an iterable of assignments, each the only value or a tuple of several.
+
+    Raises:
+        UnfitOutputsError: where it gives something else, such as one `OptimizerOutput`.
+    """
     if isinstance(procedure, Adapted):
-        return procedure.sampler(outputs, facts, hint={})
-    return procedure(context, outputs, facts, {})
+        given, mend = procedure.sampler(outputs, facts, hint={}), "wrap the optimizer's procedure in from_list_fn"
+    else:
+        given, mend = procedure(context, outputs, facts, {}), "yield each assignment"
+    if not isinstance(given, Iterable):
+        raise UnfitOutputsError(f"expected several assignments, found one {type(given).__name__}; {mend}")
+    return given
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numbers
+import reprlib
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -45,7 +46,7 @@ def answer_of(external: External, answer: Any) -> Any:
     if isinstance(answer, Certified):
         return answer if answer.outputs is not None else Certified(None, answer.facts)
     if not isinstance(answer, bool | np.bool_):
-        raise SamplerError(f"test {external.name!r}: expected True or False, found {answer!r}")
+        raise SamplerError(f"test {external.name!r}: expected True or False, found {reprlib.repr(answer)}")
     return () if answer else None
 
 
@@ -58,7 +59,7 @@ def output_iterator(external: External, made: Any) -> Iterator[Any]:
     if not isinstance(made, Iterable):
         raise SamplerError(
             f"stream {external.name!r}: expected a generator function that yields one output at a time, "
-            f"but the function returned {made!r}"
+            f"but the function returned {reprlib.repr(made)}"
         )
     return iter(made)
 
@@ -76,7 +77,8 @@ def output_values(external: External, output: Any) -> tuple[Any, ...]:
     if not isinstance(values, tuple | list) or len(values) != count:
         names = ", ".join(name[1:] for name in external.outputs)
         raise SamplerError(
-            f"stream {external.name!r}: expected to yield a tuple of {count} outputs ({names}), found {output!r}"
+            f"stream {external.name!r}: expected to yield a tuple of {count} outputs ({names}), "
+            f"found {reprlib.repr(output)}"
         )
     return tuple(values)
 
@@ -88,7 +90,7 @@ def function_value(name: str, value: Any) -> float:
         SamplerError: where it is no finite number of 0 or more.
     """
     if not isinstance(value, numbers.Real) or not 0 <= float(value) < float("inf"):
-        raise SamplerError(f"function {name!r}: expected a finite number of 0 or more, found {value!r}")
+        raise SamplerError(f"function {name!r}: expected a finite number of 0 or more, found {reprlib.repr(value)}")
     return float(value)
 
 
@@ -228,13 +230,17 @@ class Sampling:
         try:
             return function(*arguments)
         except UnfitOutputsError as error:
-            raise faults.unfit(SamplerError(f"stream {name!r}: {error}"), self._problem.samplers[name]) from None
+            raise self.misfit(name, error) from None
         except SamplerError:
             raise
         except BaseException as error:
             if faults.interrupts(self._problem.samplers[name], error):
                 raise
             raise self.told(name, instance.inputs, error) from (None if isinstance(error, TimeUp) else error)
+
+    def misfit(self, name: str, error: UnfitOutputsError) -> SamplerError:
+        """That what a wrapped function gave for a stream does not fit its wrapper, in a sentence that names it."""
+        return faults.unfit(SamplerError(f"stream {name!r}: {error}"), self._problem.samplers[name])
 
     def told(self, name: str, inputs: tuple[int, ...], error: BaseException) -> BaseException:
         """What a sampler raised, or that it was interrupted, in a sentence that names it."""
@@ -247,6 +253,8 @@ class Sampling:
         """What a sampler gave, read as its stream has it."""
         try:
             return read(instance.external, given)
+        except UnfitOutputsError as error:
+            raise self.misfit(instance.external.name, error) from None
         except SamplerError as error:
             sampler = self._problem.samplers[instance.external.name]
             raise faults.unfit(error, sampler, instance.generator) from None
