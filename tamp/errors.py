@@ -7,16 +7,28 @@ from types import MappingProxyType
 from typing import Any
 
 
-def nearest(word: object, valid: Iterable[str]) -> str | None:
-    """The valid name that a word is nearly, in whatever case; None where it is far from all."""
+def nearest(word: object, valid: Iterable[str], alike: float = 0.6) -> str | None:
+    """The valid name that a word is nearly, in whatever case; None where it is far from all.
+
+    Args:
+        word: what was written.
+        valid: what might have been meant.
+        alike: how much of both words must be the same, from 0 to 1.
+    """
     names = {name.lower(): name for name in valid}
-    near = difflib.get_close_matches(str(word).lower(), names, n=1)
+    near = difflib.get_close_matches(str(word).lower(), names, n=1, cutoff=alike)
     return names[near[0]] if near else None
 
 
-def meant(word: object, valid: Iterable[str]) -> str:
-    """The nearest valid name as a question, to stand before what is valid; nothing where none is near."""
-    near = nearest(word, valid)
+def meant(word: object, valid: Iterable[str], alike: float = 0.6) -> str:
+    """The nearest valid name as a question, to stand before what is valid; nothing where none is near.
+
+    Args:
+        word: what was written.
+        valid: what might have been meant.
+        alike: how much of both words must be the same, from 0 to 1.
+    """
+    near = nearest(word, valid, alike)
     return "" if near is None else f"did you mean {near!r}? "
 
 

@@ -6,6 +6,8 @@ warning says what this planner does instead.
 
 from __future__ import annotations
 
+import reprlib
+import sys
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -15,6 +17,7 @@ from typing import Any, NamedTuple
 from tamp.errors import DomainError, DomainWarning, meant
 from tamp.planning.constraints import Constraints
 from tamp.planning.problem import Problem, StreamInfo
+from tamp.planning.search.fast_downward import CONFIGURATIONS
 from tamp.planning.wrappers import from_stream_map
 
 PLANNERS = {
@@ -46,6 +49,20 @@ PLANNERS = {
 }
 """Planner of PDDLStream -> the search that stands for it. `ff` chooses its weight by the size of the task."""
 
+_ONE_PLAN = "one plan is returned, not several"
+_NO_TIME = "actions have no durations here"
+
+PLANNERS_OF_OTHER_KINDS: Mapping[str, tuple[str, str]] = {
+    "forbid": ("ff", _ONE_PLAN),
+    "kstar": ("astar-lmcut", _ONE_PLAN),
+    "symk": ("astar-lmcut", _ONE_PLAN),
+    "tfd": ("ff", _NO_TIME),
+    "tflap": ("ff", _NO_TIME),
+    "optic": ("ff", _NO_TIME),
+    "tpshe": ("ff", _NO_TIME),
+}
+"""Planner of PDDLStream that does more than find a plan -> the search that stands for it, and what it does not do."""
+
 ALGORITHMS = {
     "abstract": "focused",
     "abstract_adaptive": "adaptive",
@@ -63,13 +80,25 @@ SERIALIZED = "serialized"
 _BUDGETS = "budgets grow by themselves"
 _WHOLE = "a plan is bound as a whole"
 _NO_FILES = "no files are left behind"
+_SHARED = "search and sampling share the time by the work that they do"
+_FORBIDDEN = "use constraints=Constraints(forbidden=[...]) for actions that must not occur"
 
 WITHOUT_MEANING: Mapping[str, tuple[tuple[Any, ...], str]] = {
     "initial_complexity": ((0,), _BUDGETS),
+    "start_complexity": ((0,), _BUDGETS),
     "complexity_step": ((1,), _BUDGETS),
     "max_complexity": ((inf,), _BUDGETS),
     "max_skeletons": ((inf, None), _BUDGETS),
-    "search_sample_ratio": ((0, 1), "search and sampling share the time by the work that they do"),
+    "search_sample_ratio": ((0, 1), _SHARED),
+    "search_sampling_ratio": ((0, 1), _SHARED),
+    "layers": ((0, 1), _BUDGETS),
+    "eager_layers": ((0, 1), _BUDGETS),
+    "use_skeleton": ((True,), _WHOLE),
+    "action_info": ((), "of an action only its cost counts; what is known of streams is stream_info"),
+    "synthesizers": ((), "an :optimizer in the stream file is asked about several streams at once"),
+    "postprocess": ((False,), "the first plan is improved for a moment, with a low success_cost till the time is up"),
+    "diverse": ((None, False), _ONE_PLAN),
+    "max_plans": ((1,), _ONE_PLAN),
     "bind": ((True,), _WHOLE),
     "max_failures": ((0, inf), _BUDGETS),
     "fail_fast": ((True, False), ""),
@@ -88,7 +117,8 @@ WITHOUT_MEANING: Mapping[str, tuple[tuple[Any, ...], str]] = {
     "clean": ((True, False), ""),
     "temp_dir": ((None,), _NO_FILES),
     "use_unique": ((False,), "each stream instance has values of its own to hope for"),
-    "prohibit_predicates": ((), "use constraints=Constraints(forbidden=[...]) for actions that must not occur"),
+    "prohibit_predicates": ((), _FORBIDDEN),
+    "prohibit_actions": ((False,), _FORBIDDEN),
 }
 """Keyword of PDDLStream's solvers without a meaning here -> values that ask for nothing, and what is done instead."""
 
@@ -169,7 +199,21 @@ def _info(given: Any) -> StreamInfo:
 
 
 def search_of(planner: str) -> str:
-    """The search that a name stands for, which may be one of PDDLStream's planners."""
+    """The search that a name stands for, which may be one of PDDLStream's planners.
+
+    Raises:
+        DomainError: where neither has such a name.
+    """
+    if planner in PLANNERS_OF_OTHER_KINDS:
+        search, instead = PLANNERS_OF_OTHER_KINDS[planner]
+        _warn(f"planner={planner!r} is {search!r} here: {instead}")
+        return search
+    ours, theirs = ("builtin", *CONFIGURATIONS), (*PLANNERS, *PLANNERS_OF_OTHER_KINDS)
+    if planner not in (*ours, *theirs):
+        raise DomainError(
+            f"unknown search {planner!r}; {meant(planner, (*ours, *theirs))}there are: {', '.join(ours)}; and by "
+            f"PDDLStream's names: {', '.join(theirs)}"
+        )
     return PLANNERS.get(planner, planner)
 
 
@@ -215,12 +259,19 @@ def understood(given: Mapping[str, Any]) -> dict[str, Any]:
         if name in MEANINGFUL:
             meaningful[name] = value
         elif name not in WITHOUT_MEANING:
-            names = (*MEANINGFUL, *WITHOUT_MEANING, *OWN)
-            raise TypeError(f"solve: unexpected keyword {name!r}; {meant(name, names)}there are: {', '.join(OWN)}")
+            hint = meant(name, (*OWN, *MEANINGFUL, *WITHOUT_MEANING), alike=0.75)
+            raise TypeError(
+                f"solve: unexpected keyword {name!r}; {hint}there are: {', '.join(OWN)}; of PDDLStream's: "
+                f"{', '.join(MEANINGFUL)}; and without effect: {', '.join(WITHOUT_MEANING)}"
+            )
         else:
             usual, instead = WITHOUT_MEANING[name]
             if not (value in usual or (hasattr(value, "__len__") and not len(value))):
-                _warn(f"{name}={value!r} has no effect here: {instead}" if instead else f"{name} has no effect here")
+                _warn(
+                    f"{name}={reprlib.repr(value)} has no effect here: {instead}"
+                    if instead
+                    else f"{name} has no effect here"
+                )
     return meaningful
 
 
@@ -234,5 +285,12 @@ OWN = (
 """The keywords of `solve` itself."""
 
 
+_PACKAGE = __name__.rpartition(".")[0]
+
+
 def _warn(message: str) -> None:
-    warnings.warn(message, DomainWarning, stacklevel=5)
+    """A warning about the first line outside of this package."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(_PACKAGE):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, DomainWarning, stacklevel=level)

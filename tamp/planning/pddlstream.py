@@ -9,6 +9,7 @@ plan, cost, evaluations = solution
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from math import inf
@@ -16,7 +17,7 @@ from typing import Any
 
 from tamp.errors import DomainError
 from tamp.language import PDDL, parse_domain, parse_problem
-from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints
+from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints, problem_of
 from tamp.planning.problem import Certificate, Problem, Solution, StreamInfo
 from tamp.planning.satisfaction import (
     Minimize,
@@ -44,6 +45,8 @@ from tamp.planning.scripts import (
     WHEN,
     DurativeAction,
     Profiler,
+    StreamAction,
+    clear_dir,
     compute_duration,
     concatenate,
     create_parser,
@@ -54,9 +57,12 @@ from tamp.planning.scripts import (
     find_unique,
     flatten,
     get_args,
+    get_constraints,
     get_cost_scale,
+    get_costs,
     get_end,
     get_file_path,
+    get_function,
     get_length,
     get_mapping,
     get_parameter_name,
@@ -66,9 +72,12 @@ from tamp.planning.scripts import (
     irange,
     is_parameter,
     is_plan,
+    list_from_conjunction,
+    partition_facts,
     randomize,
     read,
     read_pddl,
+    read_pddl_pair,
     read_pddlstream_pair,
     retime_plan,
     safe_rm_dir,
@@ -80,6 +89,7 @@ from tamp.planning.scripts import (
     str_from_object,
     str_from_plan,
     user_input,
+    value_or_id,
     write,
 )
 from tamp.planning.solve import solve
@@ -88,6 +98,7 @@ from tamp.planning.wrappers import (
     SHARED_DEBUG,
     TOTAL_COST,
     And,
+    DebugValue,
     Equal,
     Exists,
     Fact,
@@ -121,22 +132,24 @@ from tamp.planning.wrappers import (
 __all__ = [
     "ALGORITHMS", "AND", "DEBUG", "EQ", "EXISTS", "FAILED", "FOCUSED_ALGORITHMS", "FORALL", "IMPLY", "INF",
     "INFEASIBLE", "MAX_FD_COST", "MINIMIZE", "NOT", "OBJECT", "OR", "SEPARATOR", "SHARED_DEBUG", "TOTAL_COST",
-    "VISUALIZATIONS_DIR", "WHEN", "WILD", "And", "Certificate", "DurativeAction", "Equal", "Exists", "Fact",
-    "ForAll", "FunctionInfo", "Imply", "Minimize", "Not", "OptimizerInfo", "OptimizerOutput", "Or", "Output",
-    "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler", "SatisfactionProblem", "SharedOptValue",
-    "StreamInfo", "Type", "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function",
-    "classical_problem", "compute_duration", "concatenate", "constraint_satisfaction", "create_parser",
-    "debug_samplers", "defer_shared", "defer_unique", "dump_assignment", "dump_pddlstream", "elapsed_time",
-    "empty_gen", "empty_test", "ensure_dir", "find", "find_unique", "flatten", "fn_from_constant", "from_constant",
-    "from_fn", "from_gen", "from_gen_fn", "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map",
-    "from_test", "get_args", "get_cost_scale", "get_defer_all_unbound", "get_defer_any_unbound", "get_end",
-    "get_file_path", "get_length", "get_mapping", "get_parameter_name", "get_prefix", "implies", "inclusive_range",
-    "inf_generator", "irange", "is_parameter", "is_plan", "negate_test", "never_defer", "outputs_from_boolean",
-    "print_solution", "randomize", "read", "read_pddl", "read_pddlstream_pair", "retime_plan", "safe_rm_dir",
-    "safe_zip", "set_cost_scale", "set_unique", "solve", "solve_abstract", "solve_adaptive", "solve_binding",
-    "solve_focused", "solve_from_pddl", "solve_incremental", "solve_pddlstream_satisfaction", "solve_restart",
-    "solve_serialized", "sorted_str_from_list", "str_eq", "str_from_action", "str_from_object", "str_from_plan",
-    "universe_test", "user_input", "write",
+    "VISUALIZATIONS_DIR", "WHEN", "WILD", "ABSTRIPSLayer", "ActionInfo", "And", "Certificate", "DebugValue",
+    "DurativeAction", "Equal", "Exists", "Fact", "ForAll", "FunctionInfo", "Imply", "Minimize", "Not",
+    "OptimizerInfo", "OptimizerOutput", "Or", "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler",
+    "SatisfactionProblem", "SharedOptValue", "StreamAction", "StreamInfo", "StreamSynthesizer", "Type",
+    "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "classical_problem", "clear_dir",
+    "compute_duration", "concatenate", "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared",
+    "defer_unique", "dump_assignment", "dump_pddlstream", "elapsed_time", "empty_gen", "empty_test", "ensure_dir",
+    "find", "find_unique", "flatten", "fn_from_constant", "from_constant", "from_fn", "from_gen", "from_gen_fn",
+    "from_list_fn", "from_list_gen_fn", "from_sampler", "from_stream_map", "from_test", "get_args", "get_constraints",
+    "get_cost_scale", "get_costs", "get_defer_all_unbound", "get_defer_any_unbound", "get_end", "get_file_path",
+    "get_function", "get_length", "get_mapping", "get_parameter_name", "get_prefix", "implies", "inclusive_range",
+    "inf_generator", "irange", "is_parameter", "is_plan", "list_from_conjunction", "negate_test", "never_defer",
+    "outputs_from_boolean", "partition_facts", "print_solution", "randomize", "read", "read_pddl", "read_pddl_pair",
+    "read_pddlstream_pair", "retime_plan", "safe_rm_dir", "safe_zip", "set_cost_scale", "set_unique", "solve",
+    "solve_abstract", "solve_adaptive", "solve_binding", "solve_current", "solve_exhaustive", "solve_focused",
+    "solve_from_pddl", "solve_incremental", "solve_pddlstream_satisfaction", "solve_restart", "solve_serialized",
+    "sorted_str_from_list", "str_eq", "str_from_action", "str_from_object", "str_from_plan", "universe_test",
+    "user_input", "value_or_id", "write",
 ]  # fmt: skip
 
 INF = inf
@@ -148,6 +161,7 @@ solve_binding = partial(solve, algorithm="binding")
 solve_focused = partial(solve, algorithm="focused")
 solve_abstract = partial(solve, algorithm="abstract")
 solve_incremental = partial(solve, algorithm="incremental")
+solve_exhaustive = partial(solve, algorithm="incremental")
 solve_serialized = partial(solve, algorithm="serialized")
 
 
@@ -253,6 +267,26 @@ class PartialInputs:
 
     def __init__(self, *inputs: Any, **options: Any) -> None:
         """Nothing of it is kept."""
+
+
+class ActionInfo(PartialInputs):
+    """What PDDLStream's older versions may know of an action; for `action_info=`, which has no effect here."""
+
+
+class StreamSynthesizer(PartialInputs):
+    """Several streams as one, in PDDLStream's older versions; for `synthesizers=`, which has no effect here."""
+
+
+class ABSTRIPSLayer(PartialInputs):
+    """What a level of PDDLStream's hierarchies leaves out; for `hierarchy=`, which has no effect here."""
+
+
+def solve_current(problem: Any, stream_info: Any = None, **options: Any) -> Solution:
+    """The plan without any call of a stream: with the facts alone that the problem gives; `options` as for `solve`.
+
+    `stream_info` has no effect.
+    """
+    return solve(replace(problem_of(problem), streams=None, samplers={}, info={}), **options)
 
 
 def solve_restart(problem: Any, **options: Any) -> Solution:

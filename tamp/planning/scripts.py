@@ -46,6 +46,11 @@ def read_pddlstream_pair(file: Any) -> list[str]:
     return [read_pddl(file, name) for name in ("domain.pddl", "stream.pddl")]
 
 
+def read_pddl_pair(file: Any) -> list[str]:
+    """The texts of domain.pddl and problem.pddl beside a file."""
+    return [read_pddl(file, name) for name in ("domain.pddl", "problem.pddl")]
+
+
 def write(filename: Any, string: str) -> None:
     """Write a text to a file."""
     Path(filename).write_text(string, encoding="utf-8")
@@ -61,6 +66,12 @@ def safe_rm_dir(folder: Any) -> None:
     """Remove a folder with all that is in it, where there is one."""
     if Path(folder).exists():
         shutil.rmtree(folder)
+
+
+def clear_dir(folder: Any) -> None:
+    """Make a folder, or remove all that is in it."""
+    safe_rm_dir(folder)
+    Path(folder).mkdir(parents=True)
 
 
 VISUALIZATIONS_DIR = "visualizations/"
@@ -153,6 +164,59 @@ def get_args(formula: Any) -> Any:
     return formula[1:]
 
 
+def list_from_conjunction(formula: Any) -> list[Any]:
+    """The facts of which a formula is the conjunction; none of None.
+
+    Raises:
+        ValueError: where there is anything but conjunctions and facts.
+    """
+    if formula is None:
+        return []
+    prefix = get_prefix(formula)
+    if prefix == AND:
+        return flatten(map(list_from_conjunction, get_args(formula)))
+    if prefix == OR and len(formula) == 2:
+        return list_from_conjunction(formula[1])
+    if prefix in (OR, NOT, IMPLY, EXISTS, FORALL, WHEN, EQ):
+        raise ValueError(f"expected a conjunction of facts, found {formula!r}")
+    return [tuple(formula)]
+
+
+def get_function(term: Any) -> Any:
+    """What a negation, an objective or the value of a function is about; a fact as it is."""
+    return term[1] if get_prefix(term) in (EQ, MINIMIZE, NOT) else term
+
+
+def partition_facts(facts: Iterable[Any]) -> tuple[list[Any], list[Any], list[Any]]:
+    """Of facts those that hold, those that do not, and the functions that have values or shall be small."""
+    positive: list[Any] = []
+    negated: list[Any] = []
+    functions: list[Any] = []
+    for fact in facts:
+        kinds = {EQ: functions, MINIMIZE: functions, NOT: negated}
+        kinds.get(get_prefix(fact), positive).append(get_function(fact))
+    return positive, negated, functions
+
+
+def get_costs(terms: Iterable[Any]) -> list[Any]:
+    """The terms that shall be small, `Minimize(...)`, among those of a satisfaction problem or an optimizer."""
+    return [term for term in terms if get_prefix(term) == MINIMIZE]
+
+
+def get_constraints(terms: Iterable[Any]) -> list[Any]:
+    """The terms that shall hold, among those of a satisfaction problem or an optimizer."""
+    return [term for term in terms if get_prefix(term) != MINIMIZE]
+
+
+def value_or_id(value: Any) -> Any:
+    """A value as a key: itself, or a number of its own where it has no hash."""
+    try:
+        hash(value)
+    except TypeError:
+        return id(value)
+    return value
+
+
 SEPARATOR = "\n" + 80 * "-" + "\n"
 
 
@@ -201,6 +265,14 @@ def randomize(iterable: Iterable[T]) -> list[T]:
     elements = list(iterable)
     random.shuffle(elements)
     return elements
+
+
+class StreamAction(NamedTuple):
+    """A call of a stream as an action, which PDDLStream's plans may have; those of `solve` have none."""
+
+    name: str
+    inputs: tuple[Any, ...]
+    outputs: tuple[Any, ...]
 
 
 class DurativeAction(NamedTuple):

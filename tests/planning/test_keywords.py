@@ -9,7 +9,16 @@ import pytest
 
 from tamp.errors import DomainError, DomainWarning
 from tamp.planning import Constraints, Problem, SearchResult, pddlstream
-from tamp.planning.keywords import ALGORITHMS, MEANINGFUL, OWN, PLANNERS, WITHOUT_MEANING, constraints_of, search_of
+from tamp.planning.keywords import (
+    ALGORITHMS,
+    MEANINGFUL,
+    OWN,
+    PLANNERS,
+    PLANNERS_OF_OTHER_KINDS,
+    WITHOUT_MEANING,
+    constraints_of,
+    search_of,
+)
 from tamp.planning.pddlstream import (
     INF,
     WILD,
@@ -106,6 +115,32 @@ def test_what_has_no_meaning_here_is_accepted_with_a_warning(name):
 def test_a_keyword_that_nobody_has_is_refused():
     with pytest.raises(TypeError, match="unexpected keyword 'max_tim'; did you mean 'max_time'"):
         solve(PROBLEM, max_tim=3)
+
+
+def test_a_keyword_that_is_like_none_gets_all_and_no_guess():
+    with pytest.raises(
+        TypeError, match=r"'depths'; there are: algorithm, .*; of PDDLStream's: planner, .*initial_comp"
+    ):
+        solve(PROBLEM, depths=3)
+
+
+def test_a_planner_that_nobody_has_is_refused_with_the_names_of_both():
+    with pytest.raises(DomainError, match=r"'ff-wastar9'; did you mean 'ff-wastar\d'\? there are: builtin, ff, .*symk"):
+        solve(PROBLEM, planner="ff-wastar9")
+
+
+@pytest.mark.parametrize("planner", PLANNERS_OF_OTHER_KINDS)
+def test_planners_of_other_kinds_are_searches_with_a_warning(planner):
+    with pytest.warns(DomainWarning, match=f"planner='{planner}' is '.+' here: .+") as said:
+        assert solve(PROBLEM, planner=planner, max_time=20).solved
+    assert len(said) == 1 and said[0].filename == __file__
+
+
+def test_a_warning_names_the_line_that_calls_solve():
+    for keywords in ({"layers": 3}, {"stream_info": {"x": StreamInfo()}}, {"constraints": PlanConstraints(hint=True)}):
+        with pytest.warns(DomainWarning) as said:
+            solve(PROBLEM, max_time=20, **keywords)
+        assert [warning.filename for warning in said] == [__file__]
 
 
 def test_the_keywords_are_those_of_solve():
