@@ -197,11 +197,11 @@ def _check_settled(replay: Replay, plan: Plan, name: str, meant: Pose) -> None:
     """
     scene = replay.scene
     asked = {o.name: o.goal.pose.matrix for o in scene.task.objects if isinstance(o.goal, At)}
-    ends, among = replay.state, {**replay.state.poses, **_founded(replay, plan, name, asked)}
-    for other in _barring(replay, plan, name, asked, among):
-        del among[other]
-    if among.keys() != ends.poses.keys() or any(among[other] is not T for other, T in ends.poses.items()):
-        ends = replace(ends, poses=among, touching={})
+    ends, founded = replay.state, _founded(replay, plan, name, asked)
+    among = {**ends.poses, **founded}
+    barring = _barring(replay, plan, name, asked, among)
+    if founded or barring:
+        ends = replace(ends, poses={other: T for other, T in among.items() if other not in barring}, touching={})
     claimed = replace(ends, poses={**ends.poses, name: meant.matrix})
     both = [(claimed, f"the plan's goal of {name} is"), (ends, f"{name} ends")]
     same = scene.displacement(name, meant.matrix, ends.poses[name]) < SAME
