@@ -117,12 +117,13 @@ def test_what_would_not_run_is_told_so(run: str, sandbox: Sandbox, tmp_path: Pat
 
 
 def test_reaches_no_socket_without_a_path(sandbox: Sandbox, tmp_path: Path) -> None:
+    name = f"tamp-test-hostile-{os.getpid()}"  # tests of another process may listen at the same time
     (tmp_path / "solution.py").write_text(
         "import socket\n\nclass Solution:\n    def run(self, goal, robot):\n"
-        "        socket.socket(socket.AF_UNIX).connect('\\0tamp-test-hostile')\n"
+        f"        socket.socket(socket.AF_UNIX).connect('\\0{name}')\n"
     )
     with socket.socket(socket.AF_UNIX) as server:
-        server.bind("\0tamp-test-hostile")
+        server.bind(f"\0{name}")
         server.listen()
         ending, _ = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
     assert "ConnectionRefusedError" in ending.message
