@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from operator import itemgetter
 
-from tamp.streams.hand.stability import FIRM, Squeezed, slipping, swinging, turned_flush, turning
+from tamp.streams.hand.squeezed import Squeezed
+from tamp.streams.hand.stability import FIRM, slipping, swinging, turned_flush, turning
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
