@@ -44,6 +44,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "rovers, 6 tasks, 3 rovers": lambda: teams(6, 3),
     "line, 2 blocks into 5 cells": lambda: shelf([0.0, -3.0], {"A": "goal", "B": "goal"}, LINE),
     "line, region blocked by one of 3": lambda: shelf([0.0, 7.5, -9.0], {"A": "goal"}, LINE),
+    "line, region blocked by 2, one too many": lambda: shelf([0.0, 6.5, 8.5], {"A": "goal"}, LINE),
     "line, 2 arms, 2 blocks mirrored": lambda: shelf([-2.0, -5.0], {"A": 2.0, "B": 5.0}, LINE, arms=2),
     "line, one of two regions is too narrow": lambda: shelf([0.0, -3.0], {"A": EITHER, "B": EITHER}, LINE),
     "line, cooked and put elsewhere": lambda: shelf([-7.0, 0.3], {"A": ["stove", "middle"]}, LINE),

@@ -7,11 +7,12 @@ Optimization", 1997). How much is done is counted in calls of streams and in sta
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.skeleton import Choose
+from tamp.planning.grounding.task_builder import Scope
 from tamp.planning.model.stream_instances import Instance
 
 CALLS, LEAST_CALLS = 0.5, 200
@@ -50,20 +51,21 @@ def improve(session: Session) -> None:
         return
     calls, searching = sampling.calls, session.searching
     again, anew = max(int(AGAIN_CALLS * calls), LEAST_AGAIN), max(int(CALLS * calls), LEAST_CALLS)
-    enough = searching + max(int(SEARCHING * searching), LEAST_SEARCHING)
+    worth = max(int(SEARCHING * searching), LEAST_SEARCHING)
     session.costs.guess(True)
     try:
         _try_again(session, sampling.calls + again)
+        if session.costs.unit or session.eager:
+            _draw_below(session, searching + worth // 4, sampling.calls + anew)
         if session.costs.unit:
-            _draw_below(session)
             return
         most = sampling.calls + anew
         _choose_anew(session, most)
-        _search_below(session, enough, most)
         cost = session.found.cost
+        _search_below(session, session.searching + worth)
         _try_again(session, sampling.calls + again)
         if session.found.cost < cost:
-            _choose_anew(session, sampling.calls + anew)
+            _choose_anew(session, most + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
 
@@ -90,27 +92,39 @@ def _try_again(session: Session, most: int) -> None:
                 waiting.remove(skeleton)
 
 
-def _draw_below(session: Session) -> None:
+def _draw_below(session: Session, enough: int, most: int) -> None:
     """Where the best plan was found among real values, draw from all streams once more, and search below its cost.
 
-    Values that a shorter plan needs may have been missing by chance.
+    Values that a cheaper plan needs may have been missing by chance. Nothing is drawn where streams would be called
+    more often than `most` times in all; there is less work of searches than `enough` in all.
     """
     skeleton = session.found.skeleton
-    if skeleton is not None and not skeleton.leaves_open and session.rounds.expand(tests=True):
-        shorter = session.cheaper(session.searching, sure=True)
-        if shorter is not None:
-            session.attempt(shorter, BRIEF)
+    if skeleton is None or skeleton.leaves_open:
+        return
+    calls = session.sampling.calls + sum(i.unfinished for i in session.knowledge.instances())
+    if calls < most and session.rounds.expand(tests=True):
+        _search_below(session, enough, sure=True)
 
 
-def _search_below(session: Session, enough: int, most: int) -> None:
-    """Try skeletons below the cost of the best plan, while there is less work of searches than `enough` in all."""
+def _search_below(session: Session, enough: int, sure: bool = False) -> None:
+    """Try skeletons below the cost of the best plan, while there is less work of searches than `enough` in all.
+
+    Where the search sees none but one that was tried, it looks past streams that failed. What one value fails for is
+    asked of its like, for as many calls as the search was work. `sure`: of values that are real alone.
+    """
     tried = {session.found.skeleton}
-    while session.searching < enough and (skeleton := session.cheaper(enough)) is not None and skeleton not in tried:
+    scopes = deque([Scope(sure=sure), Scope(sure=sure, novel=True)])
+    while session.searching < enough and scopes:
+        searching, refuted = session.searching, len(session.knowledge.refuted)
+        skeleton = session.cheaper(enough, scopes[0])
+        if skeleton is None:
+            return
+        if skeleton in tried:
+            scopes.popleft()
+            continue
         tried.add(skeleton)
-        cost = session.found.cost
-        session.attempt(skeleton, BRIEF)
-        if session.found.cost < cost:
-            _choose_anew(session, most)
+        if session.attempt(skeleton, BRIEF).steps is None:
+            session.rounds.ask_alike(refuted, most=session.searching - searching)
 
 
 def _choose_anew(session: Session, most: int) -> None:

@@ -60,6 +60,7 @@ class Session:
     """The parts of a run, and the steps that the algorithms are made of.
 
     Attributes:
+        eager: whether the search sees real values alone, so that all streams are called.
         searching: the part of `work` that searches were.
         looking: the part of that which is due to the states that they looked at.
         on_better: what is done about a plan that is better than the last one.
@@ -76,7 +77,7 @@ class Session:
         self.given_state: list[Fact] = []
         self._named: set[int] = set()
         self._search = search
-        self._eager = eager
+        self.eager = eager
         self.on_better: Callable[[Session], None] = lambda session: None
         self._invariants = find_invariants(self.schema, self.connectors.fluent)
         self.grounder = Grounder(self.schema, self.knowledge, self.connectors, options)
@@ -90,7 +91,7 @@ class Session:
         self.limits = Limits(options, started)
         self.stopwatch = Stopwatch(self.sampling)
         self.rounds = Rounds(
-            self.knowledge, self.sampling, self.evaluator, self.limits, self.stopwatch, self._eager, options.lazy_tests
+            self.knowledge, self.sampling, self.evaluator, self.limits, self.stopwatch, self.eager, options.lazy_tests
         )
         self.grounder.report_to(self.rounds.appear, self.limits.check)
         hidden = frozenset(c.schema.name for c in self.connectors.connectors)
@@ -271,11 +272,10 @@ class Session:
         self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL + looked
         self.looking += looked
 
-    def cheaper(self, enough: int, sure: bool = False) -> Skeleton | None:
+    def cheaper(self, enough: int, scope: Scope) -> Skeleton | None:
         """A skeleton that a brief search finds below the cost of the best plan; None where it finds none.
 
-        Where that would be far more work of searches than `enough` in all, or `sure`, only values that are real are
-        looked at.
+        Where that would be far more work of searches than `enough` in all, only values that are real are looked at.
 
         Raises:
             Ended: at a limit.
@@ -285,7 +285,7 @@ class Session:
             self.knowledge.refresh()
             work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL
             dear = work > 4 * (enough - self.searching)
-            task = self.symbolic.task(self.lessons.blames, Scope(sure=sure or dear))
+            task = self.symbolic.task(self.lessons.blames, replace(scope, sure=scope.sure or dear))
         if bound is None or not task.solvable:
             return None
         with self.stopwatch.timed("search"):

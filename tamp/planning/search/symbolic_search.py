@@ -80,15 +80,11 @@ class SymbolicSearch:
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
-        if self._barren == (task, bound):
-            return SearchResult(None, proven=True)
         first = SEARCH_S if bound is None else BRIEF_S  # where there is a plan already, no single search is all
         effort = BRIEF_S if brief else first * 2**self._timeouts
         result = self._searched(task, left, bound, effort)
         self._timeouts += result.timed_out and not brief
         self.operators = len(task.operators)
-        if result.plan is None and result.proven:
-            self._barren = (task, bound)
         return result
 
     def improve(self, task: GroundTask, left: float, bound: int) -> SearchResult:
@@ -100,8 +96,13 @@ class SymbolicSearch:
         return self._searched(task, left, bound, IMPROVING_S)
 
     def _searched(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
+        if self._barren == (task, bound):
+            return SearchResult(None, proven=True)
         result: Any = self._search(task, left, bound, effort)
         if not isinstance(result, SearchResult):
             name = getattr(self._search, "__qualname__", type(self._search).__name__)
             raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
-        return result if result.plan is None else replace(result, plan=eliminate(task, result.plan))
+        if result.plan is None:
+            self._barren = (task, bound) if result.proven else self._barren
+            return result
+        return replace(result, plan=eliminate(task, result.plan))
