@@ -16,7 +16,7 @@ from benchmarks.pddlstream_shelf import carrying, optimised
 from benchmarks.pddlstream_trips import alley, survey
 from tamp import clock
 from tamp.planning import Problem, solve
-from tests.planning.problems import clearing, continuous, fluents
+from tests.planning.problems import banks, clearing, continuous, fluents
 
 FAR = {"left": (-1.0, 5.5), "right": (2.5, 30.0)}
 
@@ -77,6 +77,8 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "alley, 2 cranes": lambda: alley({"a": -3.0, "b": 3.0}, {"a": "bay", "b": "bay"}, cranes=2),
     "survey, 1 drone": lambda: survey(1, 1, 1),
     "survey, 2 drones": lambda: survey(2, 3, 2),
+    "garden, spots that are looked for in vain": lambda: banks.garden(2),
+    "garden, spots that are seldom found, or never": lambda: banks.garden(2, 0.1),
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tamp.planning import solve
-from tests.planning.problems import continuous
+from tests.planning.problems import banks, continuous
 from tests.planning.test_problems import check
 
 
@@ -56,3 +56,15 @@ def test_a_stream_that_seldom_gives_anything_is_waited_for(algorithm):
     """Each was given up after a few calls, for other plans with ever more values that needed it as well."""
     searches = counted(seldom_solved(continuous.line(4)), algorithm, seeds=3)
     assert searches[1] <= 12, searches
+
+
+@pytest.mark.parametrize("luck", [1.0, 0.1])
+@pytest.mark.parametrize("algorithm", ["adaptive", "binding", "focused"])
+def test_a_stream_that_goes_on_in_vain_is_not_waited_for_without_end(algorithm, luck):
+    """Each miss made the stream look rarer, and so excused the next one, as soon as it had given anything."""
+    problem = banks.garden(2, luck)
+    for seed in range(4):
+        solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=seed)
+        check(problem, solution)
+        calls = sum(stream.calls for stream in solution.report.streams)
+        assert calls <= 1000 / luck, (seed, calls)

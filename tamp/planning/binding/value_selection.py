@@ -97,12 +97,12 @@ class Chooser:
         more = min(frame.barren, budget.barren)
         if frame.tried >= min(budget.values + frame.visits - 1, 4 * budget.values) + more:
             return None
-        misses = 0
+        misses, spared = 0, walk.spared
+        # As told before: each miss would excuse the next, without end where there is nothing.
+        worth = min(1.0, self._sampling.counted(instance.external.name).odds / SELDOM)
         while frame.cursor >= len(instance.results):
-            if instance.exhausted:
-                return None
-            worth = min(1.0, self._sampling.counted(instance.external.name).odds / SELDOM)
-            if misses * worth >= budget.patience or walk.spent():
+            if instance.exhausted or misses * worth >= budget.patience or walk.spent():
+                walk.spared = spared  # what was waited for in vain counts in full
                 return None
             bound = tuple(self._around(walk, item.step, state))
             if not self._sampling.draw(instance, bound):
