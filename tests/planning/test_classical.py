@@ -11,7 +11,9 @@ from tamp.planning.pddlstream import (
     add_opt_function,
     classical_problem,
     from_gen,
+    from_gen_fn,
     from_stream_map,
+    from_test,
     inf_generator,
     solve_from_pddl,
 )
@@ -88,6 +90,15 @@ def test_what_another_class_says_of_a_stream():
 def test_lists_that_are_put_together():
     generate = accelerate_list_gen_fn(lambda n: ([(i,)] * (i % 2) for i in range(n)), num_elements=2, max_attempts=5)
     assert list(generate(6)) == [[(1,), (3,)], [(5,)]]
+
+
+def test_what_is_wrapped_is_accelerated_as_well():
+    """It was called with the first input as its context."""
+    wrapped = from_gen_fn(lambda n: ((i,) if i % 3 == 2 else None for i in range(n)))
+    hastened = from_stream_map({"draw": accelerate_list_gen_fn(wrapped, max_attempts=2)})["draw"]
+    assert list(hastened(SimpleNamespace(sees_fluents=False), 7)) == [None, 2, None, 5, None]
+    told = from_stream_map({"test": accelerate_list_gen_fn(from_test(lambda n: n > 3), max_attempts=2)})["test"]
+    assert told(SimpleNamespace(sees_fluents=False), 5) is True
 
 
 UNTYPED = """
