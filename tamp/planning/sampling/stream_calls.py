@@ -35,19 +35,20 @@ TEST_DRAWS = 100
 def answer_of(external: External, answer: Any) -> Any:
     """What a test answered: () where it holds, None where not, or what it certifies besides.
 
-    A test may also be given as a stream is: it holds where there is an output.
-
     Raises:
         SamplerError: where it is neither.
     """
-    if isinstance(answer, Iterator):
-        outputs = [output for output in islice(answer, TEST_DRAWS) if output is not None]
-        answer = outputs[0] if outputs and isinstance(outputs[0], Certified) else bool(outputs)
     if isinstance(answer, Certified):
         return answer if answer.outputs is not None else Certified(None, answer.facts)
     if not isinstance(answer, bool | np.bool_):
         raise SamplerError(f"test {external.name!r}: expected True or False, found {reprlib.repr(answer)}")
     return () if answer else None
+
+
+def first_of(answers: Iterator[Any]) -> Any:
+    """The answer of a test that is given as a stream is: it holds where there is an output."""
+    found = next((output for output in islice(answers, TEST_DRAWS) if output is not None), None)
+    return found if isinstance(found, Certified) else found is not None
 
 
 def output_iterator(external: External, made: Any) -> Iterator[Any]:
@@ -218,6 +219,8 @@ class Sampling:
         if external.is_test:
             instance.exhausted = True
             answer = self._run(instance, sampler, context, *values)
+            if isinstance(answer, Iterator):
+                answer = self._run(instance, first_of, answer)
             return self._fitting(instance, answer_of, answer)
         if instance.generator is None:
             made = self._run(instance, sampler, context, *values)

@@ -132,6 +132,28 @@ def test_an_exception_tells_stream_and_inputs():
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
 
 
+def test_an_exception_of_a_test_that_is_a_generator_tells_them_as_well():
+    """It came through as it was: the generator runs only once it is asked for an answer."""
+
+    def broken(context, p):
+        yield 1 / 0
+
+    with pytest.raises(SamplerError, match=r"stream '.*' raised .* for .*test_samplers.py:\d+"):
+        solve(shelf(lambda context, obj: iter([1]), broken), timeout=20.0)
+
+
+def test_a_test_that_is_a_generator_is_asked_for_one_answer():
+    asked = []
+
+    def endless(context, p):
+        while True:
+            asked.append(p)
+            yield ()
+
+    assert solve(shelf(lambda context, obj: iter([1]), endless), timeout=20.0).solved
+    assert len(asked) == 1
+
+
 def test_samplers_that_do_not_fit_are_refused():
     with pytest.raises(SamplerError, match=r"stream 'spots': expected a function of \(context, o\)"):
         shelf(lambda context: iter(()))
