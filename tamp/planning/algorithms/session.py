@@ -23,6 +23,7 @@ from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.moves import MovePrices
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.grounding.task_builder import EVERYTHING, Scope, TaskBuilder
+from tamp.planning.model.any_object import with_any_object
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.invariants import find_invariants, groups
 from tamp.planning.model.normal_form import Condition
@@ -68,7 +69,7 @@ class Session:
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.objects = Objects()
-        schema = Schema(problem, self.objects)
+        schema = with_any_object(Schema(problem, self.objects), self.objects, options.constraints.bind)
         self.schema, self.connectors = seen_by_search(schema, self.objects, options)
         self._filled_in = may_be_filled_in(schema, self.objects, options)
         self.knowledge = Knowledge(self.schema, self.objects)

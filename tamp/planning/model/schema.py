@@ -65,14 +65,20 @@ class Schema:
         self.state_tests = self._certifiers(lambda external: external.is_state_test)
         self.normal: NormalDomain = normal
 
+    def with_actions(self, actions: tuple[ActionSchema, ...]) -> Schema:
+        """The same with other actions."""
+        made = copy.copy(self)
+        for name in ("wanted", "conditional", "doubted", "ambivalent", "recursive", "undecided"):
+            made.__dict__.pop(name, None)
+        made.actions = actions
+        return made
+
     def with_part(
         self, part: Part, actions: tuple[ActionSchema, ...], axioms: tuple[AxiomSchema, ...], goal: Condition
     ) -> Schema:
         """The same with a part of a fluent under its own name, as these actions, axioms and goal have it."""
-        made = copy.copy(self)
-        for name in ("wanted", "conditional", "doubted", "ambivalent", "recursive", "undecided"):
-            made.__dict__.pop(name, None)
-        made.part, made.actions, made.axioms, made.goal = part, actions, axioms, goal
+        made = self.with_actions(actions)
+        made.part, made.axioms, made.goal = part, axioms, goal
         made.fluents = self.fluents | {part.name}
         made.externals = {
             name: replace(e, fluents=(*e.fluents, part.name)) if part.fluent in e.fluents else e
