@@ -79,6 +79,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "survey, 2 drones": lambda: survey(2, 3, 2),
     "garden, spots that are looked for in vain": lambda: banks.garden(2),
     "garden, spots that are seldom found, or never": lambda: banks.garden(2, 0.1),
+    "garden, a parameter of which nothing is said": lambda: banks.garden(3, idle=True),
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)

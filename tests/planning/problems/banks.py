@@ -35,11 +35,15 @@ GARDEN_STREAMS = """
 BANKS = {"left": -1.0, "right": 1.0}
 
 
-def garden(plants: int, luck: float = 1.0) -> Problem:
+def garden(plants: int, luck: float = 1.0, idle: bool = False) -> Problem:
     """As many plants on each bank are watered, from one well there; a gardener is home in the end.
 
-    `luck`: the share of calls in which a spot on the right bank is found.
+    Args:
+        plants: their number on each bank.
+        luck: the share of calls in which a spot on the right bank is found.
+        idle: whether an action has a parameter of which it says nothing.
     """
+    domain = GARDEN.replace("(?g ?q ?p)", "(?g ?q ?p ?any)") if idle else GARDEN
     things = {f"{bank} {what}": side for bank, side in BANKS.items() for what in ("well", *map(str, range(plants)))}
 
     def find_spot(context: Any, gardener: str, thing: str) -> Iterator[float | None]:
@@ -55,7 +59,7 @@ def garden(plants: int, luck: float = 1.0) -> Problem:
         init += [("Thing", thing), ("Well" if "well" in thing else "Plant", thing)]
     goal = [("Watered", thing) for thing in things if "well" not in thing]
     return Problem(
-        domain=GARDEN,
+        domain=domain,
         streams=GARDEN_STREAMS,
         samplers={"find-spot": find_spot, "find-path": lambda context, gardener, a, b: iter([(a, b)])},
         init=init,
