@@ -25,6 +25,7 @@ from tamp.streams.hand.candidates import (
     WIDTH_RESERVE,
     Pinches,
     hangs_over,
+    levelled,
     pinches_from_above,
     sample_pinches,
 )
@@ -34,12 +35,14 @@ from tamp.streams.surfaces import SurfacePoints, surface_points
 from tamp.streams.values import CLEARANCE, Grasp, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
+from tamp.world.kinematics.freedom import confined
 from tamp.world.scene import Scene
 
 POINTS = 1000  # on the surface, that rays start from
 LEVEL, SLANTED = 0.25, 0.6  # how far a closing axis may point up, and how far where there is less room
 FEW = 10  # hands with room, below which such are added
 PLENTY = 60  # after which no more are sought
+STRAIGHT = (0.0,)  # how a hand leans, and its axis rises, that comes straight down across a level axis [rad]
 LOW, RAISED = 0.035, 0.04  # height of an object of which few hands, and few that lean over, get hold [m]
 AT_ONCE = 2000  # hands that are looked at before it is seen whether there are plenty
 TIGHT = 0.003  # beside the object on each side before closing, where there is less room [m]
@@ -90,9 +93,13 @@ def _from_above(
 ) -> tuple[list[Pose], Sequence[float], Sequence[float]]:
     """Poses of an object that lies low, how the hands lean that come down on it, and how much their axes rise [rad].
 
+    All poses, and hands that do neither, for an arm that cannot turn its tool every way.
+
     With a single placement a regrasp is meant. Hands have to lean there to lay down what is turned over by that. What
     shall merely roll is held by such as do not close level; among many that do those would be lost.
     """
+    if confined(workspace.world.robot):
+        return [place.pose for place in places], STRAIGHT, STRAIGHT
     goal, once = workspace.goals.get(obj), len(places) > 1
     turned_over = goal is not None and upside_down(workspace, obj, goal)
     lying = all(_height(workspace, obj, place) < (LOW if once else RAISED) for place in places)
@@ -154,4 +161,6 @@ def upright_pinches(
     widest = linkage.gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     contacts = contacts.at(np.abs(contacts.axes @ down) < level)
+    if confined(workspace.world.robot):
+        return pinches_from_above(levelled(contacts, -down), linkage, place.pose, STRAIGHT)
     return pinches_from_above(contacts, linkage, place.pose, TILTS)

@@ -14,6 +14,7 @@ from tamp.streams.surfaces import surface_points
 from tamp.streams.values import CLEARANCE, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
+from tamp.world.kinematics.freedom import confined
 from tamp.world.robot.linkage import Linkage
 
 if TYPE_CHECKING:
@@ -83,6 +84,7 @@ def sample_pinches(
 ) -> Pinches:
     """Every antipodal contact pair that rays from so many points find, from directions all around at every depth.
 
+    An arm that cannot turn its tool every way would get to none of those; of it there are only the hands that come down.
     Where the object hangs over the table's edge at a pose, rays start from about as many points of what hangs over.
     Where it lies low at some, pinches are added of hands that come down tilted so far about their closing axes, each of
     which rises by one of some angles [rad].
@@ -95,7 +97,8 @@ def sample_pinches(
     widest = linkage.gripper.stroke - WIDTH_RESERVE
     contacts = antipodal_contacts(pieces, surface, max_width=widest, friction_angle=FRICTION_ANGLE, rng=rng)
     phase = rng.uniform(0.0, 2 * np.pi / DIRECTIONS, len(contacts.widths))
-    around = pinches_at(contacts, linkage, phase[:, None] + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS)
+    directions = np.arange(0 if confined(workspace.world.robot) else DIRECTIONS)
+    around = pinches_at(contacts, linkage, phase[:, None] + directions * 2 * np.pi / DIRECTIONS)
     level = (
         pinches_from_above(levelled(contacts, pose.matrix[2, :3], rise), linkage, pose, tilts)
         for pose, rise in product(low, rises)

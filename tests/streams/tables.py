@@ -62,11 +62,14 @@ def panda() -> RobotModel:
 
 
 def workspace_of(
-    *objects: Object, regions: tuple[Region, ...] = (), on: Mapping[str, tuple[str, ...]] | None = None
+    *objects: Object,
+    regions: tuple[Region, ...] = (),
+    on: Mapping[str, tuple[str, ...]] | None = None,
+    robot: RobotModel | None = None,
 ) -> Workspace:
     """A workspace where objects stand exactly as they are given, on the table but where `on` says otherwise."""
     task = Task("table", objects, regions=regions)
-    world = World(panda(), {o.name: load_geometry(o.shape) for o in objects}, task.table)
+    world = World(robot or panda(), {o.name: load_geometry(o.shape) for o in objects}, task.table)
     supports = {o.name: (on or {}).get(o.name, (TABLE,)) for o in objects}
     start = {o.name: Placement(o.pose, supports[o.name]) for o in objects}
     goals = {o.name: Placement(o.goal.pose, (TABLE,)) for o in objects if isinstance(o.goal, At)}

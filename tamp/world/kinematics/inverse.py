@@ -49,7 +49,8 @@ def inverse(
 ) -> Iterator[Array]:
     """Yield up to `count` different configurations that put the tool at a pose, shape (dof,) [rad] each.
 
-    Every one is within limits and accurate to 1e-5 m and 1e-4 rad. None are yielded where the pose is out of reach.
+    Every one is within limits and accurate to 1e-5 m and 1e-4 rad, or, of an arm that cannot turn its tool every way,
+    to 2e-4 m and 2e-3 rad. None are yielded where the pose is out of reach.
 
     Args:
         robot: the robot.

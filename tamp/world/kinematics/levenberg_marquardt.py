@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.compiled import compiled
+from tamp.world.kinematics.freedom import confined
 from tamp.world.robot.chain import chain
 from tamp.world.robot.model import RobotModel
 
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 POSITION_TOLERANCE = 1e-6  # [m]; ten times finer than promised
 ANGLE_TOLERANCE = 1e-5  # [rad]
+NEAREST_POSITION, NEAREST_ANGLE = 2e-4, 2e-3
+"""How far from its goal [m, rad] the nearest tool pose may be of an arm that cannot turn its tool every way: what has
+come to rest is off upright by a tenth of that, which such an arm could not follow."""
 METRES_PER_RADIAN = 0.25
 """What turning the tool by a radian weighs against moving it, when errors are compared."""
 ITERATIONS = 30
@@ -45,7 +49,8 @@ def levenberg_marquardt(
 
     Returns:
         Configurations, shape (b, dof), and how far the tool is from its goal at each: 0 where within tolerance, else
-        in metres, a radian weighing `METRES_PER_RADIAN`.
+        in metres, a radian weighing `METRES_PER_RADIAN`. A confined arm is within tolerance where it gets as near to
+        its goal as `NEAREST_POSITION` and `NEAREST_ANGLE`.
 
     Near a solution the error falls quadratically. A start whose error no longer halves after `patience` iterations
     sits in a corner of the limits or in a local minimum, and is dropped.
@@ -56,7 +61,17 @@ def levenberg_marquardt(
     residual: Array = _iterate(
         links, robot.lower, robot.upper, q, goals, patience, len(q) if enough is None else enough
     )
+    if confined(robot):
+        residual[_nearest(*arm.forward(q), goals)] = 0.0
     return q, residual
+
+
+def _nearest(R: Array, position: Array, goals: Array) -> NDArray[np.bool_]:
+    """Whether each of many tools (b, 3, 3), (b, 3) is as near to its goal as is asked of a confined arm, shape (b,)."""
+    turned = np.linalg.norm(rotation_vector(goals[:, :3, :3] @ R.transpose(0, 2, 1)), axis=1)
+    away = np.linalg.norm(goals[:, :3, 3] - position, axis=1)
+    near: NDArray[np.bool_] = (away < NEAREST_POSITION) & (turned < NEAREST_ANGLE)
+    return near
 
 
 def rotation_vector(R: Array) -> Array:
