@@ -84,7 +84,7 @@ def sample_pinches(
 ) -> Pinches:
     """Every antipodal contact pair that rays from so many points find, from directions all around at every depth.
 
-    An arm that cannot turn its tool every way would get to none of those; of it there are only the hands that come down.
+    An arm that cannot turn its tool every way would get to none of those: for it there are only hands that come down.
     Where the object hangs over the table's edge at a pose, rays start from about as many points of what hangs over.
     Where it lies low at some, pinches are added of hands that come down tilted so far about their closing axes, each of
     which rises by one of some angles [rad].

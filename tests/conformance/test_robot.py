@@ -18,6 +18,8 @@ from tamp.errors import RobotError
 from tamp.task import Pose, RobotSpec, load_robot
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.robot.model import robot_model
+from tests.task.scara import ROBOT as SCARA
+from tests.task.scara import write as write_scara
 from tests.task.swinging import ARM, ROBOT, write
 
 
@@ -113,6 +115,34 @@ def test_pads_that_reach_beyond_the_fingers_are_told() -> None:
     assert not wrong(list(trial(spec).gripper()))
 
 
+@pytest.mark.parametrize(
+    ("z", "end"), [(0.1134, "10.2 mm beyond the fingertips"), (0.0534, "4.1 mm beyond the fingers' other ends")]
+)
+def test_pads_that_reach_beyond_the_fingers_along_the_approach_are_told(z: float, end: str) -> None:
+    spec = load_robot("panda")
+    off = replace(spec, T_parent_tool=Pose((0.0, 0.0, z)))
+    assert any(end in text and "move the tool" in text for text in wrong(list(trial(off).gripper())))
+
+
+def test_guessed_pads_at_the_fingers_roots_are_told(tmp_path: Path) -> None:
+    robot = ROBOT.replace("pads: [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]", "pads: [[0.0, 0.0, -0.01], [0.0, 0.0, -0.01]]")
+    (text,) = wrong(list(trial(read_robot(write(tmp_path / "swinging", robot))).gripper()))
+    assert "9.0 mm beyond the fingers' other ends" in text and "move gripper.pads" in text
+
+
+@pytest.mark.parametrize("rpy", [(np.pi, 0.0, 0.0), (0.0, np.pi / 2, 0.0)])
+def test_a_tool_whose_z_does_not_point_out_of_the_hand_is_told(rpy: tuple[float, float, float]) -> None:
+    spec = load_robot("panda")
+    (text,) = wrong(list(trial(replace(spec, T_parent_tool=Pose.from_rpy((0.0, 0.0, 0.1034), rpy))).hand()))
+    assert "beyond the fingertips along the tool's z; turn the tool" in text
+
+
+def test_an_arm_that_cannot_turn_its_tool_every_way_is_noted(tmp_path: Path) -> None:
+    found = list(trial(read_robot(write_scara(tmp_path / "scara"))).inverse())
+    assert [f.outcome for f in found] == ["ok", "note"] and "straight above only" in found[1].text
+    assert len(list(trial(load_robot("panda")).inverse())) == 1
+
+
 def test_a_tool_at_the_flange_is_told() -> None:
     spec = load_robot("panda")
     assert "the tool belongs between the pads" in wrong(list(trial(replace(spec, T_parent_tool=Pose())).hand()))[0]
@@ -141,7 +171,22 @@ def test_a_home_in_which_the_arm_is_in_itself_is_told() -> None:
 def test_limits_in_degrees_are_told() -> None:
     spec = load_robot("panda")
     (text,) = wrong(list(trial(replace(spec, upper=(166.0, *spec.upper[1:]))).limits()))
-    assert "limits are in radians" in text
+    assert text == "panda_joint1 has a range of 26.88 turns; limits are in radians, and 10 turns the most"
+
+
+def test_what_slides_is_told_in_metres(tmp_path: Path) -> None:
+    spec = read_robot(write_scara(tmp_path / "scara", SCARA.replace("  acceleration", "  velocity: 3\n  acceleration")))
+    *notes, ranges = [finding.text for finding in trial(spec).limits()]
+    assert ranges.endswith("the joints' ranges are 0.92 turns, 0.92 turns, 0.28 m, 0.92 turns")
+    assert "lift may slide at 3 m/s, the URDF says 2" in notes and "wrist may turn at 3 rad/s, the URDF says 2" in notes
+    (text,) = wrong(list(trial(replace(spec, upper=(*spec.upper[:2], 280.0, spec.upper[3]))).limits()))
+    assert text == "lift has a range of 280.00 m; limits are in metres, and 20 m the most"
+
+
+@pytest.mark.parametrize("x", [-420.0, -1.5])
+def test_a_base_from_which_nothing_on_the_table_is_in_reach_is_told(x: float) -> None:
+    (text,) = wrong(list(trial(replace(load_robot("panda"), T_world_base=Pose((x, 0.0, 0.0)))).reach()))
+    assert text.startswith("arm.reach says 0.32 to 0.68 m, but from the base the table is ") and "in metres" in text
 
 
 def test_a_reach_where_the_hand_never_gets_is_told() -> None:

@@ -18,6 +18,8 @@ from tamp.checking.robot.kinematics import KinematicTree
 from tamp.checking.robot.links import Links, read_links
 from tamp.conformance.findings import Finding
 from tamp.conformance.robot.hints import described, free_home, often_touching
+from tamp.conformance.robot.pads import beyond, finger_points, inner, past_ends
+from tamp.conformance.robot.ranges import faster, on_table, too_wide, widths
 from tamp.conformance.robot.standing import stand
 from tamp.errors import RobotError, TaskError
 from tamp.execution.simulators import installed
@@ -27,6 +29,7 @@ from tamp.task.mesh.mesh_file import read_mesh
 from tamp.task.mesh.parts import convex_hull
 from tamp.task.mesh.surface import oriented, volume
 from tamp.world.geometry.convex_union import separation, solid
+from tamp.world.kinematics.freedom import confined
 from tamp.world.kinematics.inverse import inverse
 from tamp.world.robot.hand import hand_poses
 from tamp.world.robot.model import RobotModel, robot_model
@@ -49,7 +52,6 @@ FAT = 3.0  # a hull of so many times its mesh's volume is worth a note
 RINGS = np.arange(0.2, 1.3, 0.05)  # distances from the base's axis at which the hand comes straight down [m]
 HEIGHTS = (0.03, 0.15)  # of the tool over the table there [m]
 TURNS = 4  # of the hand about the vertical, at each of as many directions
-TURNS_AT_MOST = 10  # in the range of one joint
 EASY = 0.9  # share of them from which on a distance is well within reach
 
 
@@ -130,25 +132,17 @@ class _Trial:
 
     def limits(self) -> Iterator[Finding]:
         """Ranges of joints, and whether the limits are within the URDF's."""
-        spec, root = self.spec, ElementTree.fromstring(self.spec.description)
-        said = {joint.get("name"): joint.find("limit") for joint in root.findall("joint")}
-        for name, velocity in zip(spec.joints, spec.velocity, strict=True):
-            limit = said[name]
-            given = None if limit is None else limit.get("velocity")
-            if given is not None and 0.0 < float(given) < velocity * (1 - 1e-9):
-                text = f"{name} may turn at {velocity:g} rad/s, the URDF says {float(given):g}"
-                yield Finding("limits", "note", text)
+        spec = self.spec
+        for text in faster(spec):
+            yield Finding("limits", "note", text)
         if spec.still:
             told = _some([f"{name} at {value:g}" for name, value in spec.still])
             yield Finding("limits", "note", f"joints that nothing drives stand still: {told}; posture: moves them")
-        turns = (np.array(spec.upper) - np.array(spec.lower)) / (2 * np.pi)
-        self.numbers["turns"] = [round(float(v), 3) for v in turns]
-        ranges = ", ".join(f"{v:.2f}" for v in turns)
-        if turns.max() > TURNS_AT_MOST:
-            text = f"the joints' ranges are {ranges} turns; limits are in radians, and {TURNS_AT_MOST} turns the most"
-            yield Finding("limits", "wrong", text)
+        self.numbers["ranges"] = (np.array(spec.upper) - np.array(spec.lower)).round(3).tolist()
+        if wide := too_wide(self.robot):
+            yield Finding("limits", "wrong", wide)
             return
-        yield Finding("limits", "ok", f"home is inside; the joints' ranges are {ranges} turns")
+        yield Finding("limits", "ok", f"home is inside; the joints' ranges are {', '.join(widths(self.robot))}")
 
     def kinematics(self) -> Iterator[Finding]:
         """Planner and checker have every link and the tool in the same place, and the arm is one chain."""
@@ -186,21 +180,24 @@ class _Trial:
             return
         bodies = {name: solid([b.hull for b in self.robot.bodies if b.name == name]) for name in spec.gripper.fingers}
         index = {self.robot.bodies[i].name: k for k, i in enumerate(self.robot.hand)}
-        gaps, middles, beyond = [], [], []
+        gaps, middles, across, ends = [], [], [], []
         openings = np.linspace(0.0, spec.gripper.stroke, OPENINGS)
         for opening in openings:
             poses = hand_poses(self.robot, float(opening))
             first, second = (poses[index[name]] for name in spec.gripper.fingers)
             left, right = (bodies[name] for name in spec.gripper.fingers)
             gaps.append(separation(left, right, np.linalg.inv(first) @ second))
-            ends = [self._inner(name, poses[index[name]]) for name in spec.gripper.fingers]
-            middles.append((ends[0] + ends[1]) / 2)
-            beyond += [self._beyond(name, poses[index[name]]) for name in spec.gripper.fingers]
+            fingers, depth = finger_points(self.robot, float(opening)), float(linkage.depth(opening))
+            middles.append(sum(inner(spec.gripper, points) for points in fingers) / 2)
+            across += [beyond(spec.gripper, points) for points in fingers]
+            ends += [past_ends(spec.gripper, points, depth) for points in fingers]
         off = float(np.abs(np.array(gaps)[1:] - openings[1:]).max())
         aside = float(np.abs(middles).max())
-        over = max(beyond)
+        over = max(across)
+        tips, backs = (float(max(side)) for side in zip(*ends, strict=True))
         travel = float(np.ptp(linkage.depth(openings)))
         self.numbers |= {"pads_off_m": off, "pads_aside_m": aside, "pads_beyond_m": over, "pads_travel_m": travel}
+        self.numbers |= {"pads_past_tips_m": tips, "pads_past_backs_m": backs}
         if off > PADS:
             yield Finding(
                 "gripper",
@@ -214,24 +211,15 @@ class _Trial:
         if over > ASIDE:
             text = f"pads of gripper.pad's width reach {1000 * over:.1f} mm beyond the fingers, across their closing"
             yield Finding("gripper", "wrong", f"{text}; move the tool, or give the pads' width")
-        if off <= PADS and aside <= ASIDE and over <= ASIDE:
+        for past, end in ((tips, "fingertips"), (backs, "fingers' other ends")):
+            if past > ASIDE:
+                text = f"pads of gripper.pad's length reach {1000 * past:.1f} mm beyond the {end}, along the approach"
+                middle = "move the tool" if spec.gripper.pads is None else "move gripper.pads"
+                yield Finding("gripper", "wrong", f"{text}; {middle} to the pads' middle, or give their length")
+        if off <= PADS and max(aside, over, tips, backs) <= ASIDE:
             text = f"opens to {1000 * spec.gripper.stroke:.1f} mm, pads right to {1000 * off:.2f} mm"
             text += f", {1000 * travel:.1f} mm of way along the approach" if travel else ""
             yield Finding("gripper", "ok", text)
-
-    def _inner(self, finger: str, T_tool_finger: Array) -> float:
-        """Where a finger's face that looks inwards is along the closing axis [m]."""
-        axis = np.array(self.spec.gripper.axis)
-        points = np.concatenate([b.hull.vertices for b in self.robot.bodies if b.name == finger])
-        along = (points @ T_tool_finger[:3, :3].T + T_tool_finger[:3, 3]) @ axis
-        return float(along.min() if along.mean() > 0 else along.max())
-
-    def _beyond(self, finger: str, T_tool_finger: Array) -> float:
-        """How far a pad, centred on the tool's axis, reaches beyond the finger's hull across the closing axis [m]."""
-        across = np.cross(self.spec.gripper.axis, (0.0, 0.0, 1.0))
-        points = np.concatenate([b.hull.vertices for b in self.robot.bodies if b.name == finger])
-        along = (points @ T_tool_finger[:3, :3].T + T_tool_finger[:3, 3]) @ across
-        return float(self.spec.gripper.pad[1] / 2 - min(-along.min(), along.max()))
 
     def hand(self) -> Iterator[Finding]:
         """How much room the hand takes over the stroke, and how deep its throat is."""
@@ -249,6 +237,10 @@ class _Trial:
         if tip <= 0.0 or tip > 0.1:
             text = f"the fingers end {1000 * tip:.0f} mm along z from the tool; the tool belongs between the pads"
             yield Finding("hand", "wrong", text)
+            return
+        if throat <= 0.0:
+            text = f"what is no finger reaches {-1000 * throat:.0f} mm beyond the fingertips along the tool's z"
+            yield Finding("hand", "wrong", f"{text}; turn the tool: its z points out of the hand, along the fingers")
             return
         text = f"sweeps {1000 * width:.0f} mm across, fingertips {1000 * tip:.0f} mm beyond the tool"
         deep = f", the palm {1000 * throat:.0f} mm behind them" if np.isfinite(throat) else ""
@@ -325,10 +317,16 @@ class _Trial:
         self.numbers |= {"ik_hits": share, "ik_ms": 1000 * float(np.median(times[1:]))}
         text = f"{share:.0%} of {CONFIGURATIONS} reachable tool poses found"
         yield Finding("inverse", "ok" if share >= HITS else "wrong", text)
+        if confined(self.robot):
+            text = "the arm cannot turn its tool every way: it grasps from straight above only"
+            yield Finding("inverse", "note", f"{text}, and leaves what would have to be turned over or laid down")
 
     def reach(self) -> Iterator[Finding]:
         """The hand comes straight down to the table within `reach`."""
         near, far = self.spec.reach
+        if off := on_table(self.spec):
+            yield Finding("reach", "wrong", off)
+            return
         shares = {round(float(r), 2): self._hits_at(float(r)) for r in RINGS}
         self.numbers["from_above"] = shares
         good = [r for r, share in shares.items() if share >= EASY]

@@ -1,4 +1,4 @@
-"""Whether an arm can move and turn its tool every way: one of five joints cannot, nor can one whose axes are parallel."""
+"""Whether an arm can move and turn its tool every way: one of five joints cannot, nor one of parallel axes."""
 
 from __future__ import annotations
 
