@@ -62,6 +62,8 @@ def _possible(robot: RobotModel, geometry: Any, candidates: list[tuple[int, int]
     for request in near.collisionRequests:
         request.security_margin = NEAR
     rng = np.random.default_rng(0)
+    if not candidates:
+        return []
     close, hits = np.zeros(len(candidates), dtype=int), np.zeros(len(candidates), dtype=int)
     for _ in range(SAMPLES):
         q = robot.full(rng.uniform(robot.lower, robot.upper), rng.uniform(0.0, robot.spec.gripper.stroke))

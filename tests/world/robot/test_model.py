@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -30,6 +31,17 @@ def test_every_link_has_a_hull_with_volume(panda):
     assert names[0] == "panda_link0"
     assert {"panda_link6", "panda_hand", "panda_leftfinger", "panda_rightfinger"} <= set(names)
     assert [names[i] for i in panda.hand] == ["panda_hand", "panda_leftfinger", "panda_rightfinger"]
+
+
+def test_a_robot_of_which_nothing_but_the_hand_has_hulls_has_no_pairs():
+    spec = load_robot("panda")
+    root = ElementTree.fromstring(spec.description)
+    for link in root.findall("link"):
+        if "finger" not in link.get("name", ""):
+            for collision in link.findall("collision"):
+                link.remove(collision)
+    bare = dataclasses.replace(spec, description=ElementTree.tostring(root, encoding="unicode"))
+    assert robot_model(bare).pairs == ()
 
 
 def test_self_collision_pairs_leave_out_neighbours_and_keep_what_folds(panda):

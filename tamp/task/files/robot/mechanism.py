@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from tamp.errors import meant
 from tamp.task.files.robot.robot_schema import RobotModel
 from tamp.task.files.robot.urdf_file import Mimic, Urdf, followers
 from tamp.task.files.robot.urdf_grammar import MOVABLE
@@ -19,10 +20,11 @@ def misfits(model: RobotModel, urdf: Urdf) -> Iterator[Misfit]:
     """Yield what does not fit, what causes other complaints first.
 
     Raises:
-        RobotError: where a joint or link that robot.yaml names is not in the URDF; says which there are.
+        RobotError: where a joint lacks limits that it needs, or has some that are no numbers.
     """
-    for link in (model.tool.parent, *model.gripper.fingers):
-        urdf.require_link(link)
+    if unknown := list(_unknown(model, urdf)):  # all else looks them up
+        yield from unknown
+        return
     mimics = urdf.mimics()
     yield from _joints(model.arm.joints, ("arm", "joints"), urdf)
     yield from _joints(model.gripper.joints, ("gripper", "joints"), urdf)
@@ -31,10 +33,26 @@ def misfits(model: RobotModel, urdf: Urdf) -> Iterator[Misfit]:
     yield from _hand(model, urdf, mimics)
     yield from _posture(model, urdf, mimics)
     for index, (one, other) in enumerate(model.disable_collisions):
-        urdf.require_link(one)
-        urdf.require_link(other)
         if one == other:
             yield ("disable_collisions", index), f"{one} is named twice; name two links"
+
+
+def _unknown(model: RobotModel, urdf: Urdf) -> Iterator[Misfit]:
+    """Joints and links that robot.yaml names and that are not there."""
+    joints: list[tuple[FieldPath, str]] = []
+    for part, names in (("arm", model.arm.joints), ("gripper", model.gripper.joints)):
+        joints += [((part, "joints", index), name) for index, name in enumerate(names)]
+    joints += [(("posture", name), name) for name in model.posture]
+    links: list[tuple[FieldPath, str]] = [(("tool", "parent"), model.tool.parent)]
+    links += [(("gripper", "fingers", index), name) for index, name in enumerate(model.gripper.fingers)]
+    for index, pair in enumerate(model.disable_collisions):
+        links += [(("disable_collisions", index), name) for name in pair]
+    movable = [name for name, joint in urdf.joints.items() if joint.get("type") in MOVABLE]
+    for kind, named, known, valid in (("joint", joints, urdf.joints, movable), ("link", links, urdf.links, urdf.links)):
+        for field, name in named:
+            if name not in known:
+                has = ", ".join(sorted(valid)) or "none that moves"
+                yield field, f"there is no {kind} {name!r}; {meant(name, valid)}the URDF has {has}"
 
 
 def moving(model: RobotModel, mimics: dict[str, Mimic]) -> tuple[str, ...]:
@@ -94,6 +112,8 @@ def _hand(model: RobotModel, urdf: Urdf, mimics: dict[str, Mimic]) -> Iterator[M
         way, field = urdf.way(finger), ("gripper", "fingers", index)
         if last not in way:
             yield field, f"{finger} is not carried by the arm's last joint, {last}: is it another arm's?"
+        if urdf.links[finger].find("collision") is None:
+            yield field, f"{finger} has no <collision> in the URDF; name the links that have the pads, or give it one"
         if not set(way) & set(joints):
             told = f"{finger} is moved by none of the gripper's joints, {', '.join(joints)}; both fingers must move"
             yield field, told

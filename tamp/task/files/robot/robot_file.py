@@ -110,7 +110,7 @@ class _Reader:
         return read_urdf(self._path(model.urdf, ("urdf",)), attachment, folders)
 
     def _position_limits(self, model: schema.RobotModel, urdf: Urdf) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        found = []
+        found, theirs = [], model.arm.lower is None and model.arm.upper is None
         for index, name in enumerate(model.arm.joints):
             own = model.arm.lower is None or model.arm.upper is None
             # One that turns without end gets a turn to each side of home: more of it reaches nothing else.
@@ -120,7 +120,10 @@ class _Reader:
             low = ends[0] if model.arm.lower is None else model.arm.lower[index]
             high = ends[1] if model.arm.upper is None else model.arm.upper[index]
             if not low < high:
-                raise self._refused(("arm",), f"joint {name} has limits of {low:g} to {high:g}; the lower comes first")
+                told = f"joint {name} has limits of {low:g} to {high:g}; the lower comes first"
+                if theirs:
+                    raise RobotError(f"{urdf.path}: {told}, there or in arm.lower and arm.upper of robot.yaml")
+                raise self._refused(("arm",), told)
             found.append((float(low), float(high)))
         return tuple(low for low, _ in found), tuple(high for _, high in found)
 

@@ -126,7 +126,9 @@ def _require_link(link: Element, path: Path, owner: str) -> None:
                 raise RobotError(f"{path}: {owner}: <mass> needs a value of 0 or more [kg], not {mass.get('value')}")
         for inertia in inertial.findall("inertia"):
             for moment in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-                finite(inertia, moment, path, f"{owner}: <inertia>")
+                value = finite(inertia, moment, path, f"{owner}: <inertia>")
+                if value < 0.0 and moment in ("ixx", "iyy", "izz"):
+                    raise RobotError(f"{path}: {owner}: <inertia>: {moment}={value:g} must be 0 or more [kg m^2]")
 
 
 def _require_origin(element: Element, path: Path, owner: str) -> None:

@@ -118,7 +118,16 @@ def test_a_package_is_found_in_the_folders_above_the_urdf(tmp_path: Path) -> Non
         ("[theirs_elsewhere]", "[nowhere]", r"meshes\[0\]: there is no folder"),
         ("meshes: [theirs_elsewhere]", "", r"there is no mesh 'package://theirs/meshes/bar.obj'; looked for"),
         ("parent: boom, xyz: [0.0, 0.0, 0.2]", "parent: bom", "no link 'bom'; the URDF has base, boom"),
-        ("[turn, bend]", "[turn, bent]", "no joint 'bent'; the URDF has bend"),
+        (
+            "[turn, bend]",
+            "[turn, bent]",
+            r"arm\.joints\[1\]: there is no joint 'bent'; did you mean 'bend'\? the URDF has bend",
+        ),
+        (
+            "[turn, bend]",
+            "[turn, bend]\n  lower: [1, 1]\n  upper: [0, 0]",
+            "has limits of 1 to 0; the lower comes first",
+        ),
         ("[h_left_swing]", "[h_right_swing]", "h_right_swing mimics h_left_swing; name the joint that is driven first"),
         ("  pads: [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]\n", "", "gripper: needs pads"),
         ("home: [0.0, 0.3]", "home: [0.0, 2.3]", r"arm.home\[1\]: 2.3 is outside the joint's limits of -2 to 2"),
@@ -145,6 +154,11 @@ def test_what_cannot_be_used_is_refused_in_one_sentence(tmp_path: Path, old: str
     ("old", "new", "complaint"),
     [
         ('lower="-2" upper="2"', "", "joint 'bend' has no limits"),
+        (
+            'lower="-2" upper="2"',
+            'lower="2" upper="-2"',
+            "bend has limits of 2 to -2; the lower comes first",
+        ),
         ('xyz="0.04 0 0"', 'xyz="0.04 0"', "xyz='0.04 0' are not three numbers"),
         ('lower="-2"', 'lower="low"', "lower='low' is not a number"),
         ("</robot>", "", "not a URDF"),
