@@ -11,12 +11,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from tamp.errors import RobotError
+from tamp.errors import RobotError, TaskError
 from tamp.execution.pybullet.bodies import MARGIN, eroded, hulls_as_obj, write_obj
 from tamp.execution.pybullet.client import pybullet
 from tamp.execution.robot.gripper_drive import FINGER_SPEED, GripperDrive, gripper_drive
 from tamp.execution.robot.links import LEAST_MASS, LEAST_MOMENT, Link, robot_links
 from tamp.task import Pose, RobotSpec
+from tamp.task.mesh.mesh_file import binary_stl, read_mesh
 from tamp.task.robot import GENTLE_FORCE, PAD_FRICTION
 from tamp.world.robot.urdf import link_shapes
 
@@ -212,7 +213,7 @@ def load_robot_body(
     """
     try:
         robot = pybullet.loadURDF(
-            str(_resolved_urdf(folder, spec)),
+            str(_resolved_urdf(folder, spec, visible)),
             spec.T_world_base.xyz,
             spec.T_world_base.quat,
             useFixedBase=True,
@@ -294,7 +295,7 @@ def _couple(body: RobotBody) -> None:
         )
 
 
-def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
+def _resolved_urdf(folder: Path, spec: RobotSpec, visible: bool) -> Path:
     """A copy of the URDF as PyBullet should read it.
 
     Each collision shape becomes the convex hull that the planner sees too, less PyBullet's margin: with it, fingers
@@ -313,12 +314,32 @@ def _resolved_urdf(folder: Path, spec: RobotSpec) -> Path:
             ElementTree.SubElement(geometry, "mesh", filename=str(path))
         for contact in link.findall("contact"):
             link.remove(contact)
+        for visual in link.findall("visual") if visible else ():
+            if not _drawn(folder, visual):
+                link.remove(visual)
         solid = solids[link.get("name", "")]
         if not _weighed(link) or (solid.mass == 0.0 and solid.joint is not None and solid.joint.kind != "fixed"):
             _weigh(link, solid)
     path = folder / "robot.urdf"
     path.write_text(ElementTree.tostring(root, encoding="unicode"), encoding="utf-8")
     return path
+
+
+def _drawn(folder: Path, visual: ElementTree.Element) -> bool:
+    """Copy a visual mesh that PyBullet cannot read, PLY or STL of text, to one that it can; False if it is no mesh."""
+    mesh = visual.find("geometry/mesh")
+    path = Path("" if mesh is None else mesh.get("filename", ""))
+    if mesh is None or not (path.suffix.lower() == ".ply" or (path.suffix.lower() == ".stl" and not binary_stl(path))):
+        return True
+    x, y, z = map(float, mesh.attrib.pop("scale", "1 1 1").split())
+    try:
+        read = read_mesh(path, (x, y, z))
+    except TaskError:  # only pictures are the poorer for it
+        return False
+    corners = (f"v {a:.9g} {b:.9g} {c:.9g}" for a, b, c in read.vertices)
+    faces = (f"f {a + 1} {b + 1} {c + 1}" for group in read.groups for a, b, c in group)
+    mesh.set("filename", str(write_obj(folder, "\n".join((*corners, *faces, "")))))
+    return True
 
 
 def _weighed(element: ElementTree.Element) -> bool:

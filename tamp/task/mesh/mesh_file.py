@@ -103,12 +103,19 @@ def _refuse_large(path: Path) -> None:
             _check_count(path, int(count) if kind == b"face" else 0)
             if int(count) > 3 * MAX_FACES:
                 raise TaskError(f"{path}: the mesh has {int(count):,} of {kind.decode()}; it is too large")
-    elif suffix == ".stl" and size >= 84 and size == 84 + 50 * int.from_bytes(head[80:84], "little"):
+    elif suffix == ".stl" and binary_stl(path):
         _check_count(path, int.from_bytes(head[80:84], "little"))
     elif suffix == ".stl":
         _check_count(path, _count(path, b"endfacet"))
     elif suffix == ".obj":
         _check_count(path, _count(path, b"\nf "))
+
+
+def binary_stl(path: Path) -> bool:
+    """Whether an STL file is as long as its header says, which one of text is not whatever its first word is."""
+    with path.open("rb") as file:
+        head = file.read(84)
+    return len(head) == 84 and path.stat().st_size == 84 + 50 * int.from_bytes(head[80:84], "little")
 
 
 def _count(path: Path, word: bytes) -> int:
