@@ -7,7 +7,7 @@ Optimization", 1997). How much is done is counted in calls of streams and in sta
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
@@ -65,7 +65,7 @@ def improve(session: Session) -> None:
         _search_below(session, session.searching + worth)
         _try_again(session, sampling.calls + again)
         if session.found.cost < cost:
-            _choose_anew(session, most + anew)
+            _choose_anew(session, sampling.calls + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
 
@@ -113,18 +113,17 @@ def _search_below(session: Session, enough: int, sure: bool = False) -> None:
     asked of its like, for as many calls as the search was work. `sure`: of values that are real alone.
     """
     tried = {session.found.skeleton}
-    scopes = deque([Scope(sure=sure), Scope(sure=sure, novel=True)])
-    while session.searching < enough and scopes:
-        searching, refuted = session.searching, len(session.knowledge.refuted)
-        skeleton = session.cheaper(enough, scopes[0])
-        if skeleton is None:
-            return
-        if skeleton in tried:
-            scopes.popleft()
-            continue
-        tried.add(skeleton)
-        if session.attempt(skeleton, BRIEF).steps is None:
-            session.rounds.ask_alike(refuted, most=session.searching - searching)
+    for novel in (False, True):
+        while session.searching < enough:
+            searching, refuted = session.searching, len(session.knowledge.refuted)
+            skeleton = session.cheaper(enough, Scope(sure=sure, novel=novel))
+            if skeleton is None:
+                return
+            if skeleton in tried:
+                break
+            tried.add(skeleton)
+            if session.attempt(skeleton, BRIEF).steps is None:
+                session.rounds.ask_alike(refuted, most=session.searching - searching)
 
 
 def _choose_anew(session: Session, most: int) -> None:
