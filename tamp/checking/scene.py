@@ -77,6 +77,12 @@ class Scene:
         corners[:, 3] = 1.0
         return float(np.linalg.norm((corners @ (A - B).T)[:, :3], axis=1).mean())
 
+    def swing(self, name: str, A: Array, B: Array) -> float:
+        """How far the turn between two poses takes the farthest point of an object round its middle [m]."""
+        solid = self.solids[name]
+        arms = solid.hull.part.vertices - (solid.lower + solid.upper) / 2
+        return float(np.linalg.norm(arms @ (A - B)[:3, :3].T, axis=1).max())
+
     def friction(self, name: str) -> float:
         """A body's coefficient of friction; a contact has the product of its two bodies'."""
         return TABLE_FRICTION if name == TABLE else self.task.object(name).friction
@@ -137,7 +143,7 @@ class State:
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
         beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
         stayed: object -> where it stays at the start, though it is said to stand elsewhere, until the hand moves it;
-            and where it is once closing pads have turned it, though the plan does not say so.
+            and where it is once closing pads have turned it, or the plan says so of a grip or a release that does not.
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         rubbed: object -> how far in all things have slid on it that pressed on it within tolerance [m].

@@ -12,7 +12,7 @@ import numpy as np
 from tamp.checking.actions.strike import SLIDING, pushed_over
 from tamp.checking.geometry.pad_region import between_pads, laid_flush
 from tamp.checking.geometry.solids import clearance
-from tamp.checking.geometry.transforms import inverse, rotation
+from tamp.checking.geometry.transforms import inverse, rotation, turned
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.sweep import Mover, passed, standing, touches
 from tamp.checking.scene import TABLE, Scene, State
@@ -31,6 +31,8 @@ CLOSING = 0.05
 
 MOST_LOOKS = 200
 """At an object on its way, however long it is."""
+
+UP = np.array([0.0, 0.0, 1.0])
 
 CARRIES = 0.5
 """Vertical component of a contact normal from which on an object stands on what it touches, or in it."""
@@ -64,8 +66,8 @@ def check_drawn(
 ) -> None:
     """What is gripped pushes nothing over as pads turn it, and draw it along, until it is where it `lies`.
 
-    Where they turn it farther than the plan has `said`, T_world_object, it is noted where it lies, T_tool_object, from
-    then on. What is of several pieces bulges, and nobody knows for certain how far it turns.
+    Where they turn it farther than the plan has `said`, T_world_object, or less, it is noted where it lies,
+    T_tool_object, from then on. What is of several pieces bulges, and nobody knows for certain how far it turns.
     """
     if lies is None:
         return
@@ -75,8 +77,24 @@ def check_drawn(
     path = _way(start, end, scene.solids[name].radius, allow.step)
     for other in [] if path is None else _met(scene, state, Mover(scene.solids[name], path), allow):
         report("collision", f"closing pads turn, or draw, {name} into {other}", bodies=(name, other))
-    if _turn(said, end)[1] > allow.grasp_angle:
+    if is_elsewhere(scene, name, said, end, allow):
         state.stayed[name] = end
+
+
+def is_elsewhere(scene: Scene, name: str, said: Array, lies: Array, allow: Tolerances) -> bool:
+    """Whether an object lies turned otherwise than it is said to: by how far its ends are off, if it is long."""
+    return _turn(said, lies)[1] > allow.grasp_angle or scene.swing(name, said, lies) > allow.grasp
+
+
+def unturned(scene: Scene, name: str, carried: Array, held: Array, said: Array) -> Array:
+    """Where an object lies that was let go: nothing turns it about the vertical from where it was held, T_world_object.
+
+    `carried` is where it was in truth when the plan had it `held`, and is about there.
+    """
+    R = said[:3, :3] @ held[:3, :3].T
+    lies = said @ inverse(held) @ carried
+    veered = float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
+    return turned(lies, scene.center_of_mass(name, lies), UP, -veered)
 
 
 def _way(start: Array, end: Array, radius: float, step: float) -> Array | None:

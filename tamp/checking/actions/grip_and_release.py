@@ -9,7 +9,14 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
 from tamp.checking.actions.blow import upset_by_fall
-from tamp.checking.actions.closing_pads import check_drawn, drawn_along, laid_between
+from tamp.checking.actions.closing_pads import (
+    UP,
+    check_drawn,
+    drawn_along,
+    is_elsewhere,
+    laid_between,
+    unturned,
+)
 from tamp.checking.actions.dynamics import unheld
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.actions.way_down import dropped_through
@@ -44,7 +51,6 @@ PRESSED = 2e-4
 """What is no deeper in something does not press on it [m]."""
 TURNED = 1e-3
 """By less an object may be turned anywhere [rad]."""
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report: Report) -> None:
@@ -142,8 +148,9 @@ def check_release(
     state.held = None
     state.opening = release.opening
     state.poses[name] = held if falls else T
-    if name in state.stayed:
-        state.stayed[name] = state.poses[name] @ inverse(held) @ state.stayed[name]
+    lies = unturned(scene, name, state.stayed.get(name, held), held, state.poses[name])
+    if name in state.stayed or is_elsewhere(scene, name, state.poses[name], lies, allow):
+        state.stayed[name] = lies
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:
@@ -226,7 +233,7 @@ def _as_pads_turn(scene: Scene, state: State, name: str, allow: Tolerances) -> I
     """Where an object is that pads have turned about the vertical, to the step in which that is looked for."""
     T = state.poses[name]
     lies = state.stayed.get(name, T)
-    if _angle(lies, T) > allow.grasp_angle and lies[2, :3] @ T[2, :3] > np.cos(allow.grasp_angle):
+    if is_elsewhere(scene, name, T, lies, allow) and lies[2, :3] @ T[2, :3] > np.cos(allow.grasp_angle):
         yield from (turned(lies, scene.center_of_mass(name, lies), UP, more) for more in (-TURN, 0.0, TURN))
 
 

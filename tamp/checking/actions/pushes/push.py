@@ -107,6 +107,9 @@ def check_path(
     name, path = pushed.object, seen.bodies[-1].T
     start = inverse(scene.links.tree.tool(move.trajectory.positions[:1])[0]) @ state.poses[name]
     check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
+    if (off := scene.swing(name, state.poses[name], path[0])) > allow.grasp:
+        sentence = f"{name} is said to be turned, where the push begins, so that its ends lie {1000 * off:.1f} mm aside"
+        report("push", sentence, (name,), off)
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
     check_shifted(state, name, _lag(scene, move, name, path[0], allow), allow, report)
     for sentence in _astray(name, path, float(seen.swing.max()), allow):
