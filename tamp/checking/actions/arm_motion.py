@@ -36,6 +36,7 @@ HOLDING = ("transfer", "lift", "lower")
 FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
 RUBBED = 0.01  # how far things may slide in all on an object that they press on within tolerance [m]
+JAMS = 5e-4  # how much deeper than they began fingers that swing may press into the table [m]
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -192,11 +193,19 @@ def finger_touches(
             T[name].append(placed[name][0])
     movers = [Mover(solid, np.array(T[name])) for name, solid in fingers.items()]
     others = [*standing(scene.solids, state.standing(scene)), *standing(scene.solids, _elsewhere(state, near))]
-    found = touches((o, m, near.get(o.solid.name, allow.collision)) for o in others for m in movers)
+    found = touches((o, m, _yielding(o, m, near, allow)) for o in others for m in movers)
     met = {touch.bodies[0] for touch in found}
     free = [o for o in others if o.solid.name in state.poses and o.solid.name not in {*near, *met}]
     off = ((o, m, SLIDING) for o in free for m in movers if set_off(scene, state, o, m, SLIDING, allow))
     return [*found, *touches(off)]
+
+
+def _yielding(other: Mover, finger: Mover, near: dict[str, float], allow: Tolerances) -> float:
+    """Depth to which a finger that swings may enter a body [m]: the table gives no way, and fingers jam on it."""
+    if other.solid.name != TABLE:
+        return near.get(other.solid.name, allow.collision)
+    began = -clearance(other.solid, finger.solid, inverse(other.T[0]) @ finger.T[0], allow.contact)
+    return min(max(began, 0.0) + JAMS, allow.collision)
 
 
 def _elsewhere(state: State, near: dict[str, float]) -> dict[str, Array]:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from tamp.checking import check
 from tamp.checking.actions.arm_motion import finger_touches
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Sphere, Task
+from tamp.task import Action, Box, Cylinder, Move, Object, Plan, Pose, Sphere, Task, load_robot
 from tests.checking.handmade import DOWN, OPEN, Hand, above, solve_ik, two_boxes
 
 HOME = two_boxes()[1].home
@@ -70,3 +72,26 @@ def test_fingers_that_open_push_nothing_that_rolls(shape, rolls):
             assert (found[0].depth < 0.0005) == rolls
             return
     pytest.fail("no finger touches it")
+
+
+@pytest.mark.parametrize(("lower", "jams"), [(0.0, False), (0.0007, True)])
+def test_fingers_that_swing_as_they_close_do_not_press_on_the_table(lower, jams):
+    """A 2F-85's tips come down by 13 mm as they close: in PyBullet they stuck there, and the object stayed behind."""
+    spec = load_robot("ur5e_2f85")
+    shelf = Task("swing", (Object("red", Box((0.02, 0.05, 0.03)), Pose((0.4, 0.3, 0.015))),), robot=spec.name)
+    scene = Scene.of(shelf)
+    q, stroke = np.array(spec.home), spec.gripper.stroke
+    fingers = [solid for solid in scene.links.solids if solid.name in scene.links.gripper]
+
+    def lowest(opening: float) -> float:
+        placed = scene.links.tree.forward(q[None], opening)
+        return min((s.hull.part.vertices @ placed[s.name][0, 2, :3] + placed[s.name][0, 2, 3]).min() for s in fingers)
+
+    low = min(map(lowest, np.linspace(0.0, stroke, 100)))
+    assert lowest(stroke) > low + 0.01
+    table = np.eye(4)
+    table[:3, 3] = (*shelf.table.center, low + lower - shelf.table.thickness / 2)
+    scene = replace(scene, T_world_table=table)
+    state = State({"red": shelf.objects[0].pose.matrix}, q, stroke)
+    touched = {touch.bodies[0] for touch in finger_touches(scene, state, stroke, 0.0, {}, DEFAULT)}
+    assert touched == ({"table"} if jams else set())
