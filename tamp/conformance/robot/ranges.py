@@ -58,5 +58,5 @@ def on_table(spec: RobotSpec) -> str | None:
     near, far = spec.reach
     return (
         f"arm.reach says {near:g} to {far:g} m, but from the base the table is {nearest:.2f} to {farthest:.2f} m away: "
-        "base.xyz is in metres, and the table's middle is near x = -0.12, y = 0"
+        f"base.xyz is in metres, and the table's middle is at x = {center[0]:g}, y = {center[1]:g}"
     )
