@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.errors import TaskError
-from tamp.task.mesh.concave import convex_pieces
+from tamp.task.mesh.concave import convex_pieces, is_convex
 from tamp.task.mesh.mesh_file import RawMesh, read_mesh
 from tamp.task.model import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
     Points = NDArray[np.float64]
     Faces = NDArray[np.int64]
-
-CONVEX_TOLERANCE = 0.01
-"""How far behind its own face a convex part's vertices may bulge, as a share of the part's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,26 +102,6 @@ def convex_hull(points: Points) -> Part:
     return Part(vertices, faces)
 
 
-def is_convex(vertices: Points, faces: Faces) -> bool:
-    """Whether all vertices of the faces lie on one side of each face, within a share of the size; ignores winding."""
-    import numpy as np
-
-    corners = np.unique(faces)
-    points = vertices[corners]
-    size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    normal = np.cross(b - a, c - a)
-    area = np.linalg.norm(normal, axis=1)
-    solid = area > 1e-6 * size * size  # slivers have no direction worth asking
-    normal, a = normal[solid] / area[solid, None], a[solid]
-    for start in range(0, len(normal), 256):
-        height = normal[start : start + 256] @ points.T
-        height -= np.einsum("ij,ij->i", normal[start : start + 256], a[start : start + 256])[:, None]
-        if (np.minimum(height.max(axis=1), -height.min(axis=1)) > CONVEX_TOLERANCE * size).any():
-            return False
-    return True
-
-
 def _modified(path: Path) -> int:
     """Time of the last change, so that a file edited during a process is read anew."""
     return path.stat().st_mtime_ns if path.is_file() else 0
@@ -140,19 +117,23 @@ def _mesh_parts(path: Path, scale: float, changed: int) -> tuple[Part, ...]:
     import numpy as np
 
     raw = _raw(path, scale, changed)
-    found: list[Part] = []
+    pieces: list[Points] = []
     for group in raw.groups:
-        if not is_convex(raw.vertices, group):
-            found.extend(convex_hull(points) for points in convex_pieces(path, raw.vertices, group))
-            continue
-        try:
-            found.append(convex_hull(raw.vertices[np.unique(group)]))
-        except ValueError as error:
-            if len(raw.groups) == 1:
-                raise TaskError(f"{path}: the mesh is degenerate: {error}") from error
+        convex = is_convex(raw.vertices, group)
+        pieces += [raw.vertices[np.unique(group)]] if convex else convex_pieces(path, raw.vertices, group)
+    found = [part for part in map(_hull, pieces) if part is not None]
     if not found:
-        raise TaskError(f"{path}: the mesh is degenerate: none of its {len(raw.groups)} parts spans a volume")
+        which = "it spans no volume" if len(pieces) == 1 else f"none of its {len(pieces)} parts spans a volume"
+        raise TaskError(f"{path}: the mesh is degenerate: {which}")
     return tuple(found)
+
+
+def _hull(points: Points) -> Part | None:
+    """The convex hull of points; None where they span no volume."""
+    try:
+        return convex_hull(points)
+    except ValueError:
+        return None
 
 
 @lru_cache(maxsize=256)

@@ -23,6 +23,36 @@ def closed(vertices: Points, faces: Faces) -> bool:
     return bool((count == 2).all())
 
 
+def shells(vertices: Points, faces: Faces) -> list[Faces]:
+    """The triangles of each connected piece of a surface, shapes (m,), indices into `faces`.
+
+    Pieces hang together by the vertices that the file has them share, so that two bodies that merely touch stay two;
+    where some piece is not closed then, by vertices at the same place.
+    """
+    import numpy as np
+
+    _, same = np.unique(np.round(vertices, 9), axis=0, return_inverse=True)
+    found = _connected(faces)
+    if all(closed(vertices, faces[piece]) for piece in found):
+        return found
+    return _connected(same.reshape(-1)[faces])
+
+
+def _connected(faces: Faces) -> list[Faces]:
+    """The triangles of each piece that hangs together: corners take the least index among those they are joined to."""
+    import numpy as np
+
+    label = np.arange(int(faces.max()) + 1)
+    before = label - 1
+    while not np.array_equal(label, before):
+        before = label.copy()
+        np.minimum.at(label, faces, label[faces].min(axis=1)[:, None])
+        label = label[label]
+    of_face = label[faces[:, 0]]
+    order = np.argsort(of_face, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(of_face[order])) + 1)
+
+
 def oriented(faces: Faces) -> bool:
     """Whether every edge has one triangle on each side, and both see it the right way round."""
     import numpy as np

@@ -105,16 +105,6 @@ def test_a_missing_file_and_an_unknown_format_are_named(tmp_path):
         read_mesh(tmp_path / "broken.stl")
 
 
-def test_a_surface_that_intersects_itself_is_refused(tmp_path):
-    trimesh = pytest.importorskip("trimesh")
-    a = trimesh.creation.box((0.1, 0.02, 0.02))
-    b = trimesh.creation.box((0.02, 0.1, 0.025))
-    path = tmp_path / "cross.stl"
-    trimesh.util.concatenate([a, b]).export(path)
-    with pytest.raises(TaskError, match="intersects itself"):
-        parts(Mesh(path))
-
-
 def test_stl_corners_are_welded(tmp_path):
     trimesh = pytest.importorskip("trimesh")
     path = tmp_path / "box.stl"

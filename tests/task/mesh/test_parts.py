@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.task import Box, Capsule, Cylinder, Mesh, Sphere
-from tamp.task.mesh.parts import bounds, convex_hull, is_convex, parts, watertight
+from tamp.task.mesh.concave import is_convex
+from tamp.task.mesh.parts import bounds, convex_hull, parts, watertight
 
 OCRTOC = Path(__file__).parents[3].parent / "shared" / "ocrtoc" / "2021" / "models"
 
