@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill
+from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill, no_facts
 from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
 from tamp.errors import DomainError, SamplerError, TampError, meant, told
 from tamp.frozen import FrozenDict
@@ -101,6 +101,14 @@ class Domain:
                 f"domain {self.name}: {address!r} must be a mapping of action names to rules, found {found}"
             )
         return rules
+
+    @cached_property
+    def followed(self) -> frozenset[str]:
+        """Predicates of which skills say by `facts` when they hold: of others nobody can tell at the end of a plan."""
+        telling = [
+            self.pddl.actions[name.lower()] for s in self.skills if s.facts is not no_facts for name in s.actions
+        ]
+        return frozenset(effect.atom.predicate for action in telling for effect in action.effects)
 
     @cached_property
     def words(self) -> Mapping[str, str]:

@@ -82,6 +82,11 @@ def no_affordances(workspace: Workspace, question: Question) -> Iterable[Fact]:
     return ()
 
 
+def no_facts(action: Action) -> FactChange:
+    """What is said by a skill that changes nothing but where things are."""
+    return FactChange()
+
+
 @dataclass(frozen=True)
 class Skill:
     """One thing that the robot can do.
@@ -112,7 +117,7 @@ class Skill:
     affordances: Callable[[Workspace, Question], Iterable[Fact]] = no_affordances
     steps: Callable[[Timing, GroundAction], Action] = motionless
     effect: Callable[[GroundAction], SceneChange] = lambda action: SceneChange()
-    facts: Callable[[Action], FactChange] = lambda action: FactChange()
+    facts: Callable[[Action], FactChange] = no_facts
     rules: str | None = None
     words: Mapping[str, str] = field(default_factory=dict)
 

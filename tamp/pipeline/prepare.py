@@ -175,4 +175,10 @@ def domain_of(task: Task, name: str | None) -> Domain:
             if len(signature.parameters) != len(names):
                 complaint = f"{predicate} is said of {len(signature.parameters)} things, here of {len(names)}"
                 raise refusal(task, (section, index), complaint)
+    for index, fact in enumerate(task.goal):
+        if fact[0] not in domain.followed and fact not in task.init:
+            valid = f"valid are {', '.join(sorted(domain.followed))}" if domain.followed else "there are no such facts"
+            complaint = f"no skill of domain {domain.name} says when {fact[0]} holds; {valid}"
+            where = "where an object shall be is its own goal, such as goal: {on: shelf}"
+            raise refusal(task, ("goal", index), f"{complaint}; {where}")
     return domain

@@ -10,7 +10,7 @@ from tamp.errors import TaskError
 from tamp.formats.obj import box_obj
 from tamp.pipeline.prepare import prepare, settled_goals
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
-from tamp.task import At, Box, Object, Pose, Task
+from tamp.task import At, Box, Mesh, Object, Pose, Task
 from tamp.task.files.load import load_task
 
 
@@ -161,3 +161,23 @@ def test_a_spoon_may_lie_deep_in_what_carries_it(tmp_path):
     plate = "  - {name: plate, shape: {box: [0.12, 0.12, 0.017]}, pose: {xyz: [0.0, -0.2, 0.009]}}\n"
     path.write_text("objects:\n" + plate + spoon)
     assert set(prepare(load_task(path)).start) == {"spoon", "plate"}
+
+
+@pytest.mark.parametrize(("goal", "told"), [(("on", "red", "shelf"), "on"), (("handempty",), "handempty")])
+def test_a_goal_that_no_skill_says_to_hold_is_refused_with_what_to_write_instead(goal, told):
+    task = Task("facts", (cube("red", 0.0, 0.2, 0.025), cube("shelf", 0.1, 0.0, 0.025)), goal=(goal,))
+    with pytest.raises(TaskError, match=rf"no skill of domain tabletop says when {told} holds; .*goal: {{on: shelf}}"):
+        prepare(task)
+
+
+def test_a_goal_of_a_domain_that_says_when_it_holds_is_none_of_those():
+    task = Task("facts", (cube("red", 0.0, 0.2, 0.025),), domain="kitchen", goal=(("cleaned", "red"),))
+    assert prepare(task).domain.followed == {"cleaned", "cooked"}
+
+
+def test_a_mesh_far_from_its_origin_is_on_the_table_all_the_same(tmp_path):
+    path = tmp_path / "far.obj"
+    path.write_text(box_obj("far", (1.0, -0.5, 3.0), (1.05, -0.45, 3.08)))
+    there = Object("far", Mesh(path), Pose((-1.0, 0.6, -3.0)), At(Pose((-1.0, 0.3, -3.0))))
+    setup = prepare(Task("far", (there,)))
+    assert setup.start["far"].xyz == pytest.approx((-1.0, 0.6, -3.0), abs=0.002)
