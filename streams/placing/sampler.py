@@ -89,6 +89,7 @@ def sample_placement(context: Context, obj: str, region: str) -> Iterator[Placem
         grasp = None if blind else held(context.bound).get(obj)
         able = partial(put_down, workspace, obj, grasp)
         R = facing(workspace, obj, context.rng, draw if region == TABLE else 0, able)
+        R = R if region == TABLE else _fitting(workspace, obj, region, R)
         draw += 1
         if not blind and context.bound and region != TABLE and crowded(workspace, workspace.region(region)):
             spot = _in_rows(context, obj, region, R, grasp, given)
@@ -155,21 +156,46 @@ def _spots(
 ) -> NDArray[np.float64] | None:
     """Poses on a region for an object turned by R (3, 3), shape (n, 4, 4), those with room beside `others` first."""
     workspace: Workspace = context.scene
-    rect = workspace.region(region)
-    center, half = np.array(rect.center), np.array(rect.size) / 2
     lower, upper = _extent(workspace, obj, R)
-    for margin in (_room_to_tip(workspace, obj, R), EDGE) if region == TABLE else (0.0,):
-        low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
-        if (low <= high).all():
-            break
-    else:
+    margins = (_room_to_tip(workspace, obj, R), EDGE) if region == TABLE else (0.0,)
+    spans = (_span(workspace, obj, region, R, margin) for margin in margins)
+    span = next(filter(None, spans), None) or (_middles(workspace, obj, region, R) if region != TABLE else None)
+    if span is None:
         return None
+    low, high = span
     xy = context.rng.uniform(low, high, size=(COMPARED, 2))
     T = np.tile(np.eye(4), (COMPARED, 1, 1))
     T[:, :3, :3] = R
     T[:, :2, 3] = xy[_ranking(workspace, xy, lower, upper, others)]
     T[:, 2, 3] = RELEASE_HEIGHT - lower[2]
     return T
+
+
+def _span(workspace: Workspace, obj: str, region: str, R: Array, margin: float) -> tuple[Array, Array] | None:
+    """From where to where an object turned by R (3, 3) may stand with all of it on a region; None: nowhere."""
+    rect = workspace.region(region)
+    center, half = np.array(rect.center), np.array(rect.size) / 2
+    lower, upper = _extent(workspace, obj, R)
+    low, high = center - half - lower[:2] + margin, center + half - upper[:2] - margin
+    return (low, high) if (low <= high).all() else None
+
+
+def _middles(workspace: Workspace, obj: str, region: str, R: Array) -> tuple[Array, Array] | None:
+    """The same for what is larger than the region: its middle on that, all of it on the table."""
+    rect, table = workspace.region(region), _span(workspace, obj, TABLE, R, EDGE)
+    if table is None:
+        return None
+    lower, upper = _extent(workspace, obj, R)
+    center, half = np.array(rect.center) - (lower + upper)[:2] / 2, np.array(rect.size) / 2
+    low, high = np.maximum(center - half, table[0]), np.minimum(center + half, table[1])
+    return (low, high) if (low <= high).all() else None
+
+
+def _fitting(workspace: Workspace, obj: str, region: str, R: Array) -> Array:
+    """The orientation R (3, 3), by a quarter about the vertical where the object only fits on a region like that."""
+    quarter = turned(R, np.pi / 2)
+    fits, fits_turned = (_span(workspace, obj, region, each, 0.0) is not None for each in (R, quarter))
+    return quarter if fits_turned and not fits else R
 
 
 def _room_to_tip(workspace: Workspace, obj: str, R: NDArray[np.float64]) -> float:

@@ -158,10 +158,28 @@ def test_on_a_region_the_object_stays_turned_as_it_stands(shelved):
         assert np.allclose(placement.pose.matrix[:3, :3], CUBE.pose.matrix[:3, :3])
 
 
-def test_what_is_too_large_for_a_region_is_not_put_there_and_it_says_why(shelved):
-    context = ToldContext(shelved)
-    assert list(sample_placement(context, "brick", "shelf")) == []
-    assert set(context.reasons) == {"brick does not fit on shelf in this orientation"}
+def test_what_is_too_large_for_a_region_stands_there_with_its_middle_and_whole_on_the_table(shelved):
+    table = shelved.task.table
+    for placement in on_region(shelved, "brick"):
+        points = corners(shelved, "brick", placement.pose)[:, :2]
+        low, high = points.min(axis=0), points.max(axis=0)
+        assert (abs((low + high) / 2 - SHELF.center) <= np.array(SHELF.size) / 2 + 1e-9).all()
+        assert (abs(points - table.center) <= np.array(table.size) / 2).all()
+
+
+def test_what_fits_on_a_region_turned_by_a_quarter_is_turned():
+    narrow = Region("narrow", (0.05, 0.35), (0.06, 0.2))
+    bar = Object("bar", Box((0.15, 0.04, 0.04)), Pose((0.0, -0.2, 0.02)))
+    workspace = workspace_of(bar, regions=(narrow,))
+    for placement in on_region(workspace, "bar", "narrow"):
+        assert_inside(workspace, "bar", placement, narrow)
+
+
+def test_what_reaches_beyond_the_table_with_its_middle_on_a_region_is_not_put_there_and_it_says_why():
+    rim = Region("rim", (0.29, 0.0), (0.02, 0.1))
+    context = ToldContext(workspace_of(CUBE, regions=(rim,)))
+    assert list(sample_placement(context, "cube", "rim")) == []
+    assert set(context.reasons) == {"cube does not fit on rim in this orientation"}
 
 
 def test_placements_depend_on_the_generator_alone_and_not_on_earlier_calls(shelved):
