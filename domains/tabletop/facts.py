@@ -33,7 +33,7 @@ def facts(workspace: Workspace, question: Question) -> Iterator[Fact]:
         if question.may_move(name):
             yield ("MayMove", name)
         for region in workspace.task.regions:
-            if TABLE in placement.on and _centre_inside(region, placement):
+            if TABLE in placement.on and _centre_inside(workspace, region, name, placement):
                 yield ("InRegion", name, placement, region.name)
     yield ("Region", TABLE)
     yield from (("Region", region.name) for region in workspace.task.regions)
@@ -73,9 +73,12 @@ def _goal_of(workspace: Workspace, obj: Object) -> Fact:
     raise ValueError(f"{obj.name} has no goal")
 
 
-def _centre_inside(region: Region, placement: Placement) -> bool:
-    offsets = (placement.pose.xyz[0] - region.center[0], placement.pose.xyz[1] - region.center[1])
-    return all(abs(offset) <= size / 2 for offset, size in zip(offsets, region.size, strict=True))
+def _centre_inside(workspace: Workspace, region: Region, name: str, placement: Placement) -> bool:
+    """Whether the middle of the box round an object is over a region: its origin may be anywhere."""
+    low, high = workspace.bounds(name, placement.pose)
+    middle = (low + high) / 2
+    sides = zip(middle, region.center, region.size, strict=False)
+    return all(abs(value - center) <= size / 2 for value, center, size in sides)
 
 
 TABLETOP = Skill(

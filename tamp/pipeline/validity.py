@@ -71,11 +71,11 @@ def check_settled(task: Task, world: World, start: Mapping[str, Pose], goals: Ma
     if any(map(_stands_in, task.objects)):
         return
     for index, obj in enumerate(task.objects):
-        if start[obj.name].xyz[2] < -task.table.thickness:
+        if _center(world, obj.name, start[obj.name])[2] < -task.table.thickness:
             field: FieldPath = ("objects", index, "pose")
             raise refusal(task, field, f"{obj.name} does not stay on the table; give it a pose that is supported")
         if isinstance(obj.goal, At):
-            fallen = math.dist(obj.goal.pose.xyz, goals[obj.name].pose.xyz)
+            fallen = _moved(world, obj.name, obj.goal.pose, goals[obj.name].pose)
             if fallen > max(IN_THE_AIR, _diagonal(world, obj.name)) and _in_the_air(task, world, obj.name):
                 raise refusal(
                     task,
@@ -101,8 +101,7 @@ def _in_the_air(task: Task, world: World, name: str) -> bool:
 
 
 def _check_on_table(task: Task, world: World, field: FieldPath, name: str, pose: Pose) -> None:
-    geometry, table = world.geometries[name], task.table
-    center = pose.matrix[:3, :3] @ geometry.center_of_mass + pose.matrix[:3, 3]
+    center, table = _center(world, name, pose), task.table
     low = [c - s / 2 for c, s in zip(table.center, table.size, strict=True)]
     high = [c + s / 2 for c, s in zip(table.center, table.size, strict=True)]
     if not all(lo <= c <= hi for lo, c, hi in zip(low, center, high, strict=False)):
@@ -113,6 +112,18 @@ def _check_on_table(task: Task, world: World, field: FieldPath, name: str, pose:
         )
     if center[2] < 0:
         raise refusal(task, field, f"{name} is under the table top, which is at z = 0")
+
+
+def _center(world: World, name: str, pose: Pose) -> NDArray[np.float64]:
+    """Where the centre of mass is in the world, shape (3,) [m]: a mesh's origin may be anywhere."""
+    T = pose.matrix
+    center: NDArray[np.float64] = T[:3, :3] @ world.geometries[name].center_of_mass + T[:3, 3]
+    return center
+
+
+def _moved(world: World, name: str, given: Pose, settled: Pose) -> float:
+    """How far the centre of mass is from where a pose has it [m]."""
+    return math.dist(_center(world, name, given), _center(world, name, settled))
 
 
 def _inside(world: World, a: str, pose_a: Pose, b: str, pose_b: Pose) -> bool:

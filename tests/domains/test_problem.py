@@ -3,11 +3,12 @@ import pytest
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Question
 from tamp.domains.tabletop import DOMAIN
+from tamp.formats.obj import box_obj
 from tamp.planning import solve
 from tamp.streams import collisions
 from tamp.streams.values import Configuration, Grasp, Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import At, Box, Cylinder, In, Object, On, Pose, Region
+from tamp.task import At, Box, Cylinder, In, Mesh, Object, On, Pose, Region
 from tests.streams.tables import CRATE, CUBE, RED, SLAB, workspace_of
 
 HOME = Configuration((0.0,) * 7, 0.08)
@@ -123,6 +124,14 @@ def test_what_stands_with_its_middle_on_a_region_is_in_it(x, inside):
     workspace = workspace_of(Object("cube", CUBE.shape, Pose((x, 0.15, 0.02))), regions=(here,))
     assert facts(workspace, "Region") == [("table",), ("here",)]
     assert facts(workspace, "InRegion") == ([("cube", workspace.start["cube"], "here")] if inside else [])
+
+
+def test_what_is_on_a_region_is_told_by_the_middle_of_its_box_and_not_by_its_origin(tmp_path):
+    path = tmp_path / "far.obj"
+    path.write_text(box_obj("far", (0.4, 0.0, 0.0), (0.44, 0.04, 0.04)))
+    here = Region("here", (-0.15, 0.15), (0.2, 0.2))
+    workspace = workspace_of(Object("far", Mesh(path), Pose((-0.57, 0.13, 0.0))), regions=(here,))
+    assert facts(workspace, "InRegion") == [("far", workspace.start["far"], "here")]
 
 
 def test_the_hand_is_empty_or_holds_something(table):

@@ -58,7 +58,7 @@ def at_rest(
         kept[min(doubtful, key=lambda name: (kept[name].confidence, name))] = Estimate(None, 0.0)
     return {
         name: Estimate(None, 0.0)
-        if name in settled and settled[name].xyz[2] < LOWEST
+        if name in settled and _height(world, name, settled[name]) < LOWEST
         else replace(e, pose=settled.get(name))
         for name, e in kept.items()
     }

@@ -78,7 +78,8 @@ def settled(workspace: Workspace, name: str, place: Placement, simulator: str = 
     after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S, simulator=simulator)
     edges = {other: mean_edge(workspace.task.object(other).shape) for other in poses}
     pushed = any(ede(edges[other], after.poses[other], pose) > PUSHED for other, pose in poses.items())
-    if pushed or not after.resting or after.poses[name].xyz[2] < -workspace.task.table.thickness:
+    low, _ = workspace.bounds(name, after.poses[name])
+    if pushed or not after.resting or low[2] < -workspace.task.table.thickness:
         return None
     rest = placements(after.poses, after.supports)[name]
     above = (raised(rest, steps * RELEASE_HEIGHT) for steps in range(1, SUNK + 1))
