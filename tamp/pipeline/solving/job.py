@@ -59,6 +59,8 @@ class Job:
     strategy: str = ""
     words: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    resting: Mapping[str, Pose] = field(default_factory=dict)
+    """Where objects with a goal pose come to rest there, which may be elsewhere."""
     perceived: Perceived | None = None
 
     @contextmanager

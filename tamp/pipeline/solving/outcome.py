@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable, Iterator
 from typing import Any, cast
 
 from tamp import clock
@@ -11,6 +12,8 @@ from tamp.pipeline.solving.job import Job
 from tamp.pipeline.solving.run import Run
 from tamp.results import Result, Status
 from tamp.scoring import Score, score
+from tamp.scoring.ede import ede, mean_edge
+from tamp.task import At
 from tamp.task.files.plan_file import plan_sha256
 from tamp.versions import versions
 
@@ -77,12 +80,25 @@ def _message(job: Job, reached: Score, status: Status) -> str:
     if job.executions and job.executions[-1].status == "timeout":
         parts.append(f"execution passed its limit of {job.task.limits.execution_sim_s:g} simulated seconds")
     parts += [f"{name} left: {why}" for name, why in job.left.items()]
+    parts += _beyond_reach(job, [name for name in missed if name not in job.left])
     parts += [f"{name} was not seen" for name in (job.perceived.unseen if job.perceived else ())]
     if job.failure is not None and not job.left:
         parts += [f"no plan ({status})", *job.obstacles]
         if isinstance(job.failure.report, clock.TimeUp):
             parts.append(str(job.failure.report))
     return "; ".join(parts)
+
+
+def _beyond_reach(job: Job, missed: Iterable[str]) -> Iterator[str]:
+    """Yield a sentence for each object that is where its goal settles, which is too far from where the task has it."""
+    for name in missed:
+        if name not in job.resting or name not in job.final_poses:  # a fact, or nobody knows where
+            continue
+        thing, end = job.task.object(name), job.final_poses[name]
+        edge = mean_edge(thing.shape)
+        if isinstance(thing.goal, At) and ede(edge, end, job.resting[name]) <= job.settings.tuning.astray_m:
+            off = 100 * ede(edge, end, thing.goal.pose)
+            yield f"{name} is where its goal comes to rest, {off:.1f} cm (EDE) from the pose that is asked for"
 
 
 def _outcome(reached: Score) -> dict[str, Any]:

@@ -95,6 +95,7 @@ def _carried_out(job: Job, execute: bool) -> Run:
     job.settings = setup.settings
     job.strategy, job.facts = job.settings.strategy or setup.domain.strategy, task.init
     job.words, job.remarks = setup.domain.words, setup.remarks
+    job.resting = {name: place.pose for name, place in setup.goals.items()}
     home = task_robot(task).home
     job.final_poses = dict(setup.start)
     if job.settings.perceive is not None:

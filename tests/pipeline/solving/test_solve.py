@@ -229,6 +229,14 @@ def test_a_task_that_is_done_already_needs_no_action():
     assert result.n_actions == 0
 
 
+def test_what_is_where_its_goal_settles_and_not_where_that_is_asked_for_is_told_so():
+    in_the_air = At(Pose((0.05, 0.2, 0.08)))
+    result = tamp.solve(Task("air", (Object("red", Box((0.05, 0.05, 0.08)), Pose((0.05, 0.2, 0.04)), in_the_air),)))
+    assert result.status == "failed"
+    there = "red is where its goal comes to rest, 4.0 cm (EDE) from the pose that is asked for"
+    assert result.message == f"goals not reached: red; {there}"
+
+
 def test_without_a_plan_the_objects_stay_and_the_message_says_why(one_object):
     given_up = carry_out(one_object, seed=0, timeout=60.0, settings=Settings(samplers=NO_HANDS))
     assert given_up.result.status in ("timeout", "failed", "infeasible")
