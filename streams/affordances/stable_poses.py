@@ -161,6 +161,16 @@ def rolls_down(geometry: Geometry, R: Array) -> bool:
     return bool(((risen < RIDGE).all(axis=0) & (risen[-1] < -LOWER)).any())
 
 
+def tipped_on(geometry: Geometry, R: Array) -> Array | None:
+    """How a body that only balances on a plane, turned by R, (3, 3), is turned as it begins to come down; else None."""
+    if not rolls_down(geometry, R):
+        return None
+    risen = _risen(geometry, R)
+    falls = (risen < RIDGE).all(axis=0)
+    heading = 2 * np.pi * int(np.where(falls, risen[-1], np.inf).argmin()) / HEADINGS
+    return rotation(np.array([-np.sin(heading), np.cos(heading), 0.0]), TIPPED[0]) @ R
+
+
 def _risen(geometry: Geometry, R: Array) -> Array:
     """How high a body's centre of mass has risen as it is tipped by `TIPPED` in each heading, (3, headings) [m]."""
     from_center = (geometry.hull.vertices - geometry.center_of_mass) @ R.T

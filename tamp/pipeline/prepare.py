@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from tamp.checking import Verdict, check
 from tamp.checking.check import begin
@@ -13,20 +16,24 @@ from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
 from tamp.errors import DomainError
 from tamp.execution.settling.cache import settle_once
-from tamp.execution.settling.settle import settle
+from tamp.execution.settling.settle import Settled, settle
 from tamp.execution.simulators import DEFAULT
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.situation import already_there, placements, raised
 from tamp.pipeline.validity import check_geometry, check_settled, refusal, remarks
+from tamp.streams.affordances.stable_poses import tipped_on
 from tamp.streams.cache import SampleCache
 from tamp.streams.values import Placement
-from tamp.streams.workspace import Workspace
+from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import At, Plan, Pose, SymbolicFact, Task, task_robot
 from tamp.task.validate import validate
 from tamp.world.geometry.object_geometry import geometry_of_object
 from tamp.world.robot.model import robot_model
 from tamp.world.world import World
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 DISJOINT = 0.005  # objects without a goal that overlap a goal deeper than this are not part of the goal scene [m]
 
@@ -47,9 +54,31 @@ def settled_goals(
         for obj in task.objects
         if obj.goal is None and not any(_overlap(world, obj.name, now[obj.name], *other) for other in wanted.items())
     }
-    settled = settle_once(task, {**bystanders, **wanted}, deadline=deadline, simulator=simulator)
+    settled = _settled(task, world, {**bystanders, **wanted}, deadline, simulator)
     resting = placements(settled.poses, settled.supports)
     return {name: raised(resting[name]) for name in wanted}
+
+
+def _settled(task: Task, world: World, poses: Mapping[str, Pose] | None, deadline: float, simulator: str) -> Settled:
+    """A scene at rest. What a simulator leaves balancing by itself, on a tip or an edge, falls: nothing stays so."""
+    rest = settle_once(task, poses, deadline=deadline, simulator=simulator)
+    carried = {name: [lower for upper, lower in rest.supports if upper == name] for name in rest.poses}
+    tipped = {}
+    for name, pose in rest.poses.items():
+        turned = tipped_on(world.geometries[name], pose.matrix[:3, :3]) if carried[name] == [TABLE] else None
+        if turned is not None:
+            tipped[name] = _turned(world, name, pose, turned)
+    return settle_once(task, {**rest.poses, **tipped}, deadline=deadline, simulator=simulator) if tipped else rest
+
+
+def _turned(world: World, name: str, pose: Pose, R: NDArray[np.float64]) -> Pose:
+    """An object turned about its centre of mass, and lowered or raised so that its lowest point stays as high."""
+    geometry, T = world.geometries[name], pose.matrix
+    made = np.eye(4)
+    made[:3, :3] = R
+    made[:3, 3] = T[:3, :3] @ geometry.center_of_mass + T[:3, 3] - R @ geometry.center_of_mass
+    made[2, 3] = (geometry.hull.vertices @ T[2, :3]).min() + T[2, 3] - (geometry.hull.vertices @ R[2]).min()
+    return Pose.from_matrix(made)
 
 
 def _overlap(world: World, a: str, pose_a: Pose, b: str, pose_b: Pose) -> bool:
@@ -141,7 +170,7 @@ def prepare(task: Task, deadline: float = math.inf, settings: Settings = DEFAULT
         robot_model(task_robot(task)), geometries, task.table, motion_planner=settings.chosen("motion_planner")
     )
     check_geometry(task, world)
-    settled = settle_once(task, deadline=deadline, simulator=simulator)
+    settled = _settled(task, world, None, deadline, simulator)
     start = settled.poses
     goals = settled_goals(task, world, start, deadline, simulator)
     check_settled(task, world, start, goals)

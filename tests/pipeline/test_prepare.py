@@ -9,8 +9,9 @@ import pytest
 from tamp.errors import TaskError
 from tamp.formats.obj import box_obj
 from tamp.pipeline.prepare import prepare, settled_goals
+from tamp.streams.affordances.stable_poses import stands
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
-from tamp.task import At, Box, Mesh, Object, Pose, Task
+from tamp.task import At, Box, Mesh, Object, Pose, Sphere, Task
 from tamp.task.files.load import load_task
 
 
@@ -181,3 +182,21 @@ def test_a_mesh_far_from_its_origin_is_on_the_table_all_the_same(tmp_path):
     there = Object("far", Mesh(path), Pose((-1.0, 0.6, -3.0)), At(Pose((-1.0, 0.3, -3.0))))
     setup = prepare(Task("far", (there,)))
     assert setup.start["far"].xyz == pytest.approx((-1.0, 0.6, -3.0), abs=0.002)
+
+
+@pytest.mark.parametrize("rpy", [(math.pi / 4, 0.0, 0.3), (math.pi, 0.0, 0.0)])
+def test_what_only_balances_on_an_edge_or_a_tip_falls(rpy, tmp_path):
+    tip = tmp_path / "pyramid.obj"
+    corners = "v -0.03 -0.03 0\nv 0.03 -0.03 0\nv 0.03 0.03 0\nv -0.03 0.03 0\nv 0 0 0.09\n"
+    tip.write_text(corners + "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n")
+    shape, height = (Box((0.06, 0.06, 0.06)), 0.06 / math.sqrt(2)) if rpy[2] else (Mesh(tip), 0.09)
+    balanced = Pose.from_rpy((0.05, -0.2, height), rpy)
+    start = Object("red", shape, Pose((0.0, 0.2, 0.03 if rpy[2] else 0.0)), At(balanced))
+    setup = prepare(Task("balanced", (start, Object("alike", shape, replace(balanced, xyz=(0.1, 0.3, height))))))
+    for pose in (setup.goals["red"].pose, setup.start["alike"]):
+        assert stands(setup.world.geometries["red"], pose.matrix[:3, :3])
+
+
+def test_what_is_round_stays_as_it_is_turned():
+    ball = Object("ball", Sphere(0.03), Pose.from_rpy((0.0, 0.2, 0.03), (1.0, 2.0, 3.0)))
+    assert prepare(Task("round", (ball,))).start["ball"].matrix == pytest.approx(ball.pose.matrix, abs=0.002)
