@@ -18,6 +18,7 @@ from tamp.streams.affordances.topple_path import to_be_pushed
 from tamp.streams.collisions import handling_hits, overlap
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
+from tamp.world.world import ROBOT
 
 BEGINNING_WITH_A_SLIDE = 2  # so many times as many iterations find plans that do and are longer
 
@@ -42,7 +43,15 @@ class Prospects:
 
     def known_against(self, name: str) -> str | None:
         """Why an object does not reach its goal even alone, where that is known by now, wherever it stands."""
+        if name not in self.hopeless and self.impossible(name):
+            start = self.asker.workspace.start[name]
+            self.hopeless[name] = start, f"even alone: {name} would stand in the robot's base"
         return self.hopeless[name][1] if name in self.hopeless else None
+
+    def impossible(self, name: str) -> bool:
+        """Whether links that never move stand where an object's goal is: no search needs to find that out."""
+        goal = self.asker.workspace.goals.get(name)
+        return goal is not None and self.asker.workspace.world.overlap(name, goal.pose.matrix, ROBOT)
 
     def beyond_hope(self, names: Collection[str]) -> set[str]:
         """Those that are known not to reach their goals even alone, and all whose goals rest on any of them."""
@@ -56,8 +65,8 @@ class Prospects:
         """Why an object does not reach its goal even with all others out of the way; None where it does."""
         if name in self.plans:
             return None
-        if name in self.hopeless:
-            return self.known_against(name)
+        if (known := self.known_against(name)) is not None:
+            return known
         workspace = alone(self.asker.workspace, name)
         iterations = longer = self.asker.tuning.alone_iterations
         pushed = to_be_pushed(workspace, name, workspace.start[name])

@@ -135,13 +135,14 @@ class Ordering:
         with self._asker.within(1.0 if persistent else self._asker.tuning.goals_share):
             while self._sweep(EFFORTS[0], stuck(self._asker.workspace, self._left)):
                 pass
-        if not self._left:
+        impossible = any(map(self._prospects.impossible, self._left))
+        if not self._left or (impossible and persistent):
             return
         with self._asker.within(REST * self._asker.tuning.together_share):
             # What is at its goal stays there if it can: plans that take it away again are long, and much may go wrong.
             staying = set() if persistent else self._ledger.reached
             iterations = 1 if stuck(begin.workspace, self._left) else self._asker.tuning.together_iterations
-            reached = self._all_together(iterations, staying)
+            reached = not impossible and self._all_together(iterations, staying)
         if not reached and not persistent:
             self._come_near()
         if reached or not persistent:
@@ -239,7 +240,8 @@ class Ordering:
             return False
         prospects = self._prospects
         # The questions for what is hopeless too are about one grasp, which turns nothing over.
-        if not effort.hopeless_too or (self._asker.stays_unturned(name) and prospects.turned(name)):
+        hopeless_too = effort.hopeless_too and not prospects.impossible(name)
+        if not hopeless_too or (self._asker.stays_unturned(name) and prospects.turned(name)):
             against = prospects.against(name) if effort.others_move else prospects.known_against(name)
             if against is not None:
                 self._left[name] = against

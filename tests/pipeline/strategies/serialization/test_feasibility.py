@@ -234,3 +234,23 @@ def test_beyond_hope_is_also_what_shall_rest_on_what_is_hopeless():
     assert found.beyond_hope(names) == set()
     found.hopeless["red"] = found.asker.workspace.start["red"], "even alone: no grasp"
     assert found.beyond_hope(names) == {"red", "top"}
+
+
+def test_what_shall_stand_in_the_robots_base_is_hopeless_without_a_search():
+    base = load_robot("panda").T_world_base.xyz
+    goal = At(Pose((base[0] - 0.05, base[1], 0.025)))
+    setup = prepare(Task("base", (Object("red", CUBE, Pose((0.1, 0.1, 0.025)), goal),)))
+    found = prospects(Attempt.of(setup, setup.start, load_robot("panda").home, None))
+    assert found.against("red") == "even alone: red would stand in the robot's base"
+    assert found.asker.reports == []
+
+
+def test_where_a_goal_is_impossible_all_goals_together_are_not_searched_for():
+    base = load_robot("panda").T_world_base.xyz
+    goal = At(Pose((base[0] - 0.05, base[1], 0.025)))
+    setup = prepare(Task("base", (Object("red", CUBE, Pose((0.1, 0.1, 0.025)), goal),)))
+    attempt = Attempt.of(setup, setup.start, load_robot("panda").home, None)
+    search = Ordering(attempt, 0, time.monotonic() + 600.0, "adaptive", Known())
+    search.run(persistent=True)
+    assert search.left == {"red": "even alone: red would stand in the robot's base"}
+    assert search.report.status == "solved"  # of no search: there was none
