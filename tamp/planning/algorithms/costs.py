@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from tamp.errors import DomainError
@@ -12,6 +12,7 @@ from tamp.planning.binding.attempt import BoundStep
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema
+from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.sampling.stream_calls import Sampling
 
@@ -80,6 +81,17 @@ class Costs:
         """The cost of a plan."""
         return sum(self._of(step.schema, step.binding) for step in steps)
 
+    def at_least(self, step: BoundStep, stale: Collection[int] = ()) -> float:
+        """The least that an action may cost, nothing but bounds being known of `stale` values."""
+        if self.unit:
+            return 1.0
+        total = 0.0
+        for term in step.schema.cost or ():
+            fact = (term,) if isinstance(term, int | float) else ground(term, step.binding)
+            sure = not any(h in stale for h in fact[1:]) and self._has_value(fact)
+            total += term if isinstance(term, int | float) else self._function(fact) if sure else self._bound(fact[0])
+        return total
+
     def searched(self, steps: Iterable[BoundStep]) -> int:
         """The cost of a plan as the search sees it where plans must be cheap."""
         return sum(self._rounded(self._expected(step)) for step in steps)
@@ -142,18 +154,21 @@ class Costs:
             given.append(self._bound(function))
         return min(given, default=0.0)
 
-    def _check_domain(self, function: FunctionStream, handles: tuple[int, ...]) -> None:
-        """Refuse to ask a function outside its domain; what actions change is for their conditions to check."""
+    def _outside(self, function: FunctionStream, handles: tuple[int, ...]) -> Fact | None:
+        """A fact of a function's domain that does not hold; what actions change is for their conditions to check."""
         schema, objects = self._knowledge.schema, self._knowledge.objects
         values = dict(zip(function.inputs, handles, strict=True))
         for atom in function.domain:
             args = (values[t] if isinstance(t, Variable) else objects.intern(t.value) for t in atom.args)
             fact = (atom.predicate, *args)
             if atom.predicate not in schema.fluents | schema.derived and not self._knowledge.usable(fact):
-                raise DomainError(
-                    f"function {function.name!r} has no value for {objects.text((function.name, *handles))}: "
-                    f"{objects.text(fact)} of its :domain does not hold, and init gives no value"
-                )
+                return fact
+        return None
+
+    def _has_value(self, term: Fact) -> bool:
+        """Whether a function may be asked for a value, or one is given."""
+        function = self._knowledge.schema.functions.get(term[0])
+        return term in self._values or function is None or self._outside(function, term[1:]) is None
 
     def _function(self, term: tuple[object, ...]) -> float:
         name, handles = str(term[0]), tuple(h for h in term[1:] if isinstance(h, int))
@@ -164,7 +179,13 @@ class Costs:
         if name not in functions:
             return 0.0
         if all(map(self._knowledge.objects.is_real, handles)):
-            self._check_domain(functions[name], handles)
+            lacking = self._outside(functions[name], handles)
+            if lacking is not None:
+                text = self._knowledge.objects.text
+                raise DomainError(
+                    f"function {name!r} has no value for {text((name, *handles))}: "
+                    f"{text(lacking)} of its :domain does not hold, and init gives no value"
+                )
             value = self._sampling.function(name, handles)
             self._note(term, value)
             return value

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 
+from tamp.planning.algorithms.preview import Preview
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.skeleton import Choose
@@ -17,6 +18,9 @@ from tamp.planning.model.stream_instances import Instance
 
 CALLS, LEAST_CALLS = 0.5, 200
 """How many calls other values may take: a share of those that finding the plan took, or so many where that is more."""
+
+CALLS_A_CHOICE = 12
+"""The same for each choice of a long plan, so that all have their turn."""
 
 AGAIN_CALLS, LEAST_AGAIN = 0.25, 100
 """The same of skeletons that are tried again."""
@@ -59,8 +63,7 @@ def improve(session: Session) -> None:
             _draw_below(session, searching + worth // 4, sampling.calls + anew)
         if session.costs.unit:
             return
-        most = sampling.calls + anew
-        _choose_anew(session, most)
+        _choose_anew(session, sampling.calls + anew)
         cost = session.found.cost
         _search_below(session, session.searching + worth)
         _try_again(session, sampling.calls + again)
@@ -127,12 +130,17 @@ def _search_below(session: Session, enough: int, sure: bool = False) -> None:
 
 
 def _choose_anew(session: Session, most: int) -> None:
-    """Make the choices of the best plan anew, while there are less than so many calls of streams in all."""
+    """Make the choices of the best plan anew, while there are less than `most` calls of streams in all or few for each.
+
+    What a plan costs is known by its choices, mostly: nothing is checked of those that make it no cheaper.
+    """
     found = session.found
     if found.skeleton is None or not session.costs.by_values(step.schema for step in found.best or ()):
         return
     skeleton, values = session.reopened(found.skeleton)
     choices = [item.template for item in skeleton.items if isinstance(item, Choose)]
+    most = max(most, session.sampling.calls + CALLS_A_CHOICE * len(choices))
+    preview = Preview(session, skeleton, NEIGHBOUR)
     seen: Counter[tuple[Instance, tuple[int, ...]]] = Counter()
     for _ in range(ROUNDS):
         for template in choices:
@@ -144,8 +152,10 @@ def _choose_anew(session: Session, most: int) -> None:
             seen[key] += seen[key] == chosen[key]
             instance = session.knowledge.instance(template.external, key[1])
             if seen[key] < len(instance.results) or not instance.exhausted:
-                attempt = session.binder.bind(skeleton, NEIGHBOUR, begin={**chosen, key: seen[key]})
-                values = attempt.values if found.take(found.skeleton, attempt) else values
+                begin = {**chosen, key: seen[key]}
+                if preview.least(begin, values) < found.cost:
+                    attempt = session.binder.bind(skeleton, NEIGHBOUR, begin=begin)
+                    values = attempt.values if found.take(found.skeleton, attempt) else values
             seen[key] += 1
 
 
