@@ -117,6 +117,9 @@ WITHOUT_MEANING: Mapping[str, tuple[tuple[Any, ...], str]] = {
     "clean": ((True, False), ""),
     "temp_dir": ((None,), _NO_FILES),
     "use_unique": ((False,), "each stream instance has values of its own to hope for"),
+    "retain_facts": ((True,), "what streams gave is kept from one goal to the next"),
+    "subgoal_horizon": ((1,), "the whole domain is planned with at once"),
+    "use_probabilities": ((False,), _ONE_PLAN),
     "prohibit_predicates": ((), _FORBIDDEN),
     "prohibit_actions": ((False,), _FORBIDDEN),
 }
