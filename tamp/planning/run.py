@@ -20,6 +20,7 @@ from tamp.planning.algorithms.session import Known, Session
 from tamp.planning.model.awaited import OWN_MARK
 from tamp.planning.model.normal_form import Condition, literals_of
 from tamp.planning.model.objects import Fact
+from tamp.planning.model.schema import VALUED_MARK
 from tamp.planning.model.stream_instances import ground
 from tamp.planning.options import Ended, Options, Restart, Settings
 from tamp.planning.problem import GroundAction, Problem, Solution
@@ -62,7 +63,7 @@ class PlanningRun:
             names = ", ".join(ALGORITHMS)
             raise DomainError(f"unknown algorithm {self.settings.algorithm!r}; there are: {names}")
         self.settings.options.constraints.check(problem.parsed_domain)
-        warn_of_slips(problem)
+        warn_of_slips(problem, priced=not self.settings.options.unit_costs)
         self._until = until
         self._search = _searcher(self.settings.search)
         self._session: Session | None = None
@@ -267,7 +268,7 @@ def _certified(session: Session) -> Iterator[Fact]:
     """What holds at the start and what streams have certified, in the words of the file."""
     knowledge, basis = session.knowledge, session.found.basis
     facts = (*basis.real, *session.given_state, *basis.brought)
-    yield from (fact for fact in facts if not fact[0].startswith(OWN_MARK))
+    yield from (fact for fact in facts if not fact[0].startswith((OWN_MARK, VALUED_MARK)))
     for instance in knowledge.instances():
         for outputs in instance.results if instance.external.guarded else ():
             yield from (ground(pattern, instance.binding(outputs)) for pattern in instance.external.guarded)

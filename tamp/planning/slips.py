@@ -1,4 +1,4 @@
-"""Likely slips of the pen: predicates that a stream certifies for nobody, or waits for in vain."""
+"""Likely slips of the pen: predicates that a stream certifies for nobody or waits for in vain, unknown costs."""
 
 from __future__ import annotations
 
@@ -6,15 +6,28 @@ import warnings
 from collections.abc import Iterator
 
 from tamp.errors import DomainWarning
-from tamp.language import atoms
+from tamp.language import FunctionTerm, atoms
 from tamp.language.sexpr import suggest
 from tamp.planning.problem import Problem
 
 
-def warn_of_slips(problem: Problem) -> None:
-    """Warn of what is likely misspelt in the stream file of a problem."""
-    for message in slips(problem):
+def warn_of_slips(problem: Problem, priced: bool) -> None:
+    """Warn of what is likely misspelt in a problem; of its costs where they count, being `priced`."""
+    for message in (*slips(problem), *(unpriced(problem) if priced else ())):
         warnings.warn(message, DomainWarning, stacklevel=3)
+
+
+def unpriced(problem: Problem) -> Iterator[str]:
+    """A sentence for each function in an action's cost of which nothing gives a value."""
+    given = {term.function for term in problem.initial_state.values}
+    given |= {function.name for function in problem.parsed_streams.functions}
+    for action in problem.parsed_domain.actions.values():
+        named = [term.function for term in action.cost or () if isinstance(term, FunctionTerm)]
+        for name in dict.fromkeys(name for name in named if name not in given):
+            yield (
+                f"action {action.name!r} is never possible: its cost names {name!r}, of which init gives no value, as "
+                f"by ('=', ({name!r}, ...), 1), and which is no (:function ...) of the stream file"
+            )
 
 
 def slips(problem: Problem) -> Iterator[str]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from tamp.language import Atom
 from tamp.planning.model.awaited import OWN_MARK
 from tamp.planning.model.objects import Fact, Objects
-from tamp.planning.model.schema import Schema
+from tamp.planning.model.schema import Schema, valued
 from tamp.planning.options import Reuse
 
 
@@ -24,6 +24,8 @@ def initial_facts(schema: Schema, objects: Objects, reuse: Reuse | None) -> Iter
         yield fact
         if atom.predicate in domain.types:
             yield from ((above, fact[1]) for above in domain.supertypes(atom.predicate) if above != "object")
+    for term in schema.problem.initial_state.values:
+        yield (valued(term.function), *(objects.intern(arg.value) for arg in term.args))  # type: ignore[union-attr]
     for pattern in schema.goal.positive + schema.goal.negative:
         yield from (("object", term) for term in pattern[1:] if isinstance(term, int))
     if reuse is not None:

@@ -69,7 +69,8 @@ class Session:
 
     def __init__(self, problem: Problem, options: Options, search: Search, eager: bool, started: float) -> None:
         self.objects = Objects()
-        schema = with_any_object(Schema(problem, self.objects), self.objects, options.constraints.bind)
+        stated = Schema(problem, self.objects, priced=not options.unit_costs)
+        schema = with_any_object(stated, self.objects, options.constraints.bind)
         self.schema, self.connectors = seen_by_search(schema, self.objects, options)
         self._filled_in = may_be_filled_in(schema, self.objects, options)
         self.knowledge = Knowledge(self.schema, self.objects)

@@ -20,6 +20,15 @@ TRUE_MARK = "+"
 """Prefix of the pseudo-predicate of atoms that a test has confirmed, where nothing may be assumed."""
 
 
+VALUED_MARK = "@valued "
+"""Prefix of the pseudo-predicate of arguments for which the initial state gives a function's value."""
+
+
+def valued(function: str) -> str:
+    """The pseudo-predicate of a function's given values."""
+    return VALUED_MARK + function
+
+
 class Schema:
     """A problem's domain, goal and streams in normal form, with its constants as handles.
 
@@ -34,7 +43,8 @@ class Schema:
         part: the part of a fluent that has a name of its own inside the planner; None where there is none.
     """
 
-    def __init__(self, problem: Problem, objects: Objects) -> None:
+    def __init__(self, problem: Problem, objects: Objects, priced: bool = True) -> None:
+        """`priced`: whether costs count, so that an action without one is not possible."""
         domain, streams = problem.parsed_domain, problem.parsed_streams
         self.problem = problem
         self.objects = objects
@@ -44,7 +54,9 @@ class Schema:
         rules = tuple(axiom for rule in streams.rules for axiom in self._rule(rule))
         self.domain = domain
         self.functions: dict[str, FunctionStream] = {f.name: f for f in streams.functions}
-        self.actions = tuple(map(self._where_cost_is_defined, normal.actions))
+        self.actions = normal.actions
+        if priced:
+            self.actions = tuple(a for action in normal.actions for a in self._where_cost_is_defined(action))
         self.axioms: tuple[AxiomSchema, ...] = normal.axioms + rules
         self.goal = normal.goal
         self.fluents = normal.fluents
@@ -143,21 +155,27 @@ class Schema:
         condition = Condition(positive=tuple(map(self._pattern, rule.domain)))
         return tuple(AxiomSchema(self._pattern(atom), condition) for atom in rule.certified)
 
-    def _where_cost_is_defined(self, action: ActionSchema) -> ActionSchema:
-        """An action that also wants what the functions in its cost want of their inputs.
+    def _where_cost_is_defined(self, action: ActionSchema) -> list[ActionSchema]:
+        """An action that also wants a value of each function in its cost, as in Fast Downward's translator.
 
-        Where the initial state gives values of a function, it may be defined outside its domain: then only it is asked.
+        The initial state gives it, or a function's sampler does for inputs in its domain: two actions where both may.
         """
         given = {term.function for term in self.problem.initial_state.values}
-        more: list[Pattern] = []
+        choices: list[tuple[Pattern, ...]] = [action.condition.positive]
         for term in action.cost or ():
-            function = self.functions.get(str(term[0])) if isinstance(term, tuple) else None
-            if function is not None and function.name not in given and isinstance(term, tuple):
-                terms = dict(zip((v.name for v in function.inputs), term[1:], strict=True))
-                patterns = map(self._pattern, function.domain)
-                more += [(p[0], *(terms.get(str(t), t) if isinstance(t, str) else t for t in p[1:])) for p in patterns]
-        condition = replace(action.condition, positive=tuple(dict.fromkeys((*action.condition.positive, *more))))
-        return replace(action, condition=condition)
+            if isinstance(term, tuple):
+                function = self.functions.get(str(term[0]))
+                ways = [] if function is None else [self._domain(function, term)]
+                ways += [((valued(str(term[0])), *term[1:]),)] if function is None or function.name in given else []
+                choices = [(*chosen, *way) for chosen in choices for way in ways]
+        conditions = [replace(action.condition, positive=tuple(dict.fromkeys(positive))) for positive in choices]
+        return [replace(action, condition=condition) for condition in dict.fromkeys(conditions)]
+
+    def _domain(self, function: FunctionStream, term: Pattern) -> tuple[Pattern, ...]:
+        """What a function's domain says of the inputs in a term."""
+        terms = dict(zip((v.name for v in function.inputs), term[1:], strict=True))
+        patterns = map(self._pattern, function.domain)
+        return tuple((p[0], *(terms.get(str(t), t) if isinstance(t, str) else t for t in p[1:])) for p in patterns)
 
     def _external(self, stream: Stream | PredicateStream) -> External:
         inputs = tuple(v.name for v in stream.inputs)
