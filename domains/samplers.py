@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -28,7 +29,17 @@ def resolve_samplers(*layers: Mapping[str, str | Sampler]) -> dict[str, Sampler]
                 hint = meant(stream, defaults)
                 raise SamplerError(f"no stream {stream!r}; {hint}the domain has {', '.join(sorted(defaults))}")
             chosen[stream] = sampler
-    return {stream: load_sampler(s, stream) if isinstance(s, str) else s for stream, s in chosen.items()}
+    return {stream: _function(sampler, stream) for stream, sampler in chosen.items()}
+
+
+def _function(sampler: str | Sampler, stream: str) -> Sampler:
+    """A sampler as it is or by its address; SamplerError where it is neither."""
+    if isinstance(sampler, str):
+        return load_sampler(sampler, stream)
+    if not callable(sampler):
+        valid = 'valid are a function and "package.module:function"'
+        raise SamplerError(f"sampler for {stream}: {reprlib.repr(sampler)} is no function; {valid}")
+    return sampler
 
 
 def load_sampler(address: str, stream: str) -> Sampler:
@@ -49,7 +60,7 @@ def load_sampler(address: str, stream: str) -> Sampler:
     module = plugins.imported(module_name, f"sampler for {stream}", SamplerError)
     function = getattr(module, function_name, None)
     if not callable(function):
-        hint = meant(function_name, dir(module))
+        hint = meant(function_name, (name for name in dir(module) if callable(getattr(module, name, None))))
         raise SamplerError(
             f"sampler for {stream}: {module_name} has no function {function_name!r}; {hint}".rstrip("; ")
         )

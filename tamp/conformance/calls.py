@@ -20,6 +20,7 @@ from tamp.language import Stream
 from tamp.planning import Problem
 from tamp.planning.context import Context, generator_for
 from tamp.planning.sampling import faults
+from tamp.planning.sampling.stream_calls import output_iterator
 
 PATIENCE_S = 60.0
 """A call that gives nothing back for so long is broken off [s]."""
@@ -136,7 +137,7 @@ def _draws(
         yield False, made
         yield True, None
         return
-    iterator = iter(made)
+    iterator = output_iterator(stream, made)
     for _ in range(outputs):
         try:
             value = next(iterator)

@@ -6,6 +6,7 @@ Beside it, what a sampler may give that is more than its outputs.
 from __future__ import annotations
 
 import hashlib
+import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,8 +64,18 @@ class Context:
             reason: for the report, in a few words, the same for the same cause.
             because: the facts of `fluents` that suffice for the failure, so that the planner can change just those.
             proven: False where this is no proof, as after a number of tries: no problem is called infeasible for it.
+
+        Raises:
+            TypeError: where the reason is no text, or what shall suffice are no facts.
         """
-        self.failures.append((reason, tuple(because)))
+        if not isinstance(reason, str):
+            raise TypeError(f"context.fail takes a reason in words, found {reprlib.repr(reason)}")
+        facts: tuple[Any, ...] = tuple(because) if isinstance(because, Iterable) else (because,)
+        for fact in facts:
+            if not (isinstance(fact, tuple | list) and fact and isinstance(fact[0], str)):
+                valid = 'a list of facts such as ("AtPose", obj, placement)'
+                raise TypeError(f"context.fail takes {valid} as because, found {reprlib.repr(because)}")
+        self.failures.append((reason, facts))
         self.gave_up |= not proven
 
     def pause(self) -> None:

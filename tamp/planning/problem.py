@@ -87,6 +87,8 @@ def check_sampler(external: Stream | FunctionStream | PredicateStream, sampler: 
         signature.bind(*range(len(inputs) + 1))
     except TypeError as error:
         found = f"{getattr(sampler, '__name__', repr(sampler))}{signature}"
+        if inspect.isclass(sampler):  # its instances may well be what is expected
+            found = f"the class {sampler.__qualname__}, whose instances are made by {found}; give an instance"
         raise SamplerError(f"{expected}, found {found}: {error}") from None
 
 

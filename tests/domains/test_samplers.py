@@ -107,3 +107,11 @@ def test_every_stream_of_the_tabletop_has_a_sampler_that_loads():
     names = {s.name for s in DOMAIN.stream_file.streams}
     assert set(DOMAIN.samplers) == names
     assert all(callable(function) for function in resolve_samplers(DOMAIN.samplers).values())
+
+
+def test_what_is_no_function_is_refused_and_not_offered_as_what_was_meant(monkeypatch):
+    monkeypatch.setattr(math, "GRASPS", 5, raising=False)
+    with pytest.raises(SamplerError, match=r"math has no function 'GRASPS'$"):
+        load_sampler("math:GRASPS", "sample-grasp")
+    with pytest.raises(SamplerError, match=r"^sampler for sample-grasp: None is no function; valid are a function and"):
+        resolve_samplers({"sample-grasp": "math:sin"}, {"sample-grasp": None})

@@ -5,6 +5,8 @@ import sys
 import threading
 import time
 
+import numpy as np
+
 import tamp
 from tamp.streams.grasping.sampler import sample_grasp
 
@@ -66,6 +68,11 @@ def returns_a_number(context, obj):
 def yields_words(context, obj):
     """Yield what is no grasp."""
     yield "from above"
+
+
+def yields_a_matrix(context, obj):
+    """Yield what is shown in several lines."""
+    yield np.eye(4)
 
 
 def yields_nothing(context, obj):

@@ -54,6 +54,7 @@ def test_a_command_ends_even_where_nothing_can_be_interrupted(tmp_path: Path) ->
         ("interrupts", "the sampler of stream 'sample-grasp' raised KeyboardInterrupt for (red)"),
         ("exits", "the sampler of stream 'sample-grasp' tried to end the program for (red)"),
         ("yields_words", "stream 'sample-grasp': expected to yield a Grasp, found 'from above'"),
+        ("yields_a_matrix", "stream 'sample-grasp': expected to yield a Grasp, found array([[1.,"),
         ("returns_a_number", "expected a generator function that yields one output at a time"),
     ],
 )

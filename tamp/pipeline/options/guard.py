@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import reprlib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import wraps
 from typing import Any, get_origin
@@ -58,7 +59,7 @@ def _fitting(
         values = output.outputs if isinstance(output, Certified) else output
         for value, kind in zip((values,) if len(kinds) == 1 else values or (), kinds, strict=False):
             if values is not None and _is_class(kind) and not isinstance(value, kind):
-                told = f"stream {stream.name!r}: expected to yield a {type_name(kind)}, found {value!r}"
+                told = f"stream {stream.name!r}: expected to yield a {type_name(kind)}, found {reprlib.repr(value)}"
                 raise faults.unfit(SamplerError(told), sampler, made)
         yield output
 

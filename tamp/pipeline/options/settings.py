@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from numbers import Integral
@@ -110,6 +111,9 @@ class Settings:
     trust_task_code: bool = False
 
     def __post_init__(self) -> None:
+        if not isinstance(self.samplers, Mapping):
+            valid = 'valid is a mapping such as {"sample-grasp": my_grasps}'
+            raise TampError(f"samplers is {reprlib.repr(self.samplers)}; {valid}, of streams to what serves them")
         object.__setattr__(self, "samplers", FrozenDict(self.samplers))
         if isinstance(self.tuning, Mapping):  # as the command line and records have it
             object.__setattr__(self, "tuning", Tuning.of(self.tuning))

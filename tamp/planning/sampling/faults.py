@@ -75,7 +75,7 @@ def raised(stream: str, sampler: Callable[..., Any], inputs: str, error: BaseExc
 
 def unfit(error: SamplerError, sampler: Callable[..., Any], generator: Any = None) -> SamplerError:
     """What is wrong with an output, with who gave it."""
-    return _error(str(error), sampler, home(sampler, generator))
+    return _error(" ".join(str(error).split()), sampler, home(sampler, generator))
 
 
 def late(stream: str, sampler: Callable[..., Any], inputs: str, error: BaseException) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 from tamp import clock
 from tamp.clock import TimeUp
 from tamp.errors import SamplerError
+from tamp.language import Stream
 from tamp.planning.context import Certified, Context, generator_for
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
@@ -51,7 +52,7 @@ def first_of(answers: Iterator[Any]) -> Any:
     return found if isinstance(found, Certified) else found is not None
 
 
-def output_iterator(external: External, made: Any) -> Iterator[Any]:
+def output_iterator(external: External | Stream, made: Any) -> Iterator[Any]:
     """The outputs of a call, one at a time.
 
     Raises:

@@ -88,6 +88,8 @@ def test_an_unknown_option_is_refused_with_those_that_there_are():
     ("given", "said"),
     [
         ({"strategy": "sideways"}, "unknown strategy 'sideways'; valid are all-at-once, serialized"),
+        ({"samplers": len}, "samplers is <built-in function len>; valid is a mapping such as"),
+        ({"samplers": [len]}, r"samplers is \[<built-in function len>\]; valid is a mapping"),
         ({"tuning": {"carying_speed": 0.5}}, "unknown 'carying_speed'; did you mean 'carrying_speed'"),
         ({"tuning": {"carrying_speed": 0.0}}, "carrying_speed must lie between 0 and 1, found 0.0"),
         ({"tuning": {"max_replans": 1.5}}, "max_replans must be a whole number, found 1.5"),

@@ -167,6 +167,41 @@ def test_samplers_that_do_not_fit_are_refused():
         Problem(domain=DOMAIN, streams=STREAMS, samplers={"spot": count_up, "spots": count_up}, init=[], goal=None)
 
 
+def test_a_class_in_place_of_its_instance_is_told_from_a_function():
+    class Spots:
+        def __init__(self, count=20):
+            self.count = count
+
+        def __call__(self, context, obj):
+            yield from range(self.count)
+
+    with pytest.raises(
+        SamplerError, match=r"found the class .*Spots, .* by Spots\(count=20\); give an instance: too many"
+    ):
+        shelf(Spots)
+    assert solve(shelf(Spots()), timeout=20.0).solved
+
+
+@pytest.mark.parametrize(
+    ("told", "valid"),
+    [
+        ((np.zeros(3),), r"takes a reason in words, found array\(\[0., 0., 0.\]\)"),
+        ((ValueError("low"),), "takes a reason in words, found ValueError"),
+        (("low", ("On", "cup")), r"takes a list of facts such as .* found \('On', 'cup'\)"),
+        (("low", 5), "takes a list of facts such as .* found 5"),
+    ],
+)
+def test_a_reason_that_is_none_is_the_samplers_mistake(told, valid):
+    def tells(context, obj):
+        context.fail(*told)
+        yield None
+
+    with pytest.raises(
+        SamplerError, match=rf"stream 'spots' raised TypeError: context.fail {valid}.*test_samplers.py:"
+    ):
+        solve(shelf(tells), timeout=20.0)
+
+
 def test_bad_information_is_refused():
     with pytest.raises(DomainError, match="p_success"):
         StreamInfo(p_success=-0.1)
