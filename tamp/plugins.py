@@ -5,7 +5,8 @@ Two ways to add a domain or a sampler without touching this package, as for robo
 - a package declares an entry point in one of the groups `tamp.domains`, `tamp.samplers`;
 - the environment variables TAMP_DOMAINS and TAMP_SAMPLERS list folders, separated as in PATH, with packages or modules.
 
-A package's simulators are found by the group `tamp.simulators`; they have no variable.
+A package's simulators, strategies and searches are found by `tamp.simulators`, `tamp.strategies` and `tamp.searches`;
+they have no variable.
 
 All are the user's own choice, so what they bring counts as installed. Nothing here imports what it finds.
 """
@@ -23,7 +24,7 @@ from typing import Literal
 
 from tamp.errors import TampError, told
 
-Kind = Literal["domains", "samplers", "simulators"]
+Kind = Literal["domains", "samplers", "simulators", "strategies", "searches"]
 
 
 def folders(kind: Kind) -> tuple[Path, ...]:

@@ -12,6 +12,7 @@ from tamp.domains.catalog import domain_names, load_domain
 from tamp.domains.samplers import load_sampler
 from tamp.errors import DomainError, SamplerError, TampError
 from tamp.execution.simulators import load_simulator
+from tamp.pipeline.options.own import load_search
 
 DOMAIN = "from tamp.domains.tabletop import DOMAIN as T\nDOMAIN = T.extended(name='{name}')\n"
 SIMULATOR = "from tamp.execution.pybullet.simulator import PyBulletSimulator\nclass Windfall(PyBulletSimulator): pass\n"
@@ -24,6 +25,9 @@ by-stem = fruits.hands:by_stem
 
 [tamp.simulators]
 windfall = fruits.physics:Windfall
+
+[tamp.searches]
+by-ear = fruits.hands:by_ear
 """
 
 
@@ -45,7 +49,7 @@ def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     site = tmp_path / "site"
     write(site / "fruits" / "__init__.py", "")
     write(site / "fruits" / "trees.py", DOMAIN.format(name="orchard").replace("DOMAIN =", "ORCHARD ="))
-    write(site / "fruits" / "hands.py", "def by_stem(context, obj):\n    yield None\n")
+    write(site / "fruits" / "hands.py", "def by_stem(context, obj):\n    yield None\ndef by_ear(*task): pass\n")
     write(site / "fruits" / "physics.py", SIMULATOR)
     write(site / "fruits-1.0.dist-info" / "METADATA", "Metadata-Version: 2.1\nName: fruits\nVersion: 1.0\n")
     write(site / "fruits-1.0.dist-info" / "entry_points.txt", ENTRIES)
@@ -71,6 +75,14 @@ def test_simulators_are_named_by_entry_points(brought: Path) -> None:
     assert load_simulator("windfall").__name__ == "Windfall"
     with pytest.raises(TampError, match=r"unknown simulator 'storm'; valid are pybullet, .*windfall, and"):
         load_simulator("storm")
+
+
+def test_searches_are_named_by_entry_points(brought: Path) -> None:
+    assert load_search("by-ear", ("ff",)).__name__ == "by_ear"  # type: ignore[attr-defined]
+    with pytest.raises(TampError, match=r"unknown search 'by-eye'; did you mean 'by-ear'\?"):
+        load_search("by-eye", ("ff",))
+    with pytest.raises(TampError, match=r"entry points tamp\.searches: 'by-ear' is the name of one that comes along"):
+        load_search("by-air", ("by-ear",))
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -46,13 +46,15 @@ def add_settings(parser: Parser) -> None:
     for field in fields(Settings):
         if "help" in field.metadata:
             bare, counted = field.metadata["bare"], isinstance(field.default, int)
+            closed = () if field.metadata["own"] else field.metadata["choices"]
+            others = f"; {', '.join(field.metadata['choices'])}, or package.module:NAME" * field.metadata["own"]
             kind: dict[str, Any] = {"nargs": "?", "const": bare, "type": name} if bare else {}
             parser.add_argument(
                 f"--{field.name.replace('_', '-')}",
-                choices=field.metadata["choices"] or None,
-                metavar=None if field.metadata["choices"] else "N" if counted else "NAME",
+                choices=closed or None,
+                metavar=None if closed else "N" if counted else "NAME",
                 **({"type": positive_int} if counted else kind),
-                help=field.metadata["help"] + (f"; default {field.default}" if field.default else ""),
+                help=field.metadata["help"] + others + (f"; default {field.default}" if field.default else ""),
             )
     tuning = (
         "a number that a user may change, such as carrying_speed=0.3; docs/reference/tuning.md has them, as has any "

@@ -16,7 +16,7 @@ from tamp.pipeline.options.settings import Options, Settings, settings_of
 from tamp.pipeline.options.trust import refuse_code
 from tamp.pipeline.prepare import Setup, prepare
 from tamp.pipeline.strategies.known import NOTHING, Known
-from tamp.pipeline.strategies.named import STRATEGIES
+from tamp.pipeline.strategies.named import strategy_named
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import Report
 from tamp.speculation import speculating
@@ -128,7 +128,7 @@ class Planning:
     ) -> None:
         self._begin, self._seed = Attempt.of(setup, poses, q, settings.samplers, deadline, facts), seed
         end = now() + SEARCH_SHARE * (deadline - now())
-        strategy = STRATEGIES[setup.settings.strategy or setup.domain.strategy]
+        strategy = strategy_named(setup.settings.strategy or setup.domain.strategy)
         self._search = strategy(self._begin, seed, end, settings.algorithm, known)
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import replace
 from typing import Any
 
@@ -21,10 +22,11 @@ from tamp.planning.keywords import (
 from tamp.planning.options import Options, Reuse, Settings
 from tamp.planning.problem import Problem, Solution
 from tamp.planning.search.best_first import Search
+from tamp.planning.search.best_first import misfit as no_search
 from tamp.planning.strategies.all_at_once import AllAtOnce
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.planning.strategies.serialized import Serialized
-from tamp.planning.strategies.strategy import Strategy, record
+from tamp.planning.strategies.strategy import Strategy, misfit, record
 
 STRATEGIES: dict[str, type[AllAtOnce] | type[Serialized] | type[NetBenefit]] = {
     each.name: each for each in (AllAtOnce, Serialized, NetBenefit)
@@ -86,6 +88,8 @@ def solve(
         if strategy not in STRATEGIES:
             raise DomainError(f"unknown strategy {strategy!r}; there are: {', '.join(STRATEGIES)}")
         strategy = STRATEGIES[strategy]()
+    if wrong := misfit(strategy):
+        raise DomainError(f"strategy: {reprlib.repr(strategy)} {wrong}")
     if problem.soft_goals and strategy.name != NetBenefit.name:
         raise DomainError(f"strategy {strategy.name!r} does not plan for soft_goals; 'net-benefit' does")
     options = Options(
@@ -100,8 +104,13 @@ def solve(
         constraints=constraints or Constraints(),
         reuse=reuse,
     )
-    search = search_of(search) if isinstance(search, str) else search
+    if isinstance(search, str):
+        search = search_of(search)
+    elif wrong := no_search(search):
+        raise DomainError(f"search: {reprlib.repr(search)} {wrong}")
     solution = strategy(problem, Settings(algorithm_of(algorithm), search, options))
+    if not isinstance(solution, Solution):
+        raise DomainError(f"strategy {strategy.name!r}: expected a Solution, found {reprlib.repr(solution)}")
     solution = replace(solution, report=replace(solution.report, strategy=record(strategy)))
     if keywords.get("verbose", False):
         print(solution.report)

@@ -235,7 +235,12 @@ def test_a_task_that_names_code_is_refused_until_it_is_trusted(
     (tmp_path / "mine.py").write_text("open('ran', 'w').close()\ngrasps = None\n", encoding="utf-8")
     (tmp_path / "yaml.py").write_text("open('ran', 'w').close()\n", encoding="utf-8")
     plain = task.read_text(encoding="utf-8")
-    for field in ("samplers: {sample-grasp: mine:grasps}\n", "domain: mine.domain\n"):
+    for field in (
+        "samplers: {sample-grasp: mine:grasps}\n",
+        "domain: mine.domain\n",
+        "strategy: mine:plan\n",
+        "search: mine:find\n",
+    ):
         task.write_text(plain + field, encoding="utf-8")
         for command in (["solve"], ["plan"]):
             assert main([*command, str(task)]) == 2
@@ -249,6 +254,20 @@ def test_a_task_that_names_code_is_refused_until_it_is_trusted(
     task.write_text(plain + "samplers: {sample-grasp: mine:grasps}\n", encoding="utf-8")
     assert main(["plan", str(task), "--trust-task-code"]) == 2, "now it is imported, and found to be no function"
     assert (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("named", [{"strategy": "mine:X"}, {"settling": "mine:X"}, {"domain": "mine"}])
+def test_a_run_that_names_code_is_not_repeated_until_it_is_trusted(
+    named: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("open('ran', 'w').close()\n", encoding="utf-8")
+    record = {"task_path": "t.yaml", "inputs": {}, "configuration": {"samplers": {}, "simulator": "pybullet", **named}}
+    manifest = {"format": "tamp-manifest", "version": 1, **record}
+    (tmp_path / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    assert main(["solve", "--replay", str(tmp_path)]) == 2
+    assert f"the run used {next(iter(named.values()))}; code is run only where you trust it" in capsys.readouterr().err
+    assert not (tmp_path / "ran").exists()
 
 
 def test_a_task_that_physics_refutes_is_invalid(

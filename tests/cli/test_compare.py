@@ -94,6 +94,7 @@ def test_contenders_have_names_and_differ_in_samplers_and_settings() -> None:
     both = contender("mine:sample-grasp=a.b:c,algorithm=focused")
     assert (both.name, both.samplers, both.settings) == ("mine", {"sample-grasp": "a.b:c"}, {"algorithm": "focused"})
     assert contender("seer:perceive=my.eyes:look").settings == {"perceive": "my.eyes:look"}
+    assert contender("ten:strategy=my.plans:TEN").settings == {"strategy": "my.plans:TEN"}
     assert contender("slow:carrying_speed=0.1,max_replans=0").settings == {
         "tuning": {"carrying_speed": 0.1, "max_replans": 0}
     }

@@ -26,11 +26,16 @@ def test_pages_are_found() -> None:
 
 @pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "python")], ids=named)
 def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """All blocks of a page in one go, in a folder from which the scenarios can be seen."""
+    """All blocks of a page in one go, in a folder from which the scenarios can be seen, with its files beside them."""
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    for title, text in files(page, "python").items():
+        (tmp_path / title).write_text(text, encoding="utf-8")
+        monkeypatch.delitem(sys.modules, Path(title).stem, raising=False)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     namespace: dict[str, object] = {"__name__": page.stem}
-    exec("import tamp\n" + "\n".join(text for _, text in blocks(page, "python")), namespace)
+    lines = "import tamp\n" + "\n".join(text for _, text in blocks(page, "python"))
+    exec(compile(lines, str(page), "exec", dont_inherit=True), namespace)
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=named)

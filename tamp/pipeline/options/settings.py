@@ -14,6 +14,7 @@ from tamp.clock import Clock
 from tamp.errors import TampError, TaskError, meant
 from tamp.execution.simulators import DEFAULT, require
 from tamp.frozen import FrozenDict
+from tamp.pipeline.options.own import load_search, load_strategy
 from tamp.pipeline.options.tuning import DEFAULT_TUNING, Tuning
 
 if TYPE_CHECKING:
@@ -31,15 +32,21 @@ UNSAID = {"search": "ff", "motion_planner": "portfolio", "simulator": DEFAULT}
 """What a task may say too -> what holds where neither it nor the user says anything."""
 
 
-def option(text: str, choices: tuple[str, ...] = (), bare: str | None = None) -> Mapping[str, Any]:
+STRATEGIES = ("all-at-once", "serialized", "net-benefit")
+
+
+def option(
+    text: str, choices: tuple[str, ...] = (), bare: str | None = None, *, own: bool = False
+) -> Mapping[str, Any]:
     """The metadata of a field that is an option of the command line too.
 
     Args:
         text: what `--help` says of it.
         choices: its valid values; none where they are not known before the run.
         bare: its value where the option is given without one; None where it needs one.
+        own: whether it may name one of the user's own as well, by "package.module:NAME".
     """
-    return {"help": text, "choices": choices, "bare": bare}
+    return {"help": text, "choices": choices, "bare": bare, "own": own}
 
 
 @dataclass(frozen=True)
@@ -49,11 +56,12 @@ class Settings:
     Attributes:
         domain: what tasks are planned with; None is each task's own.
         strategy: which part of a task the planner is asked next: "serialized" goals, "all-at-once", or "net-benefit",
-            which reaches what it can; None is the domain's own.
+            which reaches what it can; or "package.module:NAME" of one of your own, see `tamp.pipeline.options.own`;
+            None is the domain's own.
         samplers: stream name -> function or "package.module:function", in place of the domain's and the task's own.
         algorithm: of the stream planner: "adaptive", "binding", "focused" or "incremental".
-        search: the classical search behind it: a configuration of Fast Downward, or "builtin"; None is the
-            task's own, as for motion_planner and simulator, or the default.
+        search: the classical search behind it: a configuration of Fast Downward, "builtin", or "package.module:NAME" of
+            one of your own; None is the task's own, as for motion_planner and simulator, or the default.
         motion_planner: of OMPL's, by name; "portfolio" takes turns between two that complement each other.
         clock: on which the time limit for planning is kept: "wall", or "processor" time of the process.
         trust_task_code: whether code that a task's file names is imported and run: its samplers, a domain from outside.
@@ -71,13 +79,15 @@ class Settings:
     )
     strategy: str | None = field(
         default=None,
-        metadata=option("which part of a task the planner is asked next", ("all-at-once", "serialized", "net-benefit")),
+        metadata=option("which part of a task the planner is asked next", STRATEGIES, own=True),
     )
     samplers: Samplers = field(default_factory=dict)
     algorithm: str = field(
         default="adaptive", metadata=option("of the stream planner", ("adaptive", "binding", "focused", "incremental"))
     )
-    search: str | None = field(default=None, metadata=option("the classical search behind it; default ff", SEARCHES))
+    search: str | None = field(
+        default=None, metadata=option("the classical search behind it; default ff", SEARCHES, own=True)
+    )
     motion_planner: str | None = field(
         default=None, metadata=option("of OMPL's, for paths between configurations; default portfolio", MOTION_PLANNERS)
     )
@@ -119,10 +129,14 @@ class Settings:
             object.__setattr__(self, "tuning", Tuning.of(self.tuning))
         for f in fields(self):
             valid, value = f.metadata.get("choices", ()), getattr(self, f.name)
-            if valid and value is not None and value not in valid:
+            if valid and value is not None and value not in valid and not f.metadata["own"]:
                 raise TampError(f"unknown {f.name} {value!r}; {meant(value, valid)}valid are {', '.join(valid)}")
         if not isinstance(self.threads, Integral) or self.threads < 1:
             raise TampError(f"threads is {self.threads!r}; valid are 1, 2, 3, ...")
+        if self.strategy is not None and self.strategy not in STRATEGIES:
+            load_strategy(self.strategy, STRATEGIES)
+        if self.search is not None and self.search not in SEARCHES:
+            load_search(self.search, SEARCHES)
         require(self.simulator or DEFAULT)
         require(self.settling)
         if self.perceive is not None:

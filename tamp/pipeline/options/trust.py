@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from tamp.errors import TaskError
 from tamp.task import Task
 from tamp.task.files.yaml_document import read_document
 
 HOW = "code is run only where you trust it: --trust-task-code, or trust_task_code=True in Python"
+
+BY_ADDRESS = ("strategy", "search", "simulator", "settling", "perceive")
+"""Options that name code where they have the form of an address, besides samplers and domains."""
+
+
+def code_of(configuration: Mapping[str, Any]) -> tuple[str, ...]:
+    """The code that the record of a run names, which is a stranger's as a task's file may be."""
+    named = [*(configuration.get("samplers") or {}).values(), _outside(configuration.get("domain") or Task.domain)]
+    named += [said for field in BY_ADDRESS if ":" in (said := configuration.get(field) or "")]
+    return tuple(text for text in named if text)
 
 
 def refuse_code(task: Task, domain: str | None = None, *, trusted: bool) -> None:
@@ -23,8 +36,8 @@ def refuse_code(task: Task, domain: str | None = None, *, trusted: bool) -> None
     if trusted or task.path is None:
         return
     asked = {"samplers": ", ".join(sorted(task.samplers.values())), "domain": "" if domain else _outside(task.domain)}
-    for field in ("simulator", "perceive"):
-        said = getattr(task, field) or ""
+    for field in BY_ADDRESS:
+        said = getattr(task, field, None) or ""
         asked[field] = said if ":" in said else ""
     for field, code in asked.items():
         if code:

@@ -9,6 +9,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import all_goals
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker, reason
 from tamp.planning import Report, Solution, combined
+from tamp.planning.strategies.strategy import Strategy
 from tamp.scoring import score
 from tamp.streams.values import Placement
 
@@ -25,9 +26,10 @@ class AllAtOnce:
         deadline: on the clock of tamp.clock.now() [s].
         algorithm: of the stream planner.
         known: of single objects, which it does not look at.
+        strategy: of the stream planner, by which it answers each question; None for its own.
     """
 
-    strategy = "all-at-once"
+    strategy: str | Strategy = "all-at-once"
     # What few searches find by single grasps is not worth looking for two that take turns.
     questions: tuple[tuple[int, bool], ...] = ((FEW, False), (UNLIMITED, True))
 
@@ -38,7 +40,9 @@ class AllAtOnce:
         deadline: float,
         algorithm: str,
         known: Known = NOTHING,
+        strategy: Strategy | None = None,
     ) -> None:
+        self.strategy = strategy or self.strategy
         self._asker = Asker(Progress(attempt), seed, deadline, algorithm)
         self.left = dict.fromkeys(all_goals(attempt.workspace), "no time was left to plan for it")
         self.hopeless: Mapping[str, tuple[Placement, str]] = {}

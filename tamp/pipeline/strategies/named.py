@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Protocol
 
+from tamp.pipeline.options.own import load_strategy
 from tamp.pipeline.strategies.all_at_once import AllAtOnce, NetBenefit
 from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
@@ -59,3 +61,12 @@ class Strategy(Protocol):
 
 
 STRATEGIES: Mapping[str, Strategy] = {"all-at-once": AllAtOnce, "serialized": Ordering, "net-benefit": NetBenefit}
+
+
+def strategy_named(name: str) -> Strategy:
+    """One of these, or a strategy of the stream planner's own kind that is asked for all goals at once.
+
+    Raises:
+        TampError: where there is no such strategy.
+    """
+    return STRATEGIES[name] if name in STRATEGIES else partial(AllAtOnce, strategy=load_strategy(name, (*STRATEGIES,)))

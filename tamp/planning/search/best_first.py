@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import inspect
 import math
 import time
 from collections.abc import Iterable
@@ -35,6 +36,19 @@ class Search(Protocol):
         `effort` [s] is bounded by processor time, so that a busy machine finds what an idle one finds.
         """
         ...
+
+
+def misfit(search: object) -> str:
+    """Why something cannot be called as a search is; empty where it can."""
+    if inspect.isclass(search):
+        return f"is the class {search.__qualname__}; give an instance, such as {search.__qualname__}()"
+    if not callable(search):
+        return "cannot be called; a search is called with (task, timeout, bound, effort)"
+    try:
+        inspect.signature(search).bind(None, 0.0, None, 0.0)
+    except TypeError as error:
+        return f"must take (task, timeout, bound=None, effort=math.inf): {error}"
+    return ""
 
 
 class BuiltinSearch:

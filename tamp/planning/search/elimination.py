@@ -15,6 +15,19 @@ EFFORT = 400_000
 """How many rules may be looked at; a longer plan stays as it is."""
 
 
+def reaches(task: GroundTask, plan: tuple[TaskOperator, ...]) -> bool:
+    """Whether every operator of a plan can be applied in its turn, and the goal holds in the end."""
+    if not all(isinstance(operator, TaskOperator) for operator in plan):
+        return False
+    space = Space(replace(task, operators=tuple(plan), axioms=tuple(_relevant(task, plan))))
+    state = space.close(sum(1 << atom for atom in task.initial))
+    for step in range(len(plan)):
+        if not space.applicable(step, state):
+            return False
+        state = space.close(space.apply(step, state))
+    return space.is_goal(state)
+
+
 def eliminate(task: GroundTask, plan: tuple[TaskOperator, ...]) -> tuple[TaskOperator, ...]:
     """The plan without each action that can be left out together with those that then are not possible any more."""
     axioms = tuple(_relevant(task, plan))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import replace
 from typing import Any
 
-from tamp.errors import TampError
+from tamp.errors import TampError, told
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.task_builder import Blame, Scope, TaskBuilder
@@ -14,7 +15,7 @@ from tamp.planning.model.schema import Schema
 from tamp.planning.model.stream_instances import ground
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.search.best_first import Search, SearchResult
-from tamp.planning.search.elimination import eliminate
+from tamp.planning.search.elimination import eliminate, reaches
 
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
@@ -95,13 +96,31 @@ class SymbolicSearch:
         """
         return self._searched(task, left, bound, IMPROVING_S)
 
+    def _theirs(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
+        """What a search from outside finds, once it is known to be what it says.
+
+        Raises:
+            TampError: where it raises, returns something else than a SearchResult, or a plan that is none.
+        """
+        search = f"search {getattr(self._search, '__qualname__', type(self._search).__name__)}"
+        try:
+            result: Any = self._search(task, left, bound, effort)
+            valid = isinstance(result, SearchResult) and (result.plan is None or reaches(task, result.plan))
+        except TampError:
+            raise
+        except Exception as error:
+            raise TampError(f"{search} raised {told(error)}") from error
+        if not isinstance(result, SearchResult):
+            raise TampError(f"{search}: expected a SearchResult, found {reprlib.repr(result)}")
+        if not valid:
+            raise TampError(f"{search}: its plan does not lead from what is initial in the task to the task's goal")
+        return result
+
     def _searched(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
         if self._barren == (task, bound):
             return SearchResult(None, proven=True)
-        result: Any = self._search(task, left, bound, effort)
-        if not isinstance(result, SearchResult):
-            name = getattr(self._search, "__qualname__", type(self._search).__name__)
-            raise TampError(f"search {name}: expected a SearchResult, found {result!r}")
+        ours = type(self._search).__module__.startswith(f"{__package__}.")
+        result = self._search(task, left, bound, effort) if ours else self._theirs(task, left, bound, effort)
         if result.plan is None:
             self._barren = (task, bound) if result.proven else self._barren
             return result

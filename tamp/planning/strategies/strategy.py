@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+import inspect
+from dataclasses import asdict, is_dataclass
 from typing import Any, ClassVar, Protocol
 
 from tamp.planning.options import Settings
@@ -31,6 +32,23 @@ class Strategy(Protocol):
             DomainError: where the strategy cannot respect a setting, or the problem does not suit it.
         """
         ...
+
+
+def misfit(strategy: object) -> str:
+    """Why something cannot be asked as a strategy is; empty where it can."""
+    if inspect.isclass(strategy):
+        return f"is the class {strategy.__qualname__}; give an instance, such as {strategy.__qualname__}()"
+    if not callable(strategy):
+        return "cannot be called; a strategy is called with (problem, settings)"
+    try:
+        inspect.signature(strategy).bind(None, None)
+    except TypeError as error:
+        return f"must take (problem, settings): {error}"
+    if not is_dataclass(strategy) or not strategy.__dataclass_params__.frozen:
+        return "is no frozen dataclass, whose fields are its options: put @dataclass(frozen=True) before its class"
+    if not isinstance(getattr(strategy, "name", None), str):
+        return 'has no name; give its class one, as in name: ClassVar[str] = "mine"'
+    return ""
 
 
 def record(strategy: Strategy) -> dict[str, Any]:

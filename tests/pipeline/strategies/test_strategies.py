@@ -1,5 +1,9 @@
 """The strategies by name: each plans what the others plan, and net benefit reaches what it can."""
 
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
 import pytest
 
 import tamp
@@ -8,6 +12,8 @@ from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.solving.solve import carry_out
 from tamp.pipeline.strategies.named import STRATEGIES
 from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.planning import PlanningRun
+from tamp.planning.search.best_first import BuiltinSearch
 from tamp.task import At, Box, Object, Pose, Task
 
 BLOCK = Box((0.05, 0.05, 0.08))
@@ -19,6 +25,42 @@ HUGE = Object("huge", Box((0.3, 0.3, 0.2)), Pose((-0.2, 0.3, 0.1)), At(Pose((-0.
 def test_each_strategy_moves_a_block_with_one_pick(strategy):
     plan = tamp.plan(Task("one", (RED,)), timeout=120.0, strategy=strategy)
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
+
+
+@dataclass(frozen=True)
+class Patient:
+    """Plans when it is asked a second time."""
+
+    tries: int = 2
+    name: ClassVar[str] = "patient"
+
+    def __call__(self, problem, settings):
+        for number in range(self.tries):
+            limit = 0.0 if number == 0 else settings.options.timeout
+            again = replace(settings, options=replace(settings.options, timeout=limit))
+            solution = PlanningRun(problem, again).solve()
+        return solution
+
+
+THRICE = Patient(tries=3)
+
+
+def blind(task, timeout, bound=None, effort=math.inf):
+    SEARCHED.append(task)
+    return BuiltinSearch()(task, timeout, bound, effort)
+
+
+SEARCHED = []
+
+
+@pytest.mark.parametrize(("name", "tries"), [("Patient", 2), ("THRICE", 3)])
+def test_a_strategy_and_a_search_of_ones_own_are_named_by_their_address(name, tries):
+    own = {"strategy": f"{__name__}:{name}", "search": f"{__name__}:blind"}
+    SEARCHED.clear()
+    plan = tamp.plan(Task("one", (RED,)), timeout=120.0, **own)
+    assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
+    assert plan.report["strategy"] == {"name": "patient", "tries": tries}
+    assert SEARCHED
 
 
 def test_where_not_all_goals_can_be_reached_net_benefit_reaches_what_it_can():

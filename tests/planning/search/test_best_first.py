@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import gc
+import math
 import sys
 import warnings
 
 import pytest
 
-from tamp.errors import TampError
-from tamp.planning import Problem, solve
+from tamp.errors import DomainError, TampError
+from tamp.planning import Problem, SearchResult, solve
 from tamp.planning.grounding.ground_task import GroundTask, TaskAxiom, TaskEffect, TaskOperator, axiom_layers
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.search.best_first import BuiltinSearch
@@ -182,3 +183,33 @@ def test_placeholders_of_ended_streams_are_not_searched_any_more(algorithm):
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     assert solution.status == "infeasible", str(solution.report)
     assert solution.report.counts["operators"] == 4  # look, paint a, paint b, use a b
+
+
+@pytest.mark.parametrize(
+    ("plan", "said"),
+    [
+        (lambda task: (), "its plan does not lead from what is initial in the task to the task's goal"),
+        (lambda task: task.operators, "its plan does not lead"),
+        (lambda task: ("pick",), "its plan does not lead"),
+        (lambda task: 1 / 0, r"raised ZeroDivisionError: division by zero at .*test_best_first.py:"),
+    ],
+)
+def test_a_search_from_outside_is_not_believed(plan, said):
+    def lies(task, timeout, bound=None, effort=math.inf):
+        return SearchResult(plan(task))
+
+    with pytest.raises(TampError, match=rf"^search .*lies:? {said}"):
+        solve(blocksworld.inversion(2), search=lies)
+
+
+@pytest.mark.parametrize(
+    ("search", "said"),
+    [
+        (5, "5 cannot be called; a search is called with"),
+        (BuiltinSearch, "is the class BuiltinSearch; give an instance, such as BuiltinSearch"),
+        (lambda task: None, r"must take \(task, timeout, bound=None, effort=math.inf\): too many"),
+    ],
+)
+def test_what_is_no_search_is_refused_before_anything_runs(search, said):
+    with pytest.raises(DomainError, match=f"^search: .*{said}"):
+        solve(blocksworld.inversion(2), search=search)

@@ -1,6 +1,7 @@
 """Strategies: plans of every one are valid; goal by goal is no less complete; soft goals are weighed rightly."""
 
 import dataclasses
+from typing import ClassVar
 
 import pytest
 
@@ -148,3 +149,40 @@ def test_what_does_not_fit_is_refused():
         solve(dataclasses.replace(problem, soft_goals=((problem.goal, 1.0),)))
     with pytest.raises(DomainError, match="expected pairs such as"):
         dataclasses.replace(problem, soft_goals=((problem.goal, 0.0),))
+
+
+@dataclasses.dataclass
+class Changing:
+    name = "changing"
+
+    def __call__(self, problem, settings):
+        return None
+
+
+@dataclasses.dataclass(frozen=True)
+class Nameless:
+    answer: object = None
+
+    def __call__(self, problem, settings):
+        return self.answer
+
+
+@dataclasses.dataclass(frozen=True)
+class Silent(Nameless):
+    name: ClassVar[str] = "silent"
+
+
+@pytest.mark.parametrize(
+    ("strategy", "said"),
+    [
+        (5, "5 cannot be called; a strategy is called with"),
+        (Serialized, r"is the class Serialized; give an instance, such as Serialized\(\)"),
+        (lambda problem: None, r"must take \(problem, settings\): too many"),
+        (Changing(), r"is no frozen dataclass, whose fields are its options: put @dataclass\(frozen=True\)"),
+        (Nameless(), "has no name; give its class one"),
+        (Silent(), "strategy 'silent': expected a Solution, found None"),
+    ],
+)
+def test_what_is_no_strategy_is_refused_in_one_sentence(strategy, said):
+    with pytest.raises(DomainError, match=said):
+        solve(blocksworld.inversion(2), strategy=strategy)

@@ -79,7 +79,8 @@ def unnamed(text: str) -> Contender:
 
 
 def _read(name: str, text: str) -> Contender:
-    options = {field.name: field.metadata["choices"] for field in fields(Settings) if "help" in field.metadata}
+    given = {field.name: field.metadata for field in fields(Settings) if "help" in field.metadata}
+    options = {name: () if metadata["own"] else metadata["choices"] for name, metadata in given.items()}
     numbers = [field.name for field in fields(Tuning)]
     samplers: dict[str, str] = {}
     settings: dict[str, Any] = {}

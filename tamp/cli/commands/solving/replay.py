@@ -26,7 +26,7 @@ def replay(options: argparse.Namespace) -> int:
         TampError: where the folder holds no run, an input has changed since, or other options are given.
     """
     _refuse_other_options(options)
-    from tamp.pipeline.options.trust import HOW
+    from tamp.pipeline.options.trust import HOW, code_of
     from tamp.pipeline.solving.solve import solve
     from tamp.task.files.load import load_task
     from tamp.task.robots import with_robot
@@ -36,8 +36,8 @@ def replay(options: argparse.Namespace) -> int:
     recorded = _manifest(manifest)
     # Whom the run's owner trusted says nothing of whom this user trusts.
     configuration = {**recorded["configuration"], "trust_task_code": options.trust_task_code}
-    if configuration.get("samplers") and not options.trust_task_code:
-        raise TampError(f"{manifest}: the run used {', '.join(configuration['samplers'].values())}; {HOW}")
+    if (code := code_of(configuration)) and not options.trust_task_code:
+        raise TampError(f"{manifest}: the run used {', '.join(code)}; {HOW}")
     task = load_task(recorded["task_path"], allow_outside=configuration.pop("allow_outside"))
     task = with_robot(task, configuration.pop("robot", None))
     for name, version in versions().items():

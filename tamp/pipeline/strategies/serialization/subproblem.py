@@ -9,12 +9,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from tamp import clock
+from tamp.pipeline.options.own import load_search
+from tamp.pipeline.options.settings import SEARCHES
 from tamp.pipeline.options.tuning import Tuning
 from tamp.pipeline.situation import SAME_PLACE
 from tamp.pipeline.strategies.serialization.goal_graph import away
 from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.planning import GroundAction, Problem, Report, Reuse, Solution, solve
 from tamp.planning.strategies.net_benefit import NetBenefit
+from tamp.planning.strategies.strategy import Strategy as PlannerStrategy
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -93,7 +96,7 @@ class Asker:
         movable: Container[str] | None,
         samplers: Mapping[str, Callable[..., Any]] | None = None,
         regrasped: Collection[str] = (),
-        strategy: str = "all-at-once",
+        strategy: str | PlannerStrategy = "all-at-once",
         either: bool = False,
         about: str = ALL,
         known: Solution | None = None,
@@ -117,15 +120,17 @@ class Asker:
         problem = now.problem(workspace, samplers or {}, movable, posed & waiting, waiting - posed if either else ())
         if strategy == "net-benefit":
             problem = softened(problem, workspace)
+            strategy = NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once"
+        search = now.setup.settings.chosen("search")
         solution = solve(
             problem,
             algorithm=self.algorithm,
             timeout=max(0.0, self.deadline - clock.now()),
             seed=self.drawn_seed(about),
             max_iterations=iterations,
-            search=now.setup.settings.chosen("search"),
+            search=search if search in SEARCHES else load_search(search, SEARCHES),
             reuse=None if known is None else Reuse.after(known, 0),
-            strategy=NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once",
+            strategy=strategy,
         )
         self.reports.append(solution.report)
         if solution.status == "interrupted":  # the planner by itself keeps what it has; here nobody asks it further
