@@ -7,11 +7,12 @@ return {name: Estimate(pose, confidence) for name in objects}
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from numbers import Real
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from tamp.errors import TampError, meant
+from tamp.errors import TampError, meant, told
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
@@ -72,15 +73,43 @@ def ask(
     """What a perceiver says; it is told what is expected if it takes that.
 
     Raises:
-        TampError: where it does not answer for every object; says which.
+        TampError: where it raises, with the line, or does not answer for every object with an estimate; says which.
     """
     takes: Any = perceiver
     more = {"expected": expected} if expected and "expected" in inspect.signature(perceiver).parameters else {}
-    found: Mapping[str, Estimate] = takes(frames, objects, table=table, seed=seed, **more)
-    missing = [name for name in objects if name not in found]
-    if missing:
-        raise TampError(f"the perceiver {address(perceiver)} says nothing of {', '.join(missing)}")
+    try:
+        found: Mapping[str, Estimate] = takes(frames, objects, table=table, seed=seed, **more)
+    except TampError:
+        raise
+    except Exception as error:
+        raise TampError(f"the perceiver {address(perceiver)} raised {told(error)}") from error
+    if wrong := unfit(found, tuple(objects)):
+        raise TampError(f"the perceiver {address(perceiver)}: {wrong}")
     return found
+
+
+def unfit(found: object, names: Collection[str]) -> str:
+    """What is wrong with what a perceiver answers for objects; empty where nothing is."""
+    if not isinstance(found, Mapping):
+        return f"its answer is a {type(found).__name__}, not a mapping of names to estimates"
+    if set(found) != set(names):
+        return (
+            f"names {sorted(map(str, found))}; asked for were {sorted(names)}, what is not seen as Estimate(None, 0.0)"
+        )
+    return next((f"{name}: {wrong}" for name, estimate in found.items() if (wrong := _unfit(estimate))), "")
+
+
+def _unfit(estimate: object) -> str:
+    if not isinstance(estimate, Estimate):
+        return f"is a {type(estimate).__name__}, not an Estimate"
+    poses, sure = estimate.alternatives, estimate.confidence
+    if not isinstance(estimate.pose, Pose | None) or not isinstance(poses, Sequence):
+        return f"its pose is a {type(estimate.pose).__name__}, not a Pose, which Pose.from_matrix makes of a matrix"
+    if strange := [type(pose).__name__ for pose in poses if not isinstance(pose, Pose)]:
+        return f"one of its alternatives is a {strange[0]}, not a Pose"
+    if not isinstance(sure, Real) or not 0.0 <= float(sure) <= 1.0:
+        return f"its confidence {sure} is not in 0..1"
+    return "was not seen, yet has a confidence over 0" if estimate.pose is None and sure > 0 else ""
 
 
 def address(perceiver: Perceiver) -> str:

@@ -8,11 +8,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tamp.errors import TampError
 from tamp.perception import conformance
-from tamp.perception.conformance import POSES, check_perceiver
+from tamp.perception.conformance import LOOKS, POSES, check_perceiver
 from tamp.perception.estimate import Estimate
 from tamp.perception.perceiver import load_perceiver
 from tamp.task import Pose
@@ -103,21 +104,51 @@ def test_what_fails_inside_the_users_module_is_said_with_its_line(
         load_perceiver(f"{name}:see")
 
 
+def raising(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    raise KeyError("brick")
+
+
+def needing(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    frames[0]
+    return {name: Estimate(None, 0.0) for name in objects}
+
+
+def painting(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    for frame in frames:
+        frame.depth[:] = 0.0
+    return {name: Estimate(None, 0.0) for name in objects}
+
+
 @pytest.mark.parametrize(
     ("perceiver", "said"),
     [
         (dicing, "two calls with one seed differ"),
-        (boasting, "its confidence 2 is not in 0..1"),
+        (boasting, "its confidence 2.0 is not in 0..1"),
         (forgetful, r"names \[\]; asked for were"),
         (bare, "is a Pose, not an Estimate"),
         (listing, "is a list, not a mapping"),
         (narrow, "must take"),
+        (raising, "tests.perception.test_perceiver:raising raised KeyError: 'brick' at "),
+        (lambda *_, **__: {name: Estimate(np.eye(4), 1.0) for name in LOOKS}, "its pose is a ndarray, not a Pose"),
+        (lambda *_, **__: {name: Estimate(None, 0.0, (np.eye(4),)) for name in LOOKS}, "alternatives is a ndarray"),
+        (lambda *_, **__: {name: Estimate(Pose((0.0, 0.0, 0.1)), None) for name in LOOKS}, "confidence None is not in"),
+        (needing, "raised IndexError: list index out of range at "),
+        (painting, "it changed their depth; copy what is changed"),
     ],
 )
 def test_the_kit_says_what_is_wrong(perceiver: Any, said: str) -> None:
     wrong = [str(finding) for finding in check_perceiver(perceiver) if finding.outcome == "wrong"]
     assert len(wrong) == 1
     assert said.replace("\\", "") in wrong[0]
+
+
+def test_the_kit_tells_other_units() -> None:
+    def millimetres(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+        poses = {name: Pose(tuple(1000.0 * x for x in pose.xyz), pose.quat) for name, pose in POSES.items()}
+        return {name: Estimate(poses.get(name), float(name in poses)) for name in objects}
+
+    wrong = [f.text for f in check_perceiver(millimetres) if f.outcome == "wrong"]
+    assert [text.endswith("cm off: poses are T_world_object, in metres") for text in wrong] == [True, True]
 
 
 def test_the_kit_notes_what_is_missed_and_what_is_not_there() -> None:
