@@ -113,9 +113,11 @@ def _names_code(options: argparse.Namespace) -> bool:
     Nothing else is imported from there: the folder may be a stranger's, and hold a `yaml.py`.
     """
     named = ("sampler", "contender", "trust_task_code", "address")
-    eyes = any(":" in (getattr(options, name, None) or "") for name in ("perceive", "perceiver"))
+    addressed = ("strategy", "search", "simulator", "settling", "perceive", "perceiver")
     return (
-        any(getattr(options, name, None) for name in named) or eyes or "." in (getattr(options, "domain", None) or "")
+        any(getattr(options, name, None) for name in named)
+        or any(":" in (getattr(options, name, None) or "") for name in addressed)
+        or "." in (getattr(options, "domain", None) or "")
     )
 
 

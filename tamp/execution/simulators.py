@@ -7,7 +7,6 @@ Nothing here loads a physics engine before it is asked for.
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from typing import cast
 from tamp.errors import TampError, TaskError, meant
 from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
-from tamp.plugins import addresses
+from tamp.plugins import addresses, imported
 from tamp.task import Object, Pose, RobotSpec, Table
 from tamp.versions import how_to_install
 
@@ -184,10 +183,11 @@ def make_rasterizer(meshes: Sequence[TexturedMesh]) -> Rasterizer:
 
 def _class(address: str) -> type:
     module, _, attribute = address.partition(":")
-    try:
-        found = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise TampError(f"simulator {address!r} cannot be loaded: {error}") from error
+    if not (attribute and all(module.split("."))):
+        raise TampError(f"simulator {address!r} is not of the form package.module:Class")
+    found = getattr(imported(module, f"simulator {address!r}", TampError), attribute, None)
+    if found is None:
+        raise TampError(f"simulator {address!r}: the module {module!r} has no {attribute!r}")
     if not isinstance(found, type):
         raise TampError(f"simulator {address!r} is no class")
     return found

@@ -308,3 +308,17 @@ def test_who_breaks_a_batch_off_is_told_what_is_left(capsys: pytest.CaptureFixtu
     ):
         ended.refuse_interrupted(Path("runs"))
     replace(ended, interrupted=False).refuse_interrupted(Path("runs"))
+
+
+@pytest.mark.parametrize("option", ["--strategy", "--search", "--simulator", "--settling", "--perceive"])
+def test_what_is_named_by_its_address_is_found_where_one_stands(
+    option: str, tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"standing{option.replace('-', '_')}"
+    (tmp_path / f"{name}.py").write_text("")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [folder for folder in sys.path if folder])
+    assert main(["solve", str(task), option, f"{name}:nothing"]) == 2
+    said = capsys.readouterr().err
+    assert name in sys.modules, said
+    assert "'nothing'" in said

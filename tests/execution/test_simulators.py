@@ -53,8 +53,10 @@ def test_a_simulator_from_outside_is_given_by_its_address():
     ("name", "complaint"),
     [
         ("gazebo", r"unknown simulator 'gazebo'; valid are pybullet.*\"package.module:Class\""),
-        ("nowhere.at_all:Physics", r"simulator 'nowhere.at_all:Physics' cannot be loaded: No module named 'nowhere'"),
-        ("tamp.execution.simulator:Nothing", r"cannot be loaded: .* has no attribute 'Nothing'"),
+        ("nowhere.at_all:Physics", r"simulator 'nowhere.at_all:Physics': there is no module 'nowhere'"),
+        ("tamp.execution.simulator:Nothing", r"the module 'tamp.execution.simulator' has no 'Nothing'"),
+        (":Physics", r"simulator ':Physics' is not of the form package.module:Class"),
+        ("tests.execution.broken:Physics", r"'tests.execution.broken' cannot be imported: NameError: .*broken.py:1$"),
         ("tamp.execution.simulator:STEP", r"is no class"),
         ("json:JSONDecoder", r"simulator 'json:JSONDecoder' lacks __enter__, __exit__, step, pose"),
     ],

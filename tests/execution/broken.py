@@ -1,0 +1,1 @@
+engine = nothing_such  # noqa: F821
