@@ -8,6 +8,7 @@ Nothing here loads a physics engine before it is asked for.
 from __future__ import annotations
 
 import importlib.util
+import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -158,6 +159,10 @@ def _checked(address: str) -> None:
     found = _class(address)
     if lacking := [name for name in METHODS if not callable(getattr(found, name, None))]:
         raise TampError(f"simulator {address!r} lacks {', '.join(lacking)}; tamp.execution.simulator says what they do")
+    try:
+        inspect.signature(found).bind((), {}, table=None, robot=None, q=None)
+    except TypeError as error:
+        raise TampError(f"simulator {address!r} must take (objects, poses, *, table, robot, q): {error}") from None
 
 
 def can_draw() -> bool:

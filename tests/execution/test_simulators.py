@@ -40,6 +40,11 @@ class Heavier(PyBulletSimulator):
         super().__init__(*args, **options)
 
 
+class Strange(Heavier):
+    def __init__(self, scene):
+        """Takes what nobody gives."""
+
+
 def test_a_simulator_from_outside_is_given_by_its_address():
     address = f"{__name__}:Heavier"
     require(address)
@@ -55,6 +60,7 @@ def test_a_simulator_from_outside_is_given_by_its_address():
         ("gazebo", r"unknown simulator 'gazebo'; valid are pybullet.*\"package.module:Class\""),
         ("nowhere.at_all:Physics", r"simulator 'nowhere.at_all:Physics': there is no module 'nowhere'"),
         ("tamp.execution.simulator:Nothing", r"the module 'tamp.execution.simulator' has no 'Nothing'"),
+        (f"{__name__}:Strange", r"Strange' must take \(objects, poses, \*, table, robot, q\): "),
         (":Physics", r"simulator ':Physics' is not of the form package.module:Class"),
         ("tests.execution.broken:Physics", r"'tests.execution.broken' cannot be imported: NameError: .*broken.py:1$"),
         ("tamp.execution.simulator:STEP", r"is no class"),
