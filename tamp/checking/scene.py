@@ -16,7 +16,7 @@ from tamp.task.model import TABLE_FRICTION, Box
 from tamp.task.robots import task_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -173,9 +173,13 @@ class State:
     given: dict[str, Given] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
-    def aside(self, name: str) -> float:
-        """How far aside an object may be from where it is said to be, by all that nothing explains [m]."""
-        return self.strayed.get(name, 0.0) + self.beside.get(name, 0.0)
+    def aside(self, name: str, under: Iterable[str] = ()) -> float:
+        """How far aside an object may be from where it is said to be, by all that nothing explains [m].
+
+        Seen from what is `under` it: that may be as far aside itself, the other way.
+        """
+        own = self.strayed.get(name, 0.0) + self.beside.get(name, 0.0)
+        return own + max((self.aside(other) for other in under), default=0.0)
 
     def as_stayed(self, *names: str) -> State:
         """The same with all objects, or some of them, where they stay at the start though said to stand elsewhere."""

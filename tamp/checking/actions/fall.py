@@ -182,7 +182,7 @@ def _not_turning(
     torque = float((lever[:, 0] * axis[1] - lever[:, 1] * axis[0]).min())
     high = float(scene.center_of_mass(name, before)[2] - edge[:, 2].min())
     # By as much as all shifts within tolerance come to it may be nearer to its balance.
-    if torque < max(allow.balance, np.tan(allow.grasp_angle) * high) + state.aside(name):
+    if torque < max(allow.balance, np.tan(allow.grasp_angle) * high) + state.aside(name, points):
         yield f"{name} may not fall to that side: its centre of mass is hardly beyond the edge it stands on, or is not"
     # It turns about where it stays on one of the bodies that carry it; what it leans on besides, it may leave.
     center = scene.center_of_mass(name, before)

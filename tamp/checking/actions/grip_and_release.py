@@ -213,9 +213,10 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
 
 
 def _aside(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
-    """How far aside an object may stand that was let go [m]: what leans on something is led to where it does."""
-    level = all((touch.normals[:, 2] > LEVEL).all() for touch in carriers(scene, state, name, allow).patches.values())
-    return state.aside(name) if level else state.strayed.get(name, 0.0)
+    """How far aside an object may stand on what carries it [m]: what leans on something is led to where it does."""
+    under = carriers(scene, state, name, allow).patches
+    level = all((touch.normals[:, 2] > LEVEL).all() for touch in under.values())
+    return state.aside(name, under) if level else state.strayed.get(name, 0.0)
 
 
 def _elsewhere(scene: Scene, state: State, name: str, far: float, turn: float, allow: Tolerances) -> Iterator[Array]:

@@ -74,6 +74,20 @@ def deeper(a: Solid, b: Solid, T_a_b: Array, depth: float) -> bool:
     return any(_deeper(a.pieces[i], b.pieces[j], transform, T_a_b, depth) for i, j in close)
 
 
+def crossed(a: Solid, b: Solid, T_a_b: Array) -> bool:
+    """Whether two pieces are in each other by more than a quarter of what they are thick together.
+
+    Two slabs are nowhere deeper in each other than half of that, whichever side they came from: near there nobody knows
+    on which side of each other they are, and by how much either would have to move to be out of the other.
+    """
+    transform = fcl.Transform(T_a_b[:3, :3], T_a_b[:3, 3])
+    for i, j in np.argwhere(_gaps_at_least(a, b, T_a_b) < 0.0):
+        one, other = a.pieces[i], b.pieces[j]
+        if _deeper(one, other, transform, T_a_b, (one.thickness + other.thickness) / 4):
+            return True
+    return False
+
+
 def _deeper(a: Piece, b: Piece, transform: Any, T_a_b: Array, depth: float) -> bool:
     if _gap(a, b, transform, T_a_b)[0] > 0.0 or _depth(a, b, transform, T_a_b, np.inf) <= depth:
         return False
@@ -226,6 +240,12 @@ class Piece:
         return normals, np.einsum("ij,ij->i", normals, a[wide])
 
     @cached_property
+    def thickness(self) -> float:
+        """Least distance of two parallel planes with the piece in between, one of them on a face [m]."""
+        normals, offsets = self.planes
+        return float((offsets - (normals @ self.part.vertices.T).min(axis=1)).min())
+
+    @cached_property
     def surface(self) -> tuple[Array, Array, Mask]:
         """Points all over the surface, the outward normals there, each of shape (n, 3), and which lie on an edge, (n,).
 
@@ -312,10 +332,9 @@ class Solid:
         return float(np.linalg.norm(self.center)) + self.radius
 
     @cached_property
-    def thickness(self) -> float:
-        """Least distance of two parallel planes with the hull in between, one of them on a face [m]."""
-        normals, offsets = self.hull.planes
-        return float((offsets - (normals @ self.hull.part.vertices.T).min(axis=1)).min())
+    def thinnest(self) -> float:
+        """Thickness of the thinnest piece [m]."""
+        return min(piece.thickness for piece in self.pieces)
 
     @cached_property
     def centers(self) -> Array:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.solids import clearance, crossed
 from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.contacts import Contacts, Patch, contacts
 from tamp.checking.scene import TABLE, Given, State
@@ -150,8 +150,9 @@ def overlaps(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterat
         T = inverse(others[other]) @ state.poses[name]
         convex = all(len(scene.solids[body].pieces) == 1 for body in (name, other))
         deepest = allow.sunk if convex or other == TABLE else allow.pieces
-        apart = clearance(scene.solids[other], scene.solids[name], T, deepest)
-        if apart < -deepest:
+        first, second = scene.solids[other], scene.solids[name]
+        apart = clearance(first, second, T, min(deepest, (first.thinnest + second.thinnest) / 4))
+        if apart < -deepest or (-apart > (first.thinnest + second.thinnest) / 4 and crossed(first, second, T)):
             yield f"{name} stands {-1000 * apart:.1f} mm inside {other}", (name, other), -apart
 
 

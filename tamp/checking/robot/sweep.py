@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.geometry.moving import advanced, centers_of, gaps_to_box, meeting, relative, ways
-from tamp.checking.geometry.solids import Solid, parted
+from tamp.checking.geometry.solids import Solid, crossed, parted
 from tamp.checking.robot.cubic import derivatives, interpolate
 
 if TYPE_CHECKING:
@@ -191,9 +191,8 @@ def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Tou
 
     The motion is that of b in the frame of a, so bodies that travel together cost one look. A look at their shapes is
     taken only where neither the box round a nor the plane that parted them at the last look keeps them apart.
-    Two slabs are nowhere deeper in each other than half of what they are thick together, and half of that is allowed.
     """
-    allowed = min(allowed, (a.solid.thickness + b.solid.thickness) / 4)
+    bound = min(allowed, (a.solid.thinnest + b.solid.thinnest) / 4)
     T_a_b = relative(a.T, b.T)
     centers = centers_of(T_a_b, b.solid.center)
     gaps = gaps_to_box(centers, b.solid.radius, a.solid.lower, a.solid.upper)
@@ -205,37 +204,41 @@ def _first_touch(a: Mover, b: Mover, allowed: float, swing: Array | None) -> Tou
     aside = centers[0] - a.solid.center
     normal, k = aside / max(float(np.linalg.norm(aside)), 1e-9), 0
     seen: dict[int, float] = {}  # how far they are apart at the last look
-    while (k := advanced(k, T_a_b, gaps, path, allowed, FAR, normal, corners)) < len(T_a_b):
-        room, normal = parted(a.solid, b.solid, T_a_b[k], allowed)
-        depth = -room
-        if k and depth <= allowed < path[k] - path[k - 1] - room:
-            before = seen[k - 1] if k - 1 in seen else parted(a.solid, b.solid, T_a_b[k - 1], allowed)[0]
-            depth = _depth_between(
-                a.solid, b.solid, T_a_b[k - 1 : k + 1], path[k] - path[k - 1], (before, room), allowed
-            )
-        if depth > allowed:
+    while (k := advanced(k, T_a_b, gaps, path, bound, FAR, normal, corners)) < len(T_a_b):
+        room, normal = parted(a.solid, b.solid, T_a_b[k], bound)
+        depth = -room if _too_deep(a.solid, b.solid, T_a_b[k], room, allowed) else 0.0
+        if k and not depth and bound < path[k] - path[k - 1] - room:
+            before = seen[k - 1] if k - 1 in seen else parted(a.solid, b.solid, T_a_b[k - 1], bound)[0]
+            way = path[k] - path[k - 1]
+            depth = _depth_between(a.solid, b.solid, T_a_b[k - 1 : k + 1], way, (before, room), allowed)
+        if depth:
             return Touch(k, (a.solid.name, b.solid.name), depth)
         seen = {k: room}
-        k = max(k + 1, int(np.searchsorted(path, path[k] + room + allowed, side="right")))
+        k = max(k + 1, int(np.searchsorted(path, path[k] + room + bound, side="right")))
     return None
 
 
+def _too_deep(a: Solid, b: Solid, T_a_b: Array, room: float, allowed: float) -> bool:
+    """Whether two solids that are apart by `room` are deeper in each other than `allowed` [m], or thin and crossed."""
+    return -room > min(allowed, (a.thinnest + b.thinnest) / 4) and (-room > allowed or crossed(a, b, T_a_b))
+
+
 def _depth_between(a: Solid, b: Solid, T: Array, way: float, apart: tuple[float, float], allowed: float) -> float:
-    """How deep b is in a between two looks T, shape (2, 4, 4), in the frame of a [m]; at most `allowed` is not refined.
+    """How deep b is in a somewhere between two looks T, shape (2, 4, 4), in the frame of a [m]; 0 where not too deep.
 
     Thin bodies may pass through each other from one look to the next. Where they are `apart` by r at one and by s at
     the other, and no point moves by more than `way` in between, they are nowhere deeper than (way - r - s) / 2; where
     that is too much the way is halved.
     """
-    deepest = -min(apart)
-    if deepest > allowed or way - sum(apart) <= 2 * allowed or way < FINEST:
-        return deepest
+    bound = min(allowed, (a.thinnest + b.thinnest) / 4)
+    if way - sum(apart) <= 2 * bound or way < FINEST:
+        return 0.0
     middle = _halfway(T)
-    between, _ = parted(a, b, middle, allowed)
+    between, _ = parted(a, b, middle, bound)
+    if _too_deep(a, b, middle, between, allowed):
+        return -between
     first = _depth_between(a, b, np.stack([T[0], middle]), way / 2, (apart[0], between), allowed)
-    if first > allowed:
-        return first
-    return _depth_between(a, b, np.stack([middle, T[1]]), way / 2, (between, apart[1]), allowed)
+    return first or _depth_between(a, b, np.stack([middle, T[1]]), way / 2, (between, apart[1]), allowed)
 
 
 def _halfway(T: Array) -> Array:
