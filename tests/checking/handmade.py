@@ -133,9 +133,13 @@ def carry(
     under: tuple[str, str],
     grip_height: float = 0.005,
     aside: float = 0.0,
+    across: float = 0.0,
 ) -> list[Action]:
-    """Pick an object from above, `aside` of its middle, and place it on the second of the bodies named in `under`."""
-    T_object_tool = Pose((aside, 0.0, grip_height), DOWN)
+    """Pick an object from above and place it on the second of the bodies named in `under`.
+
+    It is gripped `aside` of its middle along the pads, and `across` them, where they draw it half-way between them.
+    """
+    T_object_tool = Pose((aside, across, grip_height), DOWN)
     held = Attachment(name, T_object_tool.inverse())
     actions = []
     for kind, where, on in (("pick", start, under[0]), ("place", goal, under[1])):

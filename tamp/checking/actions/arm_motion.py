@@ -86,7 +86,7 @@ def check_move(
     for link, name in () if found is None else pushed_over(scene, state, pressed, met, found.times, allow):
         report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
     for link, name in () if found is None else met_as_stayed(scene, state, move, found, allow):
-        where = "which is where the task has it, or pads have turned it, and not where the plan says"
+        where = "which is where the task has it, pads have turned it, or it was let go, and not where the plan says"
         report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))

@@ -34,6 +34,9 @@ MOST_LOOKS = 200
 
 UP = np.array([0.0, 0.0, 1.0])
 
+ASIDE = 1e-4
+"""By less an object is aside nowhere [m]."""
+
 CARRIES = 0.5
 """Vertical component of a contact normal from which on an object stands on what it touches, or in it."""
 
@@ -86,15 +89,35 @@ def is_elsewhere(scene: Scene, name: str, said: Array, lies: Array, allow: Toler
     return _turn(said, lies)[1] > allow.grasp_angle or scene.swing(name, said, lies) > allow.grasp
 
 
-def unturned(scene: Scene, name: str, carried: Array, held: Array, said: Array) -> Array:
-    """Where an object lies that was let go: nothing turns it about the vertical from where it was held, T_world_object.
+def note_lies(scene: Scene, state: State, name: str, held: Array, allow: Tolerances) -> None:
+    """Note where an object lies that was let go where it was `held`, if that is not where the plan says.
 
-    `carried` is where it was in truth when the plan had it `held`, and is about there.
+    So that small ways aside do not add up unseen, the least that is no rounding is noted.
+    """
+    said, carried = state.poses[name], state.stayed.get(name, held)
+    lies = come_down(scene, name, carried, held, said)
+    if name in state.stayed or is_aside(scene, name, said, lies) or is_elsewhere(scene, name, said, lies, allow):
+        state.stayed[name] = lies
+
+
+def is_aside(scene: Scene, name: str, said: Array, lies: Array) -> bool:
+    """Whether an object lies beside where it is said to."""
+    off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, said)
+    return float(np.hypot(off[0], off[1])) > ASIDE
+
+
+def come_down(scene: Scene, name: str, carried: Array, held: Array, said: Array) -> Array:
+    """Where an object lies that was let go where it was held, T_world_object: it comes straight down, if it does.
+
+    Nothing turns it about the vertical, or takes it aside. `carried` is where it was in truth when the plan had it
+    `held`, and is about there.
     """
     R = said[:3, :3] @ held[:3, :3].T
     lies = said @ inverse(held) @ carried
     veered = float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
-    return turned(lies, scene.center_of_mass(name, lies), UP, -veered)
+    lies = turned(lies, scene.center_of_mass(name, lies), UP, -veered)
+    lies[:2, 3] += (scene.center_of_mass(name, held) - scene.center_of_mass(name, said))[:2]
+    return lies
 
 
 def _way(start: Array, end: Array, radius: float, step: float) -> Array | None:

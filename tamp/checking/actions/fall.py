@@ -20,6 +20,7 @@ from tamp.checking.actions.blow import (
     tips_on,
     upset_by_fall,
 )
+from tamp.checking.actions.closing_pads import note_lies
 from tamp.checking.actions.grip_and_release import check_righted, check_strayed
 from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.way_down import met_on_the_way
@@ -84,11 +85,13 @@ def check_fall(
     for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
     state.poses[name] = after
-    state.stayed.pop(name, None)
     if straight:
+        note_lies(scene, state, name, before, allow)
         check_righted(scene, state, name, before, allow, report)
         for other in jammed(scene, state, name, before, allow):
             report("fall", f"{name} gets stuck in {other}, which has no room for it to fall into", bodies=(name, other))
+    else:
+        state.stayed.pop(name, None)
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
     if max(drop, _landing(met, before, after)) <= allow.dropped:

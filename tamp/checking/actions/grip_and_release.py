@@ -13,9 +13,10 @@ from tamp.checking.actions.closing_pads import (
     UP,
     check_drawn,
     drawn_along,
+    is_aside,
     is_elsewhere,
     laid_between,
-    unturned,
+    note_lies,
 )
 from tamp.checking.actions.dynamics import unheld
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
@@ -80,6 +81,8 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
     lies = laid_between(scene, name, T_tool_object, grip.width, opening)
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
+    if name not in state.stayed and is_aside(scene, name, gripped, state.poses[name]):
+        state.stayed[name] = state.poses[name]
     state.held = grip.attachment
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
@@ -148,9 +151,7 @@ def check_release(
     state.held = None
     state.opening = release.opening
     state.poses[name] = held if falls else T
-    lies = unturned(scene, name, state.stayed.get(name, held), held, state.poses[name])
-    if name in state.stayed or is_elsewhere(scene, name, state.poses[name], lies, allow):
-        state.stayed[name] = lies
+    note_lies(scene, state, name, held, allow)
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:
@@ -203,7 +204,7 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
     far, turn = _aside(scene, state, name, allow), state.turned.get(name, 0.0)
     moved = sorted(state.stayed.keys() & {*carriers(scene, state, name, allow).patches})
     if moved and not _stands_at(scene, state.as_stayed(*moved), name, state.poses[name], allow):
-        sentence = f"{name} tips over where {moved[0]} stays as the task has it, and not where the plan says it starts"
+        sentence = f"{name} tips over where {moved[0]} stays as the task has it, or was let go, not as the plan says"
         report("release", sentence, (name, *moved))
     if not all(_stands_at(scene, state, name, T, allow) for T in _elsewhere(scene, state, name, far, turn, allow)):
         where = f"{1000 * far:.1f} mm aside and turned by {np.degrees(turn):.1f} degrees"
@@ -213,10 +214,13 @@ def check_righted(scene: Scene, state: State, name: str, held: Array, allow: Tol
 
 
 def _aside(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
-    """How far aside an object may stand on what carries it [m]: what leans on something is led to where it does."""
+    """How far aside an object may stand on what carries it [m]: what leans on something is led to where it does.
+
+    What is known to stay elsewhere is asked about there.
+    """
     under = carriers(scene, state, name, allow).patches
     level = all((touch.normals[:, 2] > LEVEL).all() for touch in under.values())
-    return state.aside(name, under) if level else state.strayed.get(name, 0.0)
+    return state.aside(name, under.keys() - state.stayed.keys()) if level else state.strayed.get(name, 0.0)
 
 
 def _elsewhere(scene: Scene, state: State, name: str, far: float, turn: float, allow: Tolerances) -> Iterator[Array]:
