@@ -143,8 +143,8 @@ class State:
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
         beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
         stayed: object -> where it stays at the start, though it is said to stand elsewhere, until the hand moves it;
-            and where it is once closing pads have turned it, or the plan says that a grip or a release moves it, which
-            does not.
+            and where it is once closing pads have turned it, or the plan says that a grip, a release or a push takes it
+            aside, which does not.
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         rubbed: object -> how far in all things have slid on it that pressed on it within tolerance [m].

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
+from tamp.checking.actions.closing_pads import is_aside
 from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed
 from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.geometry.solids import clearance
@@ -118,11 +119,24 @@ def check_path(
     sticks = GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
     if slowing > sticks:
         report("push", f"{name} slides on when the hand slows down by {slowing:.1f} m/s^2", bodies=(name,))
-    state.stayed.pop(name, None)
+    _note_beside(scene, state, name, path)
     push = sticks * scene.task.object(name).mass * direction(path)
     check_force(scene, move, name, seen, push, allow.nudge, allow, report)
     check_uncovered(scene, state, name, allow, report)
     return path
+
+
+def _note_beside(scene: Scene, state: State, name: str, path: Array) -> None:
+    """Note where an object ends that is not where it is said to be pushed from: as much to the side of its path.
+
+    Fingers take it along wherever it is ahead of them, and to no side.
+    """
+    off = scene.center_of_mass(name, state.stayed.pop(name, state.poses[name])) - scene.center_of_mass(name, path[0])
+    ahead = direction(path)
+    aside = path[-1].copy()
+    aside[:2, 3] += (off - off @ ahead * ahead)[:2]
+    if is_aside(scene, name, path[-1], aside):
+        state.stayed[name] = aside
 
 
 def _lag(scene: Scene, move: Move, name: str, T: Array, allow: Tolerances) -> float:
