@@ -62,10 +62,10 @@ def settled_goals(
 def _settled(task: Task, world: World, poses: Mapping[str, Pose] | None, deadline: float, simulator: str) -> Settled:
     """A scene at rest. What a simulator leaves balancing by itself, on a tip or an edge, falls: nothing stays so."""
     rest = settle_once(task, poses, deadline=deadline, simulator=simulator)
-    carried = {name: [lower for upper, lower in rest.supports if upper == name] for name in rest.poses}
     tipped = {}
     for name, pose in rest.poses.items():
-        turned = tipped_on(world.geometries[name], pose.matrix[:3, :3]) if carried[name] == [TABLE] else None
+        by_itself = [pair for pair in rest.supports if name in pair] == [(name, TABLE)]
+        turned = tipped_on(world.geometries[name], pose.matrix[:3, :3]) if by_itself else None
         if turned is not None:
             tipped[name] = _turned(world, name, pose, turned)
     return settle_once(task, {**rest.poses, **tipped}, deadline=deadline, simulator=simulator) if tipped else rest

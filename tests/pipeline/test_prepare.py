@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tamp.errors import TaskError
+from tamp.execution.settling.settle import Settled
 from tamp.formats.obj import box_obj
 from tamp.pipeline.prepare import prepare, settled_goals
 from tamp.streams.affordances.stable_poses import stands
@@ -195,6 +196,23 @@ def test_what_only_balances_on_an_edge_or_a_tip_falls(rpy, tmp_path):
     setup = prepare(Task("balanced", (start, Object("alike", shape, replace(balanced, xyz=(0.1, 0.3, height))))))
     for pose in (setup.goals["red"].pose, setup.start["alike"]):
         assert stands(setup.world.geometries["red"], pose.matrix[:3, :3])
+
+
+@pytest.mark.parametrize(("supports", "falls"), [((), True), ((("lid", "red"),), False)])
+def test_what_others_hold_in_balance_is_left_so(supports, falls, monkeypatch):
+    """A screwdriver that a clamp lay on was turned under it, and both were shifted."""
+    edge = Pose.from_rpy((0.0, 0.2, 0.06 / math.sqrt(2)), (math.pi / 4, 0.0, 0.0))
+    lid = Object("lid", Box((0.1, 0.1, 0.01)), Pose((0.1, -0.2, 0.005)))
+    things = (Object("red", Box((0.06, 0.06, 0.06)), edge), lid)
+    asked = []
+
+    def settle_once(task, poses, **_):
+        asked.append(poses)
+        return Settled({o.name: o.pose for o in things}, (("red", "table"), *supports), {}, True)
+
+    monkeypatch.setattr("tamp.pipeline.prepare.settle_once", settle_once)
+    prepare(Task("held", things))
+    assert any(poses and poses["red"] != edge for poses in asked) == falls
 
 
 def test_what_is_round_stays_as_it_is_turned():
