@@ -17,18 +17,25 @@ FRONT = 0.0264
 HOME = load_robot("panda").home
 
 
-@pytest.mark.parametrize(("by", "within", "wrong"), [(1.9e-3, 3e-3, True), (1.9e-3, 6e-3, False), (0.0, 3e-3, False)])
-def test_what_was_let_go_aside_twice_carries_nothing_on_its_edge(by, within, wrong):
-    """A block is put down twice where it is not said to stand; what is put on its edge falls off it in a simulator."""
-    hand, actions = Hand(HOME), []
-    block, box = Box((0.06, 0.05, 0.06)), Box((0.04, 0.04, 0.05))
-    stands, first = Pose((0.05, 0.0, 0.03)), Pose((0.05, -0.25, 0.025))
-    start = stands
+def let_go_aside(
+    hand: Hand, name: str, stands: Pose, by: float, grip_height: float = 0.005
+) -> tuple[list[Action], Pose]:
+    """Take an object up and put it down where it stands, twice, and say each time that it stands aside; and where."""
+    actions = []
     for _ in range(2):
-        *before, place = carry(hand, "block", stands, stands, 0.05, ("table", "table"))
+        *before, place = carry(hand, name, stands, stands, 0.05, ("table", "table"), grip_height=grip_height)
         stands = Pose((stands.xyz[0] + by, *stands.xyz[1:]))
         lower, release, leave = place.steps
         actions += [*before, replace(place, steps=(lower, replace(release, pose=stands), leave))]
+    return actions, stands
+
+
+@pytest.mark.parametrize(("by", "within", "wrong"), [(1.9e-3, 3e-3, True), (1.9e-3, 6e-3, False), (0.0, 3e-3, False)])
+def test_what_was_let_go_aside_twice_carries_nothing_on_its_edge(by, within, wrong):
+    """A block is put down twice where it is not said to stand; what is put on its edge falls off it in a simulator."""
+    hand, block, box = Hand(HOME), Box((0.06, 0.05, 0.06)), Box((0.04, 0.04, 0.05))
+    start, first = Pose((0.05, 0.0, 0.03)), Pose((0.05, -0.25, 0.025))
+    actions, stands = let_go_aside(hand, "block", start, by)
     goal = Pose((stands.xyz[0] + 0.03 - within, 0.0, 0.085))
     actions += carry(hand, "box", first, goal, 0.04, ("table", "block"), grip_height=0.0)
     task = Task("astray", (Object("block", block, start), Object("box", box, first, At(goal))))
@@ -40,15 +47,9 @@ def test_what_was_let_go_aside_twice_carries_nothing_on_its_edge(by, within, wro
 @pytest.mark.parametrize(("by", "gap", "wrong"), [(1.9e-3, 1.5e-3, True), (1.9e-3, 6e-3, False), (0.0, 1.5e-3, False)])
 def test_what_was_let_go_aside_is_met_where_it_stands(by, gap, wrong):
     """A domino is let go twice beside where it is said to stand; what is put down there pushes it over."""
-    hand, actions = Hand(HOME), []
-    domino, box = Box((0.012, 0.05, 0.1)), Box((0.04, 0.05, 0.06))
-    stands, first = Pose((0.05, 0.0, 0.05)), Pose((0.05, -0.25, 0.03))
-    start = stands
-    for _ in range(2):
-        *before, place = carry(hand, "domino", stands, stands, 0.05, ("table", "table"), grip_height=0.03)
-        stands = Pose((stands.xyz[0] + by, *stands.xyz[1:]))
-        lower, release, leave = place.steps
-        actions += [*before, replace(place, steps=(lower, replace(release, pose=stands), leave))]
+    hand, domino, box = Hand(HOME), Box((0.012, 0.05, 0.1)), Box((0.04, 0.05, 0.06))
+    start, first = Pose((0.05, 0.0, 0.05)), Pose((0.05, -0.25, 0.03))
+    actions, stands = let_go_aside(hand, "domino", start, by, grip_height=0.03)
     goal = Pose((stands.xyz[0] - 0.026 - gap, 0.0, 0.03))
     actions += carry(hand, "box", first, goal, 0.05, ("table", "table"))
     task = Task("astray", (Object("domino", domino, start), Object("box", box, first, At(goal))))

@@ -169,10 +169,7 @@ def without_its_model(context: Any, obj: str) -> Iterator[Grasp]:
 BAD: dict[str, tuple[Callable[..., Any], str]] = {
     "signature": (takes_too_much, "expected a function of (context, o), found takes_too_much"),
     "model": (without_its_model, "is called with (context, model, o), the model second; this one takes (context, obj)"),
-    "no generator": (
-        returns_nothing,
-        "expected a generator function that yields one output at a time, but the function",
-    ),
+    "no generator": (returns_nothing, "expected a generator function that yields one output at a time, but the"),
     "type": (yields_a_pose, "?g must be a Grasp, found Pose"),
     "exception": (raises, "raised for ('red'): KeyError: 'red' (conformance/test_kit.py:"),
     "end": (exits, "raised for ('red'): SystemExit: 0 (conformance/test_kit.py:"),
