@@ -62,6 +62,8 @@ APART = np.radians(20.0)  # directions nearer to each other than this are one
 WAYS = 36  # level ones in which what has fallen may tip on
 STRUCK = 0.0025  # what is so near to the plane strikes it as well, where an edge is round [m]
 TIPS = 0.195  # share of what it takes to tip on from which on it may: the checker grants hardly more
+ROCKING = np.radians(np.arange(0.0, 91.0))  # how far a body has turned over its edge when its height is asked
+STRAY = 0.041  # share of a fall's energy that goes any way as the body strikes the plane: no edge strikes it evenly
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
 
@@ -164,7 +166,8 @@ def _falls_back(vertices: Array, center: Array, T: Array, outward: Array) -> boo
 def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     """Whether a body that turns over from one pose to another, and comes down flat there, tips on over its far edge.
 
-    Its angular momentum about that edge is kept, as where that strikes it is stopped and nowhere else.
+    Its angular momentum about that edge is kept, as where that strikes it is stopped and nowhere else; some of its
+    energy goes any way, since no face strikes evenly.
     """
     R, center = after.matrix[:3, :3], after.matrix[:3, :3] @ geometry.center_of_mass + after.xyz
     fallen = center - before.matrix[:3, :3] @ geometry.center_of_mass - before.xyz
@@ -178,14 +181,37 @@ def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     corners = world[world[:, 2] < world[:, 2].min() + STRUCK]
     angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(WAYS)], axis=1)
-    for way in ways[ways @ np.cross(axis, UP) > 0.0]:
+    for way in ways:
         over, lever = np.cross(UP, way), center - corners[(corners @ way).argmax()]
         kept = max(float(over @ (inertia @ axis + np.cross(lever, np.cross(axis, arm)))), 0.0)
         swings = (axis @ inertia @ axis + arm @ arm) * (over @ inertia @ over + lever @ lever - (over @ lever) ** 2)
-        lifted = np.hypot(max(-float(lever @ way), 0.0), lever[2]) - lever[2]
-        if -fallen[2] * kept**2 / swings > TIPS * lifted:
+        lifted = _barrier(-lever, world - center, way)
+        if -fallen[2] * max(kept**2 / swings, STRAY) > TIPS * lifted:
             return True
     return False
+
+
+def _barrier(edge: Array, arms: Array, way: Array) -> float:
+    """How high a body's centre of mass is lifted before it tips for good over an edge of what it stands on [m].
+
+    What comes down on the plane clearly before it is in balance on that edge, as the rim of a plate on a narrow foot,
+    carries it from there on: it rolls on over its hull as long as that lifts it.
+
+    Args:
+        edge: from the centre of mass to the edge, shape (3,) [m].
+        arms: from the centre of mass to the corners of the hull, shape (n, 3) [m].
+        way: level unit vector in which it tips, shape (3,).
+    """
+    inside, height = max(float(edge @ way), 0.0), -float(edge[2])
+    radius = np.hypot(inside, height)
+    clearly = float(np.arctan2(inside, height) - np.arcsin(min(BEYOND / radius, 1.0)))
+    lowest = (np.sin(clearly) * (arms @ way) - np.cos(clearly) * arms[:, 2]).max()
+    if clearly <= 0.0 or lowest < inside * np.sin(clearly) + height * np.cos(clearly) + TOUCHING:
+        return float(radius - height)
+    turns = clearly + ROCKING
+    heights = (np.outer(np.sin(turns), arms @ way) - np.outer(np.cos(turns), arms[:, 2])).max(axis=1)
+    sinks = np.diff(heights) <= 0.0
+    return float(heights[int(sinks.argmax())] if sinks.any() else heights[-1]) - height
 
 
 def base_normals(points: Array) -> list[Array]:

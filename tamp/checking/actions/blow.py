@@ -13,6 +13,7 @@ from tamp.checking.physics.contacts import Contacts
 from tamp.checking.physics.stacks import Pushed, off_balance, stack_of
 from tamp.checking.physics.support import carriers, height_above, stays_after
 from tamp.checking.physics.tilting import above, falls_off
+from tamp.checking.physics.tipping import rise_to_tip
 from tamp.checking.scene import GRAVITY, TABLE
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ ALIKE = 0.05  # masses that differ by such a share are one
 PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
 MAY_TIP = 0.2  # share of what it takes to tip over from which on it may: edges slip, and a hand adds some
+STRAY = 0.04  # share of a fall's energy that goes any way as it ends
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = np.linspace(0.0, 2 * np.pi, 72, endpoint=False)  # of the level ways in which something may tip [rad]
 WAYS = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)], axis=1)
@@ -165,7 +167,8 @@ def tips_on(
     """Over the edge of what an object tips on that has turned over and come down on it; None where it stays.
 
     What it strikes farthest ahead stops it there and nowhere else: its angular momentum about that place is kept, and
-    it goes on turning about it. To tip it must lift its centre of mass over that place.
+    it goes on turning about it. Some of its energy goes any way, since nothing strikes a face evenly. To tip it must
+    lift its centre of mass over that place, and over what of it comes down meanwhile.
 
     Args:
         scene: the bodies.
@@ -184,15 +187,15 @@ def tips_on(
     center, mass = scene.center_of_mass(name, state.poses[name]), scene.task.object(name).mass
     R = state.poses[name][:3, :3]
     spin, velocity = R @ scene.inertia(name) @ R.T @ axis, np.cross(axis, center - pivot)
-    for way in WAYS[WAYS @ np.cross(axis, UP) > 0.0]:
+    for way in WAYS:
         over, last = np.cross(UP, way), int((points @ way).argmax())
         if any((held.normals @ way < -HELD).any() for held in touching.patches.values()):
             continue
         lever = center - points[last]
         kept = float(over @ (spin + mass * np.cross(lever, velocity)))
         swings = inertia(scene, state, name, axis, center - pivot) * inertia(scene, state, name, over, lever)
-        inside, height = max(-float(lever @ way), 0.0), float(lever[2])
-        if drop * max(kept, 0.0) ** 2 / swings > MAY_TIP * (np.hypot(inside, height) - height):
+        share = max(max(kept, 0.0) ** 2 / swings, STRAY)
+        if drop * share > MAY_TIP * rise_to_tip(scene, state, name, under[last], points[last], way):
             return under[last]
     return None
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +14,21 @@ from tamp.checking import check
 from tamp.checking.actions import blow
 from tamp.checking.actions.fall import _turn, _turned, check_fall
 from tamp.checking.geometry.solids import Solid
-from tamp.checking.geometry.transforms import rotation
+from tamp.checking.geometry.transforms import rotation, tilt
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
+from tamp.execution.settling.settle import let_fall
+from tamp.streams.affordances.tilts import rolls, tips_on
 from tamp.task import Box, Fall, Mesh, Object, Pose, Task, load_robot
-from tamp.task.mesh.parts import convex_hull
+from tamp.task.mesh.parts import convex_hull, parts
+from tamp.task.model import Table
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS
+from tests.streams.tables import workspace_of
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
+CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 
 
 @pytest.fixture(scope="module")
@@ -307,3 +313,38 @@ def test_a_flank_that_a_fall_slides_past_is_struck_aside_and_bears_no_weight(tmp
     domino = Object("domino", Box((thick, 0.06, high)), Pose((at, 0.0, high / 2)), mass=0.05)
     found = judged([wedge, domino], "wedge", Pose((0.0, 0.0, 0.14)), wedge.pose)
     assert ("domino tips over when wedge falls" in found) == tips, found
+
+
+def on_foot(path, foot, plate, aside):
+    """A plate, 60 mm long, on a foot as long that is so far aside; of both their width and height is given [m]."""
+    lines, height = list[str](), 0.0
+    for number, ((wide, high), middle) in enumerate(((foot, aside), (plate, 0.0))):
+        hull = convex_hull((CUBE - (0.5, 0.5, 0.0)) * (wide, 0.06, high) + (middle, 0.0, height))
+        faces = hull.faces + 1 + sum(line.startswith("v") for line in lines)
+        lines += [f"o part{number}", *(f"v {x} {y} {z}" for x, y, z in hull.vertices)]
+        lines += [f"f {a} {b} {c}" for a, b, c in faces]
+        height += high
+    path.write_text("\n".join(lines))
+    return Object("plate", Mesh(path), Pose((0.0, 0.0, 0.0)), mass=0.2)
+
+
+@pytest.mark.parametrize(
+    ("foot", "plate", "aside", "tips"),
+    [
+        ((0.04, 0.01), (0.14, 0.015), 0.016, False),  # its rim comes down before it is in balance on the foot's edge
+        ((0.05, 0.01), (0.11, 0.015), 0.02, False),
+        ((0.05, 0.02), (0.11, 0.03), 0.02, True),  # and here after that: it comes to rest on its rim
+        ((0.05, 0.03), (0.05, 0.10), 0.02, True),  # it has none
+    ],
+)
+def test_what_comes_down_on_a_narrow_foot_tips_on_unless_its_rim_catches_it(tmp_path, foot, plate, aside, tips):
+    body = on_foot(tmp_path / "plate.obj", foot, plate, aside)
+    hull, stood = Solid.of("plate", parts(body.shape)).hull.part.vertices, body.pose.matrix
+    *_, (tilted, _) = islice(rolls(hull, stood, np.array([1.0, 0.0])), 7)
+    let_go = Pose.from_matrix(tilted)
+    assert judged([body], "plate", let_go, body.pose) == (
+        "plate tips on over the edge of table as it comes down on it" if tips else ""
+    )
+    assert tips_on(workspace_of(body).world.geometries["plate"], let_go, body.pose) == tips  # as the planner sees it
+    end = let_fall([body], {"plate": let_go}, table=Table())["plate"]
+    assert (tilt(end.matrix, stood) > 0.1) == tips
