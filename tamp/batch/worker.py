@@ -41,7 +41,7 @@ def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], lev
     try:
         module, _, function = work.partition(":")
         call: Callable[..., Any] = getattr(importlib.import_module(module), function)
-        with watched(lambda until: connection.send_bytes(json.dumps({"until": until}).encode())):
+        with watched(lambda until: _say(connection, {"until": until})):
             message = {"value": call(**arguments)}
     except MemoryError:
         message = {"error": "out of memory"}
@@ -51,11 +51,19 @@ def run_job(connection: Connection, work: str, arguments: Mapping[str, Any], lev
         else:
             traceback.print_exc()
             message = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
-    connection.send_bytes(json.dumps(message).encode())
+    _say(connection, message)
     connection.close()
     for stream in (sys.stdout, sys.stderr):
         if not stream.closed:  # a sampler may have closed it
             stream.flush()
+
+
+def _say(connection: Connection, message: Mapping[str, Any]) -> None:
+    """Send a message; where nobody is left to hear it, the batch has ended, and so does this process."""
+    try:
+        connection.send_bytes(json.dumps(message).encode())
+    except BrokenPipeError:
+        os._exit(1)
 
 
 def _unheard(connection: Connection) -> bool:

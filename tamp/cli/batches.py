@@ -16,6 +16,7 @@ from tamp.cli.parser import Parser
 from tamp.cli.progress import progress
 from tamp.errors import TampError
 from tamp.pipeline.options.settings import Settings
+from tamp.task.files.regular_file import followed
 
 if TYPE_CHECKING:
     from tamp.batch import Batch
@@ -69,9 +70,9 @@ def _task(path: Path, settings: Settings, options: argparse.Namespace) -> Task |
 
 def say_invalid(path: str | Path, why: str, options: argparse.Namespace) -> None:
     """Say what is wrong with a task's file, in a line that begins with the file as it was given."""
-    whole = Path(path).resolve()
-    given = next(str(file) for file in (*options.tasks, whole) if file.resolve() == whole)
-    why = why.replace(str(whole), given)
+    meant = followed(Path(path))
+    given = next(str(file) for file in (*options.tasks, meant) if followed(file) == meant)
+    why = why.replace(str(meant), given)
     file = "" if why.startswith(given) else f"{given}: "
     print(f"tamp: {'skipped: ' * options.skip_invalid}{file}{why}", file=sys.stderr)
 
@@ -135,7 +136,7 @@ def _robot(options: argparse.Namespace) -> dict[str, str]:
 
     if options.robot is None:
         return {}
-    return {"robot": str(Path(options.robot).expanduser().resolve()) if is_path(options.robot) else options.robot}
+    return {"robot": str(followed(Path(options.robot).expanduser())) if is_path(options.robot) else options.robot}
 
 
 def _executor(options: argparse.Namespace, output: Path | None) -> Callable[..., Iterator[Outcome]]:

@@ -6,10 +6,12 @@ import argparse
 import errno
 import logging
 import os
+import signal
 import sys
 import threading
 import traceback
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
@@ -67,7 +69,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run() -> NoReturn:
     """The command as a process: `main`, and the end."""
+    for number in (signal.SIGTERM, signal.SIGHUP):  # of a scheduler, `timeout`, or a terminal that is closed
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+            os.register_at_fork(after_in_child=partial(signal.signal, number, signal.SIG_DFL))
     _leave(apart(main, _leave) if runs_samplers(sys.argv[1:]) else main())
+
+
+def _interrupt(number: int, _: object) -> NoReturn:
+    """End the command as Ctrl-C does: what is done is kept, and how to go on is said."""
+    raise KeyboardInterrupt
 
 
 def _leave(status: int) -> NoReturn:

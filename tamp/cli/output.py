@@ -65,16 +65,20 @@ def write_json(options: argparse.Namespace, data: Any) -> None:
     """
     if options.json is None:
         return
-    text = json.dumps(data, indent=1, allow_nan=False) + "\n"
-    if to_stdout(options):
+    write_asked(options, options.json, json.dumps(data, indent=1, allow_nan=False) + "\n")
+
+
+def write_asked(options: argparse.Namespace, path: Path, text: str) -> None:
+    """Write what an option asks for to its file; "-" is standard output. Raises TampError as `write_text` does."""
+    if str(path) == "-":
         options.out.write(text)
     else:
-        write_text(options.json, text)
+        write_text(path, text)
 
 
 def to_stdout(options: argparse.Namespace) -> bool:
-    """Whether the JSON goes to standard output, so that nothing else should."""
-    return str(options.json) == "-"
+    """Whether the JSON, or the table, goes to standard output, so that nothing else should."""
+    return "-" in (str(options.json), str(getattr(options, "csv", None)))
 
 
 def write_text(path: Path, text: str) -> None:

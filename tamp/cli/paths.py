@@ -8,8 +8,10 @@ import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from tamp.task.files.regular_file import followed
+
 PLAN = (r'\{\s*"format"\s*:\s*"tamp-plan"', "a plan")
-DATA = (r'\[|\{\s*["}]', "JSON")
+DATA = (r'\[|(?!\{"task": "[^"]*", "seed": )\{\s*["}]', "JSON")
 TABLE = (r"task,", "a table of results")
 PAGE = (r"<", "a page")
 """How what is written begins, and what it is: a file that begins otherwise is somebody's, and is not replaced."""
@@ -46,7 +48,7 @@ def distinct(paths: Iterable[Path]) -> list[Path]:
     """Paths without those that lead where an earlier one does."""
     found: dict[Path, Path] = {}
     for path in paths:
-        found.setdefault(path.resolve(), path)
+        found.setdefault(followed(path), path)
     return list(found.values())
 
 

@@ -18,7 +18,7 @@ from tamp.report.runs import Recorded, read_runs
 from tamp.report.statistics import share
 from tamp.results import Result, Status
 from tamp.scoring.ranking import rank, recall
-from tamp.task.files.regular_file import unlinked
+from tamp.task.files.regular_file import followed, unlinked
 
 WORST_OBJECTS = 30
 MOST_REASONS = 25
@@ -47,8 +47,9 @@ def write_report(folders: Sequence[Path], path: Path, *, pictures: int) -> None:
 
 def named_folders(folders: Sequence[Path]) -> dict[str, Path]:
     """Folders by their last part; by their whole path where that is not enough."""
-    short = Counter(folder.resolve().name for folder in folders)
-    return {f.resolve().name if short[f.resolve().name] == 1 else str(f): f for f in folders}
+    names = {folder: followed(folder).name for folder in folders}
+    short = Counter(names.values())
+    return {name if short[name] == 1 else str(folder): folder for folder, name in names.items()}
 
 
 def _content(solutions: Mapping[str, Sequence[Recorded]], home: Path, pictures: int) -> dict[str, Any]:

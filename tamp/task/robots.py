@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tamp.errors import RobotError, meant
+from tamp.task.files.regular_file import followed
 
 if TYPE_CHECKING:
     from tamp.task.model import Task
@@ -141,12 +142,12 @@ def with_robot(task: Task, robot: str | None) -> Task:
         return task
     load_robot(robot)
     if is_path(robot) and task.path is not None:  # relative as in the task's file, so that plans can be carried away
-        robot = Path(os.path.relpath(Path(robot).expanduser().resolve(), task.path.parent)).as_posix()
+        robot = Path(os.path.relpath(followed(Path(robot).expanduser()), task.path.parent)).as_posix()
     return replace(task, robot=robot, home=None)
 
 
 def _read(path: Path) -> RobotSpec:
-    return _read_once(path.resolve(), _changed(path))
+    return _read_once(followed(path), _changed(path))
 
 
 @lru_cache(maxsize=64)

@@ -79,6 +79,28 @@ def test_a_bug_in_a_job_shows_its_traceback(tmp_path: Path) -> None:
     assert "a bug" in run.stderr
 
 
+UNHEARD = """
+from multiprocessing import Pipe
+from tamp.batch.worker import run_job
+
+def leave():
+    ours.close()  # as the kernel does where the batch is killed
+    return {}
+
+if __name__ == "__main__":
+    ours, theirs = Pipe(duplex=False)
+    run_job(theirs, "__main__:leave", {}, 0)
+"""
+
+
+def test_a_worker_whose_batch_is_gone_ends_without_a_word(tmp_path: Path) -> None:
+    (tmp_path / "unheard.py").write_text(UNHEARD, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    command = [sys.executable, str(tmp_path / "unheard.py")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("", "")
+
+
 @needs_proc
 def test_a_job_that_hangs_ends_with_all_it_started(tmp_path: Path) -> None:
     pids = tmp_path / "pids"

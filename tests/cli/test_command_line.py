@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -226,6 +227,57 @@ def test_invalid_tasks_can_be_skipped_and_clashing_files_are_named(
     said = capsys.readouterr().err
     assert str(task) in said
     assert "other/block.yaml both are 'block'" in said
+
+
+def test_links_that_lead_nowhere_are_named_and_a_file_given_twice_is_one_task(
+    tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, target in (("circle.yaml", "circle.yaml"), ("gone.yaml", "no.yaml"), ("again.yaml", task.name)):
+        (tmp_path / name).symlink_to(target)
+    arguments = ["solve", "circle.yaml", "gone.yaml", str(task), "again.yaml", task.name, "--no-execute"]
+    assert main([*arguments, "--skip-invalid"]) == 0
+    said = capsys.readouterr()
+    circle, gone = said.err.splitlines()
+    assert circle.startswith("tamp: skipped: circle.yaml: cannot be read: Too many levels")
+    assert gone == "tamp: skipped: gone.yaml: cannot be read: it links to no.yaml, which does not exist"
+    assert "summary: total=1 " in said.out
+    assert main(["solve", str(task), "--robot", "circle.yaml"]) == 2
+    assert main(["report", "circle.yaml"]) == 2
+    assert capsys.readouterr().err.count("\n") == 2
+
+
+def test_no_output_is_written_over_another(
+    tmp_path: Path, task: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    solve = ["solve", str(task), "--no-execute", "--output", "out"]
+    for outputs, other in (
+        (["--json", "out/results.jsonl"], "the results of the batch itself"),
+        (["--csv", "out/../out/results.jsonl"], "the results of the batch itself"),
+        (["--json", "x", "--csv", "x"], "--json"),
+        (["--json", "-", "--csv", "-"], "--json"),
+    ):
+        assert main([*solve, *outputs]) == 2
+        assert f"{outputs[-1]} is where {other} would be written, too" in capsys.readouterr().err
+    assert main([*solve, "--csv", "-"]) == 0
+    assert [line.split(",")[0] for line in capsys.readouterr().out.splitlines()] == ["task", "block"]
+    with pytest.raises(SystemExit, match="2"):  # another command's JSON would replace it, too
+        main(["doctor", "--json", "out/results.jsonl"])
+    assert len(read_results(tmp_path / "out" / "results.jsonl")) == 1
+
+
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGHUP])
+def test_who_is_told_to_end_says_how_to_go_on(sign: signal.Signals, tmp_path: Path, task: Path) -> None:
+    command = [sys.executable, "-m", "tamp", "solve", str(task), "--seed", "0-9", "-v", "--output", str(tmp_path / "o")]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert "seed 0: solved" in process.stderr.readline()
+        process.send_signal(sign)
+        said = process.stderr.read()
+    assert process.returncode == 130
+    assert "runs did not end; the same command with --resume" in said.splitlines()[-1]
+    assert "Traceback" not in said
 
 
 def test_a_task_that_names_code_is_refused_until_it_is_trusted(

@@ -34,6 +34,11 @@ def read_regular(path: Path, most: int = LARGEST) -> bytes:
     return data
 
 
+def followed(path: Path) -> Path:
+    """The absolute path that a path leads to, all links followed; links in a circle are left as they are."""
+    return Path(os.path.realpath(path))
+
+
 def unlinked(path: Path) -> Path:
     """The same path, and no link is there any more: what is written to it is not written elsewhere.
 

@@ -80,6 +80,8 @@ def read_document(path: Path) -> Document:
     except IsADirectoryError:
         raise TaskError(f"{path}: cannot be read: it is a folder; name the files in it: {path / '*.yaml'}") from None
     except FileNotFoundError:
+        if path.is_symlink():
+            raise TaskError(f"{path}: cannot be read: it links to {path.readlink()}, which does not exist") from None
         beside = [each.name for each in path.parent.glob("*.y*ml")] if path.parent.is_dir() else []
         near = nearest(path.name, beside)
         hint = "" if near is None else f"; did you mean {path.with_name(near)}?"

@@ -14,6 +14,7 @@ from tamp.cli.paths import distinct
 from tamp.cli.status import SOLVED, UNSOLVED
 from tamp.errors import TampError
 from tamp.results import Result, read_results
+from tamp.task.files.regular_file import followed
 
 if TYPE_CHECKING:
     from tamp.cli.options import Commands
@@ -131,7 +132,7 @@ def _names(solutions: Sequence[Sequence[Path]]) -> list[str]:
     folders = [folder for solution in solutions for folder in solution]
     if len(distinct(folders)) < len(folders):
         raise TampError("--leaderboard names a folder twice")
-    names = ["+".join(folder.resolve().name for folder in solution) for solution in solutions]
+    names = ["+".join(followed(folder).name for folder in solution) for solution in solutions]
     return names if len(set(names)) == len(names) else ["+".join(map(str, solution)) for solution in solutions]
 
 

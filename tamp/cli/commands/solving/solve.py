@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 from tamp.cli.batches import add_batch_options, batch, load_tasks, run_batches, say_invalid
 from tamp.cli.commands.solving.replay import replay
 from tamp.cli.options import add_json, add_planning_options, command, seeds
-from tamp.cli.output import to_stdout, write_json, write_text
-from tamp.cli.paths import TABLE, output_file, output_folder
+from tamp.cli.output import to_stdout, write_asked, write_json
+from tamp.cli.paths import TABLE, distinct, output_file, output_folder
 from tamp.cli.status import BAD_INPUT, SOLVED, UNSOLVED
 from tamp.errors import TampError
+from tamp.task.files.regular_file import followed
 
 if TYPE_CHECKING:
     from tamp.cli.options import Commands
@@ -35,7 +36,7 @@ def add(commands: Commands) -> None:
     add("--no-execute", action="store_true", help="only plan and check")
     add("--output", type=output_folder, metavar="DIR", help="for results; default: a new folder in results/")
     add_json(parser)
-    add("--csv", type=output_file(TABLE), metavar="FILE", help="the results as a table of comma-separated values")
+    add("--csv", type=output_file(TABLE), metavar="FILE", help="the same as comma-separated values; - likewise")
     add("--replay", type=Path, metavar="RUN", help="run again what a run's folder records, and compare the plans")
     add_batch_options(parser)
 
@@ -50,11 +51,13 @@ def solve(options: argparse.Namespace) -> int:
         raise TampError("solve needs at least one TASK.yaml")
     if options.resume and options.output is None:
         raise TampError("--resume needs --output DIR, the folder that holds the results so far")
+    options.output_given = options.output is not None
+    options.output = options.output or new_folder()
+    _refuse_one_file_for_two(options)
+    options.tasks = distinct(options.tasks)
     tasks = load_tasks(options.tasks, options)
     if not tasks:
         return BAD_INPUT
-    options.output_given = options.output is not None
-    options.output = options.output or new_folder()
     prepared = batch(options, tasks, samplers=dict(options.sampler), output=options.output)
     ended = run_batches([prepared])
     (results,) = ended.results
@@ -62,9 +65,19 @@ def solve(options: argparse.Namespace) -> int:
     _show(results, options, counts | ({"kept": ended.kept} if options.resume else {}))
     write_json(options, [result.as_dict() for result in results])
     if options.csv is not None:
-        write_text(options.csv, csv_text(results))
+        write_asked(options, options.csv, csv_text(results))
     ended.refuse_interrupted(options.output)
     return _status(results, options)
+
+
+def _refuse_one_file_for_two(options: argparse.Namespace) -> None:
+    """Refuse options of which one would write over what another writes."""
+    from tamp.batch import RESULTS
+
+    taken = {followed(options.output / RESULTS): "the results of the batch itself"}
+    for option, path in (("--json", options.json), ("--csv", options.csv)):
+        if path is not None and (other := taken.setdefault(followed(path), option)) != option:
+            raise TampError(f"{option} {path} is where {other} would be written, too; choose another file")
 
 
 def _invalid(results: Sequence[Result]) -> Mapping[str, str]:
