@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from filecmp import cmp
 from pathlib import Path
 from typing import Any
 
@@ -52,18 +53,32 @@ def copy_library(source: Path, output: Path) -> None:
 
     Raises:
         TaskError: where the library is not valid.
-        TampError: where it cannot be written.
+        TampError: where it cannot be written, or would be written over another one, which tasks may refer to.
     """
     models = read_library(source)
     folder = output / OBJECTS
+    files = [source / FILE, *(model.shape.path for model in models)]
+    copies = {path: folder / path.resolve().relative_to(source.resolve()) for path in files}
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in [source / FILE, *(model.shape.path for model in models)]:
-            target = folder / path.resolve().relative_to(source.resolve())
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, target)
+        if others := [copy for path, copy in copies.items() if copy.exists() and not cmp(path, copy, shallow=False)]:
+            raise TampError(f"{others[0]} is of another library, and is not replaced; choose another --output")
+        for path, copy in copies.items():
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, copy)
     except OSError as error:
         raise TampError(f"{output}: cannot be written: {error.strerror}") from error
+
+
+def refuse_to_overwrite(folder: Path, wanted: Sequence[Recipe]) -> None:
+    """Refuse a folder where a task would be written over another file; the same task may be made again.
+
+    Raises:
+        TampError: names the first such file.
+    """
+    for path, recipe in ((folder / f"{recipe.name}.yaml", recipe) for recipe in wanted):
+        begins = recipe.comment.encode()
+        if path.exists() and not (path.is_file() and path.read_bytes().startswith(begins)):
+            raise TampError(f"{path} is there already and is another task; choose another --output")
 
 
 def make_tasks(output: str, asked: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -50,6 +50,12 @@ class Recipe:
         """What the task and its file are called."""
         return f"{self.set}_{self.index:04d}"
 
+    @property
+    def comment(self) -> str:
+        """What the first line of the task's file says of it."""
+        how = f"{self.set} task {self.index}, level {self.level}, family {self.family}"
+        return f"# Made by `tamp generate` (generator {VERSION}, seed {self.seed}): {how}.\n"
+
 
 @dataclass(frozen=True, eq=False)
 class Made:
@@ -73,11 +79,7 @@ class Made:
     @property
     def comment(self) -> str:
         """What the task's file says of itself."""
-        recipe = self.recipe
-        return (
-            f"# Made by `tamp generate` (generator {VERSION}, seed {recipe.seed}): {recipe.set} task {recipe.index}, "
-            f"level {recipe.level}, family {recipe.family}.\n# Start: {self.start}\n# Goal: {self.goal}\n"
-        )
+        return f"{self.recipe.comment}# Start: {self.start}\n# Goal: {self.goal}\n"
 
 
 def make_task(recipe: Recipe, library: Sequence[Model]) -> Made:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Poses = Mapping[str, Pose | None]
 
+EXPECTED = "expected a mapping of object names to tamp.Pose, such as Pose.from_matrix(T) makes, or None"
+
 
 @dataclass(frozen=True)
 class ObjectError:
@@ -91,11 +93,17 @@ def evaluate(task: Task, final_poses: Poses, metric: Metric) -> Evaluation:
         metric: see `tamp.scoring.metrics`.
 
     Raises:
-        TaskError: where an object has no entry, or a mesh cannot be read.
+        TaskError: where an object has no entry, or one that is no pose, or a mesh cannot be read.
     """
+    if not isinstance(final_poses, Mapping):
+        raise TaskError(f"task {task.name}: the final poses are a {type(final_poses).__name__}; {EXPECTED}")
     missing = [o.name for o in task.objects if o.name not in final_poses]
     if missing:
         raise TaskError(f"task {task.name}: the final poses lack {', '.join(missing)}; every object needs one, or None")
+    for o in task.objects:
+        if not isinstance(final_poses[o.name], Pose | None):
+            kind = type(final_poses[o.name]).__name__
+            raise TaskError(f"task {task.name}: the final pose of {o.name} is a {kind}; {EXPECTED}")
     objects = _errors(task, final_poses, metric)
     idle = _mean([o.counted for o in _errors(task, {o.name: o.pose for o in task.objects}, metric)])
     error, bound = _mean([o.counted for o in objects]), _mean([o.bound for o in objects])

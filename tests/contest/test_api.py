@@ -96,6 +96,14 @@ def test_calls_of_another_form_are_refused(message: Message) -> None:
         check(message, CALLS)
 
 
+def test_a_shape_is_said_as_it_is_wanted() -> None:
+    arm = {"speed": 0.5, "straight": False}
+    with pytest.raises(ProtocolError, match=r"T_world_tool has shape \(3, 3\), not \(4, 4\)$"):
+        check(Message("move_pose", 1, arm, {"T_world_tool": np.eye(3)}), CALLS)
+    with pytest.raises(ProtocolError, match=r"q has shape \(65,\), not \(up to 64\)$"):
+        check(Message("move_joints", 1, {"speed": 0.5}, {"q": np.zeros(65)}), CALLS)
+
+
 def test_too_large_a_message_is_refused_before_it_is_read() -> None:
     ours, theirs = socket.socketpair()
     with ours, theirs:

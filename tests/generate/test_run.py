@@ -47,3 +47,19 @@ def test_files_do_not_depend_on_who_makes_them(tmp_path, capsys):
 def test_what_cannot_be_made_is_said_in_one_sentence(tmp_path, capsys, arguments, said):
     assert main(["generate", "-n", "1", "-o", str(tmp_path), *arguments]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_other_tasks_and_another_library_are_not_written_over(tmp_path, capsys):
+    made = ["generate", "-n", "1", "--level", "1", "-o", str(tmp_path)]
+    assert main(made) == 0
+    (task,) = tmp_path.glob("*.yaml")
+    files = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert main([*made, "--seed", "1"]) == 2
+    assert f"{task} is there already and is another task" in capsys.readouterr().err
+    assert main(made) == 0, "the same may be made again"
+    assert files == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    library = tmp_path / "objects" / "objects.yaml"
+    library.write_text("# another\n" + library.read_text())
+    capsys.readouterr()
+    assert main(made) == 2
+    assert f"{library} is of another library" in capsys.readouterr().err

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -119,6 +121,14 @@ def test_a_goal_on_an_object_asks_for_its_height_too() -> None:
 def test_every_object_needs_a_pose() -> None:
     with pytest.raises(TaskError, match="lack b, c"):
         score(_task(), {"a": Pose()})
+
+
+@pytest.mark.parametrize("wrong", [np.eye(4), {"xyz": [0, 0, 0]}, (0, 0, 0)])
+def test_what_is_no_pose_is_named(wrong: Any) -> None:
+    with pytest.raises(TaskError, match=f"pose of a is a {type(wrong).__name__}; expected .* tamp.Pose"):
+        score(_task(), {**_start(_task()), "a": wrong})
+    with pytest.raises(TaskError, match="the final poses are a list; expected a mapping"):
+        score(_task(), [wrong])  # type: ignore[arg-type]
 
 
 def test_a_score_without_goals_is_solved_and_says_so_in_json() -> None:

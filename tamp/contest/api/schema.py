@@ -107,7 +107,8 @@ class Array:
             have > self.most if want is None else have != want
             for have, want in zip(value.shape, self.shape, strict=True)
         ):
-            return f"has shape {value.shape}, not {self.shape} with at most {self.most} for None"
+            wanted = ", ".join(f"up to {self.most}" if want is None else str(want) for want in self.shape)
+            return f"has shape {value.shape}, not ({wanted})"
         if self.dtype != "u1" and not np.isfinite(value).all():
             return "holds numbers that are not finite"
         if self.bound < math.inf and np.abs(value).max(initial=0.0) > self.bound:

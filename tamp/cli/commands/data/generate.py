@@ -42,11 +42,12 @@ def add(commands: Commands) -> None:
 
 def generate(options: argparse.Namespace) -> int:
     """Make the tasks; workers and their number leave no trace in what is made."""
-    from tamp.generate.run import copy_library, recipes
+    from tamp.generate.run import copy_library, recipes, refuse_to_overwrite
     from tamp.generate.statistics import statistics, table
     from tamp.scenarios.library.model import FOLDER
 
     wanted = recipes(options.number, options.seed, options.level, options.family)
+    refuse_to_overwrite(options.output, wanted)
     copy_library(options.library or FOLDER, options.output)
     place = {recipe.name: i for i, recipe in enumerate(wanted)}
     rows = sorted(_rows(wanted, options.output, options.workers), key=lambda row: place[row["name"]])
