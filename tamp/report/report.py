@@ -36,13 +36,17 @@ def write_report(folders: Sequence[Path], path: Path, *, pictures: int) -> None:
 
     Raises:
         TampError: where a folder has no results.
+        OSError: where the page cannot be written; names it.
     """
     solutions = {name: read_runs(folder) for name, folder in named_folders(folders).items()}
     text = render("report.html", **_content(solutions, path.resolve().parent, pictures))
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.parent in folders:
         unlinked(path)
-    path.write_text(text, encoding="utf-8")
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:  # of a full disk, Python does not say where
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def named_folders(folders: Sequence[Path]) -> dict[str, Path]:

@@ -296,6 +296,12 @@ def test_links_in_a_stranger_s_folder_lead_nothing_out_of_it(tmp_path, folder, r
     assert all(place.is_file() and not place.is_symlink() for place in places)
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_a_page_for_which_there_is_no_room_is_named(folder, capsys):
+    assert main(["report", str(folder), "--pictures", "0", "-o", "/dev/full"]) == 2
+    assert capsys.readouterr().err == "tamp: /dev/full: No space left on device\n"
+
+
 @pytest.mark.parametrize("name", ["../elsewhere", "/tmp/elsewhere"])
 def test_runs_of_another_folder_are_not_read(tmp_path, name):
     line = to_json(replace(FAILED, task=name))
