@@ -78,12 +78,17 @@ class Sobriety:
         self._spent = 0
         self._learnt = True  # by plans under hopes
         self._seen = False
-        self._searched = 0
+        self._searched = self._news = 0
+
+    @property
+    def news(self) -> bool:
+        """Whether streams have brought facts since the last turn that nobody could hope for."""
+        return self._session.sampling.news > self._news
 
     @property
     def overdue(self) -> bool:
-        """Whether searches under hopes are so dear that real values should have their first turn at once."""
-        return not self._spent and self._session.searching > DEAR
+        """Whether real values should have a turn at once: searches under hopes are dear and it had none, or of news."""
+        return (not self._spent and self._session.searching > DEAR) or self.news
 
     def take_turn(self) -> None:
         """At least one round, and as many as it takes to spend what hopes have spent."""
@@ -101,6 +106,7 @@ class Sobriety:
         Tests between them are asked where a plan rests on them: it takes several plans to know which values get along.
         """
         session, before = self._session, self._session.work
+        self._news = session.sampling.news
         session.grounder.be_shallow(sober=True)
         if not self._learnt and not self._draw(before):
             return False
@@ -147,7 +153,7 @@ def focused(session: Session) -> None:
             failures += 1
             if failures % 8 == 0:
                 _bind_oldest(session, skeleton, budget.grown(failures // 8))
-            if failures % (SOBER if session.grounder.crowded else HOPEFUL) == 0:
+            if failures % (SOBER if session.grounder.crowded else HOPEFUL) == 0 or sobriety.news:
                 sobriety.take_turn()
         elif failures >= HOPEFUL:
             sobriety.catch_up()
@@ -297,7 +303,7 @@ def _sample(session: Session, seen: bool = False) -> bool:
     session.grounder.be_shallow()
     count = session.rounds.count
     if count >= FIRST_LOOK and count.bit_count() == 1:
-        session.surprises.look()
+        session.surprises.look(besides=session.grounder.joined)
     return session.rounds.expand() or session.grounder.deepen() or session.surprises.look()
 
 

@@ -225,7 +225,7 @@ class Session:
     @property
     def work(self) -> int:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
-        return self.sampling.calls + len(self.knowledge.templates) + self.searching
+        return self.rounds.work + len(self.knowledge.templates) + self.searching
 
     def search(self, scope: Scope = EVERYTHING) -> SearchResult:
         """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
@@ -242,8 +242,8 @@ class Session:
         return result
 
     def _searched_under(self, scope: Scope) -> SearchResult:
-        """One search, or two where there are no hopes."""
-        if scope.sure:  # moves lead anywhere, so that there is no plan with them where there is none without
+        """One search, or two where there are no hopes, but moves that are left out of the search."""
+        if scope.sure and self.connectors.connectors:  # they lead anywhere: no plan with them where none without
             result = self._searched(replace(scope, moves=False))
             if result.plan is None:
                 return result

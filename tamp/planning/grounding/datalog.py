@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from heapq import heappop, heappush
 
 from tamp.planning.model.objects import Fact, Pattern
 
@@ -113,7 +113,7 @@ class Join:
 
     def __init__(self, rules: Sequence[JoinRule]) -> None:
         self.facts: dict[Fact, None] = {}
-        self._queue: deque[Fact] = deque()
+        self._queue: list[tuple[int, int, Fact]] = []  # a heap: turn, then first come, first served
         self._matches: Iterator[tuple[JoinRule, tuple[int, ...]]] | None = None
         self._busy = False
         self.broken = False
@@ -136,12 +136,15 @@ class Join:
         for rule in self._empty:
             rule.on_match(())
 
-    def add(self, fact: Fact) -> None:
-        """Add a fact, if it is new, and report every match that it completes."""
+    def add(self, fact: Fact, turn: int = 0) -> None:
+        """Add a fact, if it is new, and report every match that it completes.
+
+        `turn`: where facts wait, those with the lowest come first.
+        """
         if fact in self.facts or fact[0] not in self._indices:
             return
         self.facts[fact] = None
-        self._queue.append(fact)
+        heappush(self._queue, (turn, len(self.facts), fact))
         self.run()
 
     @property
@@ -157,7 +160,7 @@ class Join:
         try:
             while self.unfinished and not self.paused():
                 if self._matches is None:
-                    self._matches = self._insert(self._queue.popleft())
+                    self._matches = self._insert(heappop(self._queue)[2])
                 for rule, match in self._matches:
                     self._count()
                     rule.on_match(match)

@@ -16,6 +16,7 @@ from tamp.planning.model.objects import Fact
 from tamp.planning.model.schema import FALSE_MARK, TRUE_MARK, Schema
 from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.model.transit_actions import Connectors
+from tamp.planning.model.turns import Turns
 from tamp.planning.options import Options
 
 MANY_HOPES = 1000
@@ -69,6 +70,7 @@ class Grounder:
         self._admitted: set[Instance] = set()
         self._most_admitted = SHARE
         self._seen: set[int] = set()
+        self._turns = Turns(knowledge)
         knowledge.on_fact(self.tell)
 
     def report_to(self, on_instance: Callable[[Instance], None], tick: Callable[[], None]) -> None:
@@ -102,12 +104,13 @@ class Grounder:
         """
         self._join.add(fact)
         level = self._level(fact)
+        turn = self._turns.of_fact(fact) if self._turns.needed else 0
         if not level:
-            self._real.add(fact)
+            self._real.add(fact, turn)
         if 0 < level >= self.limit:
             self._waiting.append(fact)
         else:
-            self._chains.add(fact)
+            self._chains.add(fact, turn)
 
     def _level(self, fact: Fact) -> int:
         """How many streams in a row a fact hopes for."""

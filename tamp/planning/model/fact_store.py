@@ -55,6 +55,7 @@ class Knowledge:
         real: facts without fluents that hold: given, or certified by a call.
         state: the fluent facts of the initial state, in the order given.
         brought: those of them that streams have certified; each becomes true once, whatever actions do about it later.
+        bringers: object that is no output of a stream -> the instance that first spoke of it, beyond its promise.
         producers: hoped-for fact -> the instances that may certify it.
         templates: every instance that the optimistic level made, in an order in which supports come first.
     """
@@ -66,6 +67,7 @@ class Knowledge:
         self.refuted: dict[Fact, str] = {}
         self.state: dict[Fact, None] = {}
         self.brought: dict[Fact, None] = {}
+        self.bringers: dict[int, Instance] = {}
         self.producers: dict[Fact, list[Instance]] = {}
         self.templates: list[Instance] = []
         self.version = 0

@@ -75,6 +75,10 @@ class Objects:
             self._handles[Constant(self._values[handle])] = handle
         return handle
 
+    def __len__(self) -> int:
+        """How many handles there are: 0 to this, without it."""
+        return len(self._values)
+
     def find(self, value: Any) -> int | None:
         """The handle of a value; None where it has none yet."""
         return self._handles.get(Constant(value))

@@ -287,15 +287,19 @@ class Sampling:
             self.tame.add(instance.external.name)
         for raw in facts:
             before = self._knowledge.version
-            self._knowledge.certify(self._extra(raw), active=True)
+            self._knowledge.certify(self._extra(raw, instance), active=True)
             self.news += self._knowledge.version > before
         if output is None:
             return False
         handles = self._handles(instance, output)
         return self._knowledge.record(instance, handles)
 
-    def _extra(self, raw: tuple[Any, ...]) -> Fact:
-        fact = (str(raw[0]).lower(), *map(self._knowledge.objects.intern, raw[1:]))
+    def _extra(self, raw: tuple[Any, ...], instance: Instance) -> Fact:
+        """A fact beyond what a stream promises, by handles."""
+        objects = self._knowledge.objects
+        known = len(objects)
+        fact = (str(raw[0]).lower(), *map(objects.intern, raw[1:]))
+        self._knowledge.bringers |= dict.fromkeys(range(known, len(objects)), instance)
         return self._knowledge.schema.inner(fact)
 
     def _handles(self, instance: Instance, output: Any) -> tuple[int, ...]:

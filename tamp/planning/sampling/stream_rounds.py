@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.stream_instances import Instance
+from tamp.planning.model.turns import Turns
 from tamp.planning.options import Limits
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
+
+FACTS_A_CALL = 5
+"""How many facts beyond what streams promise are as much work as a call: each brings operators and hopes."""
 
 SHOWN = 3
 """How many values of a stream that plans have drawn the search sees before any round."""
@@ -41,6 +46,12 @@ class Rounds:
         self._eager = eager
         self._lazy_tests = lazy_tests
         self._asking = False
+        self._turns = Turns(knowledge)
+
+    @property
+    def work(self) -> int:
+        """How much was done: calls of streams, and what wild ones brought."""
+        return self._sampling.calls + self._sampling.news // FACTS_A_CALL
 
     def appear(self, instance: Instance) -> None:
         """A stream instance whose domain facts are there: call it, or hope for it."""
@@ -69,6 +80,9 @@ class Rounds:
         Of what plans have drawn before, the search sees one more value of each stream in every round: what it must look
         at grows with the square of that number, or worse.
 
+        Where wild streams were called, a round ends as soon as it is as much work as all calls before it: what one call
+        brings may be the inputs of a thousand. Kinds of instances are drawn from in turn then.
+
         Args:
             tests: ask the tests of the new values as well, before anything is hoped of them.
 
@@ -79,7 +93,10 @@ class Rounds:
         self._asking = tests
         try:
             known = self._knowledge.instances()
-            any_left = self._draw(known)
+            if self._turns.needed:
+                any_left = self._draw(self._turns.in_turn(filter(self._is_real, known)), 2 * self.work)
+            else:
+                any_left = self._draw(known)
             if tests:
                 self._draw(i for i in self._knowledge.instances()[len(known) :] if i.external.is_test)
         finally:
@@ -108,9 +125,12 @@ class Rounds:
                     self._limits.check()
                     self._evaluator.given((*fact[:position], source.results[number][place], *fact[position + 1 :]))
 
-    def _draw(self, instances: Iterable[Instance]) -> bool:
+    def _draw(self, instances: Iterable[Instance], most: float = math.inf) -> bool:
+        """Draw from each of these, until there is as much work done as `most`; whether any had more."""
         any_left = False
         for instance in instances:
+            if self.work >= most:
+                break
             if instance.fluents or instance.external.fluents or not instance.unfinished:
                 continue
             if not self._is_real(instance) or not all(map(self._evaluator.given, instance.domain)):

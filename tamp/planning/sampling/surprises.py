@@ -5,6 +5,8 @@ Nothing can be concluded from what a stream promises before that, also of stream
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import Condition
@@ -24,14 +26,19 @@ class Surprises:
         self._evaluator = evaluator
         self._limits = limits
 
-    def look(self) -> bool:
+    def look(self, besides: Container[str] = ()) -> bool:
         """Call what has not shown how it answers; whether any of it was called or may still surprise.
+
+        Args:
+            besides: streams that are called anyway, round by round, but for those that are told the state.
 
         Raises:
             Ended: at a limit.
         """
         called = False
         for external in self._knowledge.schema.externals.values():
+            if external.name in besides and not external.fluents:
+                continue
             condition = Condition(positive=external.domain + external.awaited)
             state = State(self._knowledge.state)
             for binding, _ in self._evaluator.satisfy(condition, {}, state):

@@ -96,3 +96,15 @@ def test_the_tick_can_end_a_join_of_any_rule() -> None:
         for i in range(100):
             join.add(("p", i))
     assert len(found) < 2 * EVERY
+
+
+@given(st.lists(st.integers(0, 3), max_size=12))
+def test_facts_that_wait_come_by_their_turns_and_then_as_they_came(turns):
+    seen, waiting = [], True
+    join = Join([JoinRule(("?x",), (("p", "?x"),), (), lambda values: seen.append(values[0]))])
+    join.paused = lambda: waiting
+    for number, turn in enumerate(turns):
+        join.add(("p", number), turn)
+    waiting = False
+    join.run()
+    assert seen == sorted(range(len(turns)), key=turns.__getitem__)
