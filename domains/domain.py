@@ -16,7 +16,7 @@ from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
 from tamp.errors import DomainError, SamplerError, TampError, meant, told
 from tamp.frozen import FrozenDict
 from tamp.language import Domain as PDDLDomain
-from tamp.language import Stream, StreamFile, parse_domain, parse_streams
+from tamp.language import Stream, StreamFile, atoms, parse_domain, parse_streams
 from tamp.planning import GroundAction, Problem, StreamInfo
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
@@ -104,11 +104,20 @@ class Domain:
 
     @cached_property
     def followed(self) -> frozenset[str]:
-        """Predicates of which skills say by `facts` when they hold: of others nobody can tell at the end of a plan."""
+        """Predicates of which skills say by `facts` when they hold: of others nobody can tell at the end of a plan.
+
+        They are those that actions of such skills change, and those derived of what such actions change.
+        """
         telling = [
             self.pddl.actions[name.lower()] for s in self.skills if s.facts is not no_facts for name in s.actions
         ]
-        return frozenset(effect.atom.predicate for action in telling for effect in action.effects)
+        found = {effect.atom.predicate for action in telling for effect in action.effects}
+        size = -1
+        while size < (size := len(found)):
+            for axiom in self.pddl.axioms:
+                if any(atom.predicate in found for atom in atoms(axiom.condition)):
+                    found.add(axiom.predicate)
+        return frozenset(found)
 
     @cached_property
     def words(self) -> Mapping[str, str]:

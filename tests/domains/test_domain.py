@@ -65,6 +65,15 @@ def test_rules_that_are_not_there_are_refused(address):
         _ = tabletop.DOMAIN.extended(replace(BELL, rules=address), name="bells").rules
 
 
+def test_goals_may_be_derived_of_what_skills_tell_of_and_of_nothing_else():
+    derived = """(define (domain ring) (:predicates (Rung ?b) (Heard ?b) (Loud ?b) (Idle))
+      (:derived (Heard ?b) (Rung ?b)) (:derived (Loud ?b) (and (Heard ?b) (HandEmpty))) (:derived (Idle) (HandEmpty))
+      (:action ring :parameters (?b) :precondition (HandEmpty) :effect (Rung ?b)))"""
+    told = replace(BELL, domain=derived, facts=lambda action: FactChange(added=(("rung", "bell"), ("heard", "bell"))))
+    assert tabletop.DOMAIN.extended(told, name="bells").followed == {"rung", "heard", "loud"}
+    assert not tabletop.DOMAIN.extended(replace(BELL, domain=derived), name="bells").followed
+
+
 def test_facts_follow_from_timed_actions_in_their_order():
     domain: Domain = kitchen.DOMAIN
     cooked = domain.facts_after(
