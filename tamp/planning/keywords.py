@@ -222,17 +222,19 @@ def search_of(planner: str) -> str:
 
 def algorithm_of(name: str) -> str:
     """The algorithm that a name stands for, which may be one of PDDLStream's."""
-    return ALGORITHMS.get(name.replace("-", "_"), name)
+    return ALGORITHMS.get(name.replace("-", "_"), name) if isinstance(name, str) else name
 
 
 def constraints_of(given: Any) -> tuple[Constraints | None, float]:
     """Our constraints of PDDLStream's, and the most that a plan may cost by them.
 
     Raises:
-        DomainError: where groups are no mapping of names to objects.
+        DomainError: where they are no constraints, or groups no mapping of names to objects.
     """
     if given is None or isinstance(given, Constraints):
         return given, inf
+    if not hasattr(given, "skeletons"):
+        raise DomainError(f"constraints is {given!r}; valid are Constraints, PlanConstraints and None")
     if getattr(given, "hint", False):
         _warn("PlanConstraints: hint has no effect, the skeleton is followed")
     skeletons = tuple(tuple(_patterns(skeleton, given.exact)) for skeleton in given.skeletons or ())

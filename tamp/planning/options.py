@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import reprlib
 import resource
 from dataclasses import dataclass, field
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tamp import clock
+from tamp.errors import DomainError
 from tamp.planning.constraints import Constraints
 
 if TYPE_CHECKING:
@@ -58,6 +61,9 @@ class Options:
         hopes: whether the search may hope for what streams have not given yet, also with algorithm "incremental".
         constraints: what plans must look like.
         reuse: what to keep of an earlier plan.
+
+    Raises:
+        DomainError: where a limit is no number, or another option not what it has to be.
     """
 
     seed: int = 0
@@ -76,6 +82,19 @@ class Options:
     hopes: bool = False
     constraints: Constraints = field(default_factory=Constraints)
     reuse: Reuse | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("timeout", "max_cost", "success_cost", "max_iterations", "max_memory", "max_search_s"):
+            value = getattr(self, name)
+            if not isinstance(value, Real) or math.isnan(value):
+                raise DomainError(f"{name} is {value!r}; valid are numbers, and math.inf for no limit")
+        for name, kind, valid in (
+            ("seed", Integral, "whole numbers"),
+            ("constraints", Constraints, "Constraints()"),
+            ("reuse", Reuse | None, "what Reuse.after makes of a solution, and None"),
+        ):
+            if not isinstance(value := getattr(self, name), kind):
+                raise DomainError(f"{name} is {reprlib.repr(value)}; valid are {valid}")
 
 
 @dataclass(frozen=True)

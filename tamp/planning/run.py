@@ -59,7 +59,7 @@ class PlanningRun:
         """
         self.problem = problem
         self.settings = settings or Settings()
-        if self.settings.algorithm not in ALGORITHMS:
+        if self.settings.algorithm not in tuple(ALGORITHMS):  # which may be unhashable
             names = ", ".join(ALGORITHMS)
             raise DomainError(f"unknown algorithm {self.settings.algorithm!r}; there are: {names}")
         self.settings.options.constraints.check(problem.parsed_domain)

@@ -26,7 +26,7 @@ from tamp.planning.search.best_first import misfit as no_search
 from tamp.planning.strategies.all_at_once import AllAtOnce
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.planning.strategies.serialized import Serialized
-from tamp.planning.strategies.strategy import Strategy, misfit, record
+from tamp.planning.strategies.strategy import Strategy, misfit, record, supports_soft_goals
 
 STRATEGIES: dict[str, type[AllAtOnce] | type[Serialized] | type[NetBenefit]] = {
     each.name: each for each in (AllAtOnce, Serialized, NetBenefit)
@@ -90,12 +90,13 @@ def solve(
         strategy = STRATEGIES[strategy]()
     if wrong := misfit(strategy):
         raise DomainError(f"strategy: {reprlib.repr(strategy)} {wrong}")
-    if problem.soft_goals and strategy.name != NetBenefit.name:
-        raise DomainError(f"strategy {strategy.name!r} does not plan for soft_goals; 'net-benefit' does")
+    if problem.soft_goals and not supports_soft_goals(strategy):
+        able = "'net-benefit' does, and one of your own whose class says supports_soft_goals: ClassVar[bool] = True"
+        raise DomainError(f"strategy {strategy.name!r} does not plan for soft_goals; {able}")
     options = Options(
         seed,
         timeout,
-        min(max_cost, most),
+        max_cost if most == math.inf else min(max_cost, most),
         success_cost,
         unit_costs,
         max_iterations,

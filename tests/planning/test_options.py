@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from tamp.errors import DomainError
 from tamp.planning import Problem, SearchResult, solve
 from tamp.planning.search.best_first import BuiltinSearch
 from tests.planning.problems import blocksworld, costs, unsolvable
@@ -126,3 +127,22 @@ def test_a_search_that_gives_up_proves_nothing(algorithm):
     search = Interrupted(0, lambda: SearchResult(None))
     solution = solve(blocksworld.inversion(3), algorithm=algorithm, search=search, timeout=20.0)
     assert (solution.plan, solution.status) == (None, "failed")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"algorithm": None}, "unknown algorithm None; there are: adaptive, binding"),
+        ({"algorithm": ["focused"]}, r"unknown algorithm \['focused'\]; there are: adaptive"),
+        ({"timeout": None}, "timeout is None; valid are numbers, and math.inf for no limit"),
+        ({"timeout": math.nan}, "timeout is nan; valid are numbers"),
+        ({"max_cost": "5"}, "max_cost is '5'; valid are numbers"),
+        ({"max_iterations": None}, "max_iterations is None; valid are numbers"),
+        ({"seed": 1.5}, "seed is 1.5; valid are whole numbers"),
+        ({"reuse": 3}, "reuse is 3; valid are what Reuse.after makes of a solution, and None"),
+        ({"constraints": 3}, "constraints is 3; valid are Constraints, PlanConstraints and None"),
+    ],
+)
+def test_an_option_that_is_none_is_refused_in_one_sentence(given, said):
+    with pytest.raises(DomainError, match=said):
+        solve(blocksworld.inversion(2), **given)

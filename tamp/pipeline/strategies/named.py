@@ -12,6 +12,7 @@ from tamp.pipeline.strategies.known import NOTHING, Known
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.planning import Report
+from tamp.planning.strategies.strategy import supports_soft_goals
 from tamp.streams.values import Placement
 
 
@@ -66,7 +67,12 @@ STRATEGIES: Mapping[str, Strategy] = {"all-at-once": AllAtOnce, "serialized": Or
 def strategy_named(name: str) -> Strategy:
     """One of these, or a strategy of the stream planner's own kind that is asked for all goals at once.
 
+    One that supports soft goals is asked for them as soft ones.
+
     Raises:
         TampError: where there is no such strategy.
     """
-    return STRATEGIES[name] if name in STRATEGIES else partial(AllAtOnce, strategy=load_strategy(name, (*STRATEGIES,)))
+    if name in STRATEGIES:
+        return STRATEGIES[name]
+    own = load_strategy(name, (*STRATEGIES,))
+    return partial(NetBenefit if supports_soft_goals(own) else AllAtOnce, strategy=own)

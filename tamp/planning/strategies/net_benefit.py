@@ -36,6 +36,7 @@ class NetBenefit:
 
     enough: float = 0.0
     name: ClassVar[str] = "net-benefit"
+    supports_soft_goals: ClassVar[bool] = True
 
     def __call__(self, problem: Problem, settings: Settings) -> Solution:
         """Solve a problem; the cost of the solution is that of its actions and of the soft goals that it forgoes.

@@ -17,6 +17,7 @@ class Strategy(Protocol):
 
     Attributes:
         name: what it is called where it is chosen.
+        supports_soft_goals: whether it plans for the `soft_goals` of a problem; a class without it does not.
     """
 
     name: ClassVar[str]
@@ -49,6 +50,11 @@ def misfit(strategy: object) -> str:
     if not isinstance(getattr(strategy, "name", None), str):
         return 'has no name; give its class one, as in name: ClassVar[str] = "mine"'
     return ""
+
+
+def supports_soft_goals(strategy: object) -> bool:
+    """Whether a strategy plans for the soft goals of a problem, by what it says of itself."""
+    return bool(getattr(strategy, "supports_soft_goals", False))
 
 
 def record(strategy: Strategy) -> dict[str, Any]:

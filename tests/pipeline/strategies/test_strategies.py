@@ -12,7 +12,7 @@ from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.solving.solve import carry_out
 from tamp.pipeline.strategies.named import STRATEGIES
 from tamp.pipeline.strategies.serialization.subproblem import Asker
-from tamp.planning import PlanningRun
+from tamp.planning import NetBenefit, PlanningRun
 from tamp.planning.search.best_first import BuiltinSearch
 from tamp.task import At, Box, Object, Pose, Task
 
@@ -69,6 +69,24 @@ def test_where_not_all_goals_can_be_reached_net_benefit_reaches_what_it_can():
     (plan,) = run.plans
     assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
     assert set(plan.report["left"]) == {"huge"}
+
+
+@dataclass(frozen=True)
+class Thrifty:
+    """Net benefit under another name."""
+
+    name: ClassVar[str] = "thrifty"
+    supports_soft_goals: ClassVar[bool] = True
+
+    def __call__(self, problem, settings):
+        return NetBenefit(enough=50.0)(problem, settings)
+
+
+def test_a_strategy_of_ones_own_that_supports_soft_goals_reaches_what_it_can():
+    settings = Settings(strategy=f"{__name__}:Thrifty", clock="processor")
+    (plan,) = carry_out(Task("two", (RED, HUGE)), timeout=10.0, settings=settings, execute=False).plans
+    assert [action.name for action in plan.actions] == ["move", "pick", "move", "place"]
+    assert set(plan.report["left"]) == {"huge"} and plan.report["strategy"] == {"name": "thrifty"}
 
 
 def test_all_at_once_says_why_there_is_no_plan():

@@ -135,6 +135,24 @@ def test_hard_goals_come_first():
     assert solution.forgone == (("at", "home"),)
 
 
+@dataclasses.dataclass(frozen=True)
+class Thrifty:
+    """Net benefit under another name."""
+
+    name: ClassVar[str] = "thrifty"
+    supports_soft_goals: ClassVar[bool] = True
+
+    def __call__(self, problem, settings):
+        return NetBenefit()(problem, settings)
+
+
+def test_a_strategy_of_ones_own_plans_for_soft_goals_where_it_says_so():
+    solution = solve(errands([(("been", "shop"), 5.0)]), strategy=Thrifty(), timeout=20.0)
+    assert (solution.status, solution.forgone) == ("solved", ())
+    with pytest.raises(DomainError, match=r"'silent' does not plan for soft_goals; .* supports_soft_goals: ClassVar"):
+        solve(errands([(("been", "shop"), 5.0)]), strategy=Silent())
+
+
 def test_what_does_not_fit_is_refused():
     problem = blocksworld.inversion(2)
     with pytest.raises(DomainError, match="unknown strategy 'serialised'; there are: all-at-once, serialized"):

@@ -18,6 +18,7 @@ from tamp.pipeline.strategies.serialization.partial_plan import Progress
 from tamp.planning import GroundAction, Problem, Report, Reuse, Solution, solve
 from tamp.planning.strategies.net_benefit import NetBenefit
 from tamp.planning.strategies.strategy import Strategy as PlannerStrategy
+from tamp.planning.strategies.strategy import supports_soft_goals
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
@@ -112,15 +113,19 @@ class Asker:
             either: whether all others that shall reach goal poses may do so by way of another placement and grasp.
             about: the object that the question is for.
             known: a plan that would serve if some others were not there; its values are tried first.
-            strategy: of the stream planner; "net-benefit" takes each goal for worth what it takes off the error.
+            strategy: of the stream planner; for "net-benefit", and others that support soft goals, each goal is worth
+                what it takes off the error.
         """
         now = self.progress.now
         posed = {name for name in regrasped if isinstance(workspace.task.object(name).goal, At)}
         waiting = {name for name, goal in workspace.goals.items() if goal != workspace.start[name]}
         problem = now.problem(workspace, samplers or {}, movable, posed & waiting, waiting - posed if either else ())
-        if strategy == "net-benefit":
+        if strategy == "net-benefit" or supports_soft_goals(strategy):
             problem = softened(problem, workspace)
-            strategy = NetBenefit(enough=ENOUGH * len(problem.soft_goals)) if problem.soft_goals else "all-at-once"
+            if not problem.soft_goals:
+                strategy = "all-at-once"
+            elif strategy == "net-benefit":
+                strategy = NetBenefit(enough=ENOUGH * len(problem.soft_goals))
         search = now.setup.settings.chosen("search")
         solution = solve(
             problem,
