@@ -52,3 +52,32 @@ class Judgement:
         lines += [f"  {f.outcome:5s}  {f.check:12s}  {f.text}" for f in self.findings]
         wrong = sum(f.outcome == "wrong" for f in self.findings)
         return "\n".join([*lines, "it fits" if self.fits else f"{wrong} thing{'s' * (wrong > 1)} wrong"])
+
+
+@dataclass(frozen=True)
+class PartJudgement:
+    """All findings on a search, a strategy or a simulator.
+
+    Attributes:
+        kind: "search", "strategy" or "simulator".
+        name: its address or name.
+        findings: in the order of the checks; what is wrong ends them, since later ones would mean nothing.
+    """
+
+    kind: str
+    name: str
+    findings: tuple[Finding, ...]
+
+    @property
+    def fits(self) -> bool:
+        """Whether nothing is wrong."""
+        return all(finding.outcome != "wrong" for finding in self.findings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-like values."""
+        findings = [{"check": f.check, "outcome": f.outcome, "text": f.text} for f in self.findings]
+        return {self.kind: self.name, "fits": self.fits, "findings": findings}
+
+    def __str__(self) -> str:
+        lines = [f"  {f.outcome:5s}  {f.check:12s}  {f.text}" for f in self.findings]
+        return "\n".join([f"{self.kind} {self.name}", *lines, "it fits" if self.fits else "1 thing wrong"])

@@ -65,7 +65,7 @@ class PlanningRun:
         self.settings.options.constraints.check(problem.parsed_domain)
         warn_of_slips(problem, priced=not self.settings.options.unit_costs)
         self._until = until
-        self._search = _searcher(self.settings.search)
+        self._search = searcher(self.settings.search)
         self._session: Session | None = None
         self._usable = False
         self._committed: list[_Present] = []
@@ -240,7 +240,8 @@ class _Begun(Exception):  # noqa: N818  control flow inside this module
         self.ended = ended
 
 
-def _searcher(search: str | Search) -> Search:
+def searcher(search: str | Search) -> Search:
+    """The search of a name that `search_of` gives; one that is none stays."""
     if not isinstance(search, str):
         return search
     return BuiltinSearch() if search == "builtin" else FastDownward(search)

@@ -7,7 +7,7 @@ import reprlib
 from dataclasses import replace
 from typing import Any
 
-from tamp.errors import DomainError
+from tamp.errors import DomainError, TampError, told
 from tamp.planning.constraints import Constraints
 from tamp.planning.keywords import (
     SERIALIZED,
@@ -109,10 +109,26 @@ def solve(
         search = search_of(search)
     elif wrong := no_search(search):
         raise DomainError(f"search: {reprlib.repr(search)} {wrong}")
-    solution = strategy(problem, Settings(algorithm_of(algorithm), search, options))
+    solution = _answered(strategy, problem, Settings(algorithm_of(algorithm), search, options))
     if not isinstance(solution, Solution):
         raise DomainError(f"strategy {strategy.name!r}: expected a Solution, found {reprlib.repr(solution)}")
     solution = replace(solution, report=replace(solution.report, strategy=record(strategy)))
     if keywords.get("verbose", False):
         print(solution.report)
     return solution
+
+
+def _answered(strategy: Strategy, problem: Problem, settings: Settings) -> Any:
+    """What a strategy answers.
+
+    Raises:
+        DomainError: where one from outside raises something that is no sentence to the user.
+    """
+    try:
+        return strategy(problem, settings)
+    except TampError:
+        raise
+    except Exception as error:
+        if type(strategy) in STRATEGIES.values():
+            raise
+        raise DomainError(f"strategy {strategy.name!r} raised {told(error)}") from error
