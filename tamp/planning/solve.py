@@ -20,7 +20,7 @@ from tamp.planning.keywords import (
     understood,
 )
 from tamp.planning.options import Options, Reuse, Settings
-from tamp.planning.problem import Problem, Solution
+from tamp.planning.problem import GroundAction, Problem, Solution
 from tamp.planning.search.best_first import Search
 from tamp.planning.search.best_first import misfit as no_search
 from tamp.planning.strategies.all_at_once import AllAtOnce
@@ -109,9 +109,9 @@ def solve(
         search = search_of(search)
     elif wrong := no_search(search):
         raise DomainError(f"search: {reprlib.repr(search)} {wrong}")
-    solution = _answered(strategy, problem, Settings(algorithm_of(algorithm), search, options))
-    if not isinstance(solution, Solution):
-        raise DomainError(f"strategy {strategy.name!r}: expected a Solution, found {reprlib.repr(solution)}")
+    solution: Solution = _answered(strategy, problem, Settings(algorithm_of(algorithm), search, options))
+    if wrong := _unfit(solution, problem):
+        raise DomainError(f"strategy {strategy.name!r}: {wrong}")
     solution = replace(solution, report=replace(solution.report, strategy=record(strategy)))
     if keywords.get("verbose", False):
         print(solution.report)
@@ -128,7 +128,24 @@ def _answered(strategy: Strategy, problem: Problem, settings: Settings) -> Any:
         return strategy(problem, settings)
     except TampError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         if type(strategy) in STRATEGIES.values():
             raise
         raise DomainError(f"strategy {strategy.name!r} raised {told(error)}") from error
+
+
+def _unfit(solution: Any, problem: Problem) -> str:
+    """What is wrong with the form of a strategy's answer; empty where nothing is."""
+    if not isinstance(solution, Solution):
+        return f"expected a Solution, found {reprlib.repr(solution)}"
+    if (solution.plan is not None) != (solution.status == "solved"):
+        return f"its status is {solution.status!r}, with {'no' if solution.plan is None else 'a'} plan"
+    if solution.plan is None:
+        return ""
+    actions = problem.parsed_domain.actions
+    for step in solution.plan:
+        if not isinstance(step, GroundAction) or step.name not in actions:
+            return f"expected a plan of GroundAction, each an action of the domain, found {reprlib.repr(step)}"
+        if len(step.args) != len(actions[step.name].parameters):
+            return f"{step.name} has {len(actions[step.name].parameters)} parameters, in its plan {len(step.args)}"
+    return ""

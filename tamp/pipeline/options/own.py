@@ -6,6 +6,7 @@ Entry points of the groups `tamp.strategies` and `tamp.searches` give such names
 from __future__ import annotations
 
 import inspect
+import json
 import reprlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -29,11 +30,29 @@ def load_strategy(name: str, built_in: Sequence[str]) -> Strategy:
         built_in: the names of those that come along, to be told with what is valid.
 
     Raises:
-        TampError: where there is none, its module fails, or it cannot be asked as a strategy is.
+        TampError: where there is none, its module fails, it cannot be asked as a strategy is, or its
+            options cannot be recorded.
     """
-    from tamp.planning.strategies.strategy import misfit
+    from tamp.planning.strategies.strategy import misfit, record
 
-    return cast("Strategy", _loaded("strategies", name, built_in, misfit))
+    def unfit(found: Any) -> str:
+        if wrong := misfit(found):
+            return wrong
+        strange = [(name, value) for name, value in record(found).items() if not _recordable(value)]
+        valid = "valid are finite numbers, strings, None, and lists and dictionaries of them"
+        told = [f"its option {n} is {reprlib.repr(v)}, which a run's record cannot hold; {valid}" for n, v in strange]
+        return "".join(told[:1])
+
+    return cast("Strategy", _loaded("strategies", name, built_in, unfit))
+
+
+def _recordable(value: Any) -> bool:
+    """Whether a value can be written as JSON."""
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def load_search(name: str, built_in: Sequence[str]) -> Search:

@@ -108,7 +108,7 @@ class SymbolicSearch:
             valid = isinstance(result, SearchResult) and (result.plan is None or reaches(task, result.plan))
         except TampError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise TampError(f"{search} raised {told(error)}") from error
         if not isinstance(result, SearchResult):
             raise TampError(f"{search}: expected a SearchResult, found {reprlib.repr(result)}")

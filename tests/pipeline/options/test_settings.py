@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -42,6 +43,17 @@ def counting(monkeypatch):
     monkeypatch.setattr(Counting, "with_robot", 0)
     monkeypatch.setattr(Counting, "without", 0)
     return f"{__name__}:Counting"
+
+
+@dataclass(frozen=True)
+class Guided:
+    """A strategy whose option no record can hold."""
+
+    heuristic: Any = len
+    name: ClassVar[str] = "guided"
+
+    def __call__(self, problem: Any, settings: Any) -> Any:
+        """Answer nothing."""
 
 
 @pytest.mark.parametrize("field", ["simulator", "settling"])
@@ -94,6 +106,10 @@ def test_an_unknown_option_is_refused_with_those_that_there_are():
         ({"strategy": "json:JSONDecoder"}, "strategy 'json:JSONDecoder': cannot be called; a strategy is called with"),
         ({"strategy": "datetime:date"}, "the class cannot be made without arguments: TypeError: .*; name an instance"),
         ({"strategy": "json:dumps"}, r"strategy 'json:dumps': must take \(problem, settings\): "),
+        (
+            {"strategy": "tests.pipeline.options.test_settings:Guided"},
+            "Guided': its option heuristic is <built-in function len>, which a run's record cannot hold; valid are",
+        ),
         ({"strategy": len}, "strategy is <built-in function len>; valid is its name"),
         ({"search": "json:loads"}, r"search 'json:loads': must take \(task, timeout, bound=None, effort=math.inf\): "),
         ({"search": "fff"}, "unknown search 'fff'; did you mean 'ff'.*and package.module:NAME for one of your own"),

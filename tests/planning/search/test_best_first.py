@@ -191,6 +191,7 @@ def test_placeholders_of_ended_streams_are_not_searched_any_more(algorithm):
         (lambda task: (), "its plan does not lead from what is initial in the task to the task's goal"),
         (lambda task: task.operators, "its plan does not lead"),
         (lambda task: ("pick",), "its plan does not lead"),
+        (lambda task: sys.exit(3), r"raised SystemExit: 3 at .*test_best_first.py:"),
         (lambda task: 1 / 0, r"raised ZeroDivisionError: division by zero at .*test_best_first.py:"),
     ],
 )

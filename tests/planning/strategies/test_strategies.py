@@ -7,7 +7,7 @@ import pytest
 
 from tamp.errors import DomainError
 from tamp.language import atoms
-from tamp.planning import Constraints, NetBenefit, Problem, Serialized, solve
+from tamp.planning import AllAtOnce, Constraints, GroundAction, NetBenefit, Problem, Serialized, solve
 from tamp.planning.strategies.net_benefit import compiled
 from tamp.planning.strategies.serialized import conjuncts
 from tests.planning.problems import blocksworld, continuous, costs, ported, tabletop, unsolvable
@@ -186,6 +186,20 @@ class Nameless:
 
 
 @dataclasses.dataclass(frozen=True)
+class Changed:
+    """All at once, whose solution is changed, or that raises."""
+
+    changes: dict
+    raised: BaseException | None = None
+    name: ClassVar[str] = "changed"
+
+    def __call__(self, problem, settings):
+        if self.raised is not None:
+            raise self.raised
+        return dataclasses.replace(AllAtOnce()(problem, settings), **self.changes)
+
+
+@dataclasses.dataclass(frozen=True)
 class Silent(Nameless):
     name: ClassVar[str] = "silent"
 
@@ -199,6 +213,16 @@ class Silent(Nameless):
         (Changing(), r"is no frozen dataclass, whose fields are its options: put @dataclass\(frozen=True\)"),
         (Nameless(), "has no name; give its class one"),
         (Silent(), "strategy 'silent': expected a Solution, found None"),
+        (Changed({"status": "failed"}), "strategy 'changed': its status is 'failed', with a plan"),
+        (Changed({"plan": None}), "strategy 'changed': its status is 'solved', with no plan"),
+        (Changed({"plan": (("stack", ("a", "b")),)}), "expected a plan of GroundAction, .*, found ..stack., ..a., .b"),
+        (Changed({"plan": (GroundAction("fly", ()),)}), "each an action of the domain, found GroundAction.*fly"),
+        (Changed({"plan": (GroundAction("stack", ()),)}), "strategy 'changed': stack has . parameters, in its plan 0"),
+        (
+            Changed({}, raised=ZeroDivisionError("by zero")),
+            "'changed' raised ZeroDivisionError: by zero at .*/test_str",
+        ),
+        (Changed({}, raised=SystemExit(3)), "'changed' raised SystemExit: 3 at .*/test_strategies.py:"),
     ],
 )
 def test_what_is_no_strategy_is_refused_in_one_sentence(strategy, said):
