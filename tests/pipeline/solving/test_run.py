@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from pathlib import Path
 
 from tamp.pipeline.solving.run import save_poses, save_run
 from tamp.results import from_json
@@ -30,6 +31,14 @@ def test_the_manifest_names_all_that_a_run_depends_on(run, one_object, tmp_path)
     assert manifest["plan_sha256"] == run.result.plan_sha256
     assert manifest["versions"] == dict(run.result.versions)
     assert manifest["inputs"] == {str(one_object.path): hashlib.sha256(one_object.path.read_bytes()).hexdigest()}
+
+
+def test_the_manifest_has_a_hash_of_each_module_that_the_run_names(run, one_object, tmp_path):
+    own = {"strategy": f"{__name__}:MINE", "samplers": {"sample-grasp": "json.decoder:JSONDecoder"}, "search": "ff"}
+    save_run(run, one_object, own, tmp_path)
+    inputs = json.loads((tmp_path / "manifest.json").read_text())["inputs"]
+    assert inputs.keys() == {str(one_object.path), __file__, json.decoder.__file__}
+    assert inputs[__file__] == hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
 
 
 def test_poses_go_through_a_file_unchanged(tmp_path):
