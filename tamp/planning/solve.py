@@ -32,6 +32,8 @@ STRATEGIES: dict[str, type[AllAtOnce] | type[Serialized] | type[NetBenefit]] = {
     each.name: each for each in (AllAtOnce, Serialized, NetBenefit)
 }
 
+STATUSES = ("solved", "infeasible", "timeout", "failed", "interrupted")
+
 
 def solve(
     problem: Problem | PDDLProblem,
@@ -138,6 +140,8 @@ def _unfit(solution: Any, problem: Problem) -> str:
     """What is wrong with the form of a strategy's answer; empty where nothing is."""
     if not isinstance(solution, Solution):
         return f"expected a Solution, found {reprlib.repr(solution)}"
+    if solution.status not in STATUSES:
+        return f"its status is {solution.status!r}; valid are {', '.join(STATUSES)}"
     if (solution.plan is not None) != (solution.status == "solved"):
         return f"its status is {solution.status!r}, with {'no' if solution.plan is None else 'a'} plan"
     if solution.plan is None:
