@@ -142,7 +142,8 @@ def _unfit(solution: Any, problem: Problem) -> str:
         return f"expected a Solution, found {reprlib.repr(solution)}"
     if solution.status not in STATUSES:
         return f"its status is {solution.status!r}; valid are {', '.join(STATUSES)}"
-    if (solution.plan is not None) != (solution.status == "solved"):
+    # Who is interrupted keeps the best plan.
+    if (solution.plan is not None) != (solution.status == "solved") and solution.status != "interrupted":
         return f"its status is {solution.status!r}, with {'no' if solution.plan is None else 'a'} plan"
     if solution.plan is None:
         return ""
