@@ -17,6 +17,7 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.righting import righted
+from tamp.checking.physics.rolling import rolls_down
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
 from tamp.task.mesh.enclosure import lies_in
@@ -54,8 +55,6 @@ ASIDE = 0.3
 """Level share of a contact normal from which on it pushes aside."""
 PRESSED = 2e-4
 """What is no deeper than this in something does not push it [m]."""
-SLOPE = 0.005
-"""Down which everything rolls that is perfectly round [rad]."""
 LADEN = 20.0
 """What rolls does not stay on something that is lighter by this factor: that is not level enough under it."""
 ROUND = (Sphere, Cylinder, Capsule)
@@ -196,22 +195,9 @@ def _tilts_off(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
 
 
 def _rolls_down(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
-    """Whether what is perfectly round stands on one object alone, on a face that slopes: facets would hold on that."""
-    shape, T, touching = scene.task.object(name).shape, state.poses[name], carriers(scene, state, name, allow)
-    if not isinstance(shape, ROUND) or len(touching.patches) != 1 or touching.bodies in ((), (TABLE,)):
-        return False
-    (under,) = touching.bodies
-    T_under, center = state.poses[under], T[:3, 3]
-    local, faces = inverse(T_under) @ np.append(center, 1.0), []
-    for piece in scene.solids[under].pieces:
-        normals, offsets = piece.planes
-        above = normals @ local[:3] - offsets
-        faces.append((float(above.max()), T_under[:3, :3] @ normals[int(above.argmax())]))
-    up = min(faces, key=lambda face: face[0])[1]
-    if isinstance(shape, Sphere):
-        return float(np.hypot(up[0], up[1])) > SLOPE
-    along = T[:3, 2] if abs(T[2, 2]) < LEVEL else up
-    return abs(float(np.cross(along, up)[2])) > SLOPE and abs(float(along @ up)) < LEVEL
+    """Whether what is perfectly round rolls away on what carries it: facets would hold on that."""
+    shape, under = scene.task.object(name).shape, carriers(scene, state, name, allow).bodies
+    return isinstance(shape, ROUND) and under not in ((), (TABLE,)) and rolls_down(scene, state, name, shape, allow)
 
 
 def _outweighs(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
