@@ -184,7 +184,7 @@ class State:
 
     def as_stayed(self, *names: str) -> State:
         """The same with all objects, or some of them, where they stay at the start though said to stand elsewhere."""
-        moved = {name: T for name, T in self.stayed.items() if not names or name in names}
+        moved = {name: T for name, T in self.stayed.items() if name in self.poses and (not names or name in names)}
         return replace(self, poses={**self.poses, **moved}, touching={})
 
     def copy(self) -> State:

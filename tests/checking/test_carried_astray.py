@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.checking.actions.left_standing import check_uncovered
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
 from tamp.task import Action, At, Attachment, Box, Move, Object, Plan, Pose, Task, Trajectory, load_robot
 from tests.checking.handmade import DOWN, Hand, above, carry
 from tests.checking.mutations.editing import shifted
@@ -18,12 +21,12 @@ HOME = load_robot("panda").home
 
 
 def let_go_aside(
-    hand: Hand, name: str, stands: Pose, by: float, grip_height: float = 0.005
+    hand: Hand, name: str, stands: Pose, by: float, grip_height: float = 0.005, on: str = "table"
 ) -> tuple[list[Action], Pose]:
     """Take an object up and put it down where it stands, twice, and say each time that it stands aside; and where."""
     actions = []
     for _ in range(2):
-        *before, place = carry(hand, name, stands, stands, 0.05, ("table", "table"), grip_height=grip_height)
+        *before, place = carry(hand, name, stands, stands, 0.05, (on, on), grip_height=grip_height)
         stands = Pose((stands.xyz[0] + by, *stands.xyz[1:]))
         lower, release, leave = place.steps
         actions += [*before, replace(place, steps=(lower, replace(release, pose=stands), leave))]
@@ -101,3 +104,75 @@ def test_what_is_pushed_from_where_it_is_not_said_to_stand_is_met_beside_its_pat
     found = " ".join(problem.sentence for problem in check(Task("pushed", things), plan).problems)
     assert ("domino meets pushed" in found) == wrong, found
     assert bool(found) == wrong, found
+
+
+def calm(actions: list[Action]) -> tuple[Action, ...]:
+    """The same with a third more time for free motions."""
+
+    def slower(step):
+        if not isinstance(step, Move) or step.phase not in ("transit", "transfer"):
+            return step
+        path = step.trajectory
+        return replace(step, trajectory=Trajectory(path.times * 1.3, path.positions, path.velocities / 1.3))
+
+    return tuple(replace(action, steps=tuple(map(slower, action.steps))) for action in actions)
+
+
+@pytest.mark.parametrize(
+    ("by", "within", "wrong"), [(1.9e-3, 1.5e-3, True), (1.9e-3, 6e-3, False), (0.0, 1.5e-3, False)]
+)
+def test_what_was_let_go_aside_tips_with_what_is_put_on_its_end(by, within, wrong):
+    """A board is let go twice farther out on a block than it is said to lie; a box that came on its end tipped it."""
+    hand, lies, first = Hand(HOME), Pose((0.08, 0.0, 0.055)), Pose((0.05, -0.25, 0.025))
+    actions, said = let_go_aside(hand, "board", lies, -by, on="block")
+    masses = {"block": 2.0, "board": 0.4, "box": 0.2}
+    end = Pose((0.1 + (0.4 * (0.1 - said.xyz[0]) - within * 0.6) / 0.2, 0.0, 0.095))
+    actions += carry(hand, "box", first, end, 0.04, ("table", "board"), grip_height=0.0)
+    shapes = {"block": Box((0.1, 0.1, 0.04)), "board": Box((0.2, 0.05, 0.03)), "box": Box((0.04, 0.04, 0.05))}
+    starts = {"block": Pose((0.05, 0.0, 0.02)), "board": lies, "box": first}
+    goals = {"box": end}
+    things = tuple(Object(n, shapes[n], starts[n], At(end) if n in goals else None, mass=masses[n]) for n in shapes)
+    plan = Plan("astray", "panda", 0, starts, HOME, goals, calm(actions))
+    found = " ".join(problem.sentence for problem in check(Task("astray", things), plan).problems)
+    assert ("board tips over" in found and "where board is in truth" in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(("by", "within", "wrong"), [(1.9e-3, 2e-3, True), (1.9e-3, 7e-3, False), (0.0, 2e-3, False)])
+def test_what_is_nudged_aslant_to_an_edge_may_be_beyond_it(by, within, wrong):
+    """It is said to be nearer the middle as each of two nudges begins; it fell over the edge that they lead along."""
+    hand, turn, actions = Hand(HOME), np.radians(20.0), list[Action]()
+    x = 0.05 + (0.05 - within - 0.04 * np.sin(turn)) / np.cos(turn)
+    start = stands = Pose((float(x) + 2 * by, 0.0, 0.05))
+    for k in range(2):
+        stands = Pose((stands.xyz[0] - by, *stands.xyz[1:]))
+        tool = Pose((stands.xyz[0] + by * (k + 1), stands.xyz[1] - 0.03 - FRONT + 0.0015, 0.04), DOWN)
+        back, way = shifted(tool, np.array([0.0, -0.03, 0.0])), np.array([0.0, 0.02, 0.0])
+        go = Move("transit", hand.free(above(back)), 0.0)
+        reach = [Move("approach", hand.line(to), 0.0) for to in (back, tool)]
+        line = hand.line(shifted(tool, way))
+        slow = Trajectory(line.times * 3, line.positions, line.velocities / 3)
+        push = Move("push", slow, 0.0, None, frozenset({("box", "slab")}), Attachment("box", tool.inverse() @ stands))
+        leave = [Move("retreat", hand.line(shifted(to, way)), 0.0) for to in (back, above(back))]
+        actions += [Action("move", (), (go,)), Action("nudge", ("box", "slab"), (*reach, push, *leave))]
+        stands = shifted(stands, way)
+    slab = Object("slab", Box((0.1, 0.3, 0.03)), Pose.from_rpy((0.05, 0.0, 0.015), (0.0, 0.0, turn)), mass=2.0)
+    box = Object("box", Box((0.06, 0.06, 0.04)), start, At(stands), mass=0.2)
+    plan = Plan("aslant", "panda", 0, {"slab": slab.pose, "box": start}, HOME, {"box": stands}, calm(actions))
+    found = " ".join(problem.sentence for problem in check(Task("aslant", (slab, box)), plan).problems)
+    assert ("box may be 3.8 mm aside" in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(("by", "wrong"), [(4e-3, True), (0.0, False)])
+def test_what_is_in_truth_farther_out_tips_as_a_counterweight_is_taken_away(by, wrong):
+    weight, plank, block = Box((0.03, 0.04, 0.06)), Box((0.2, 0.05, 0.02)), Box((0.05, 0.05, 0.06))
+    at = {"block": (0.0, 0.0, 0.03), "plank": (0.0, 0.0, 0.07), "red": (0.0275, 0.0, 0.11), "green": (-0.05, 0.0, 0.11)}
+    shapes, masses = dict(zip(at, (block, plank, weight, weight), strict=True)), (2.0, 0.05, 0.3, 0.3)
+    things = [Object(n, shapes[n], Pose(at[n]), mass=m) for n, m in zip(at, masses, strict=True)]
+    state, sentences = State({o.name: o.pose.matrix for o in things}, np.zeros(7)), list[str]()
+    state.stayed["red"] = shifted(Pose(at["red"]), np.array([by, 0.0, 0.0])).matrix
+    scene = Scene.of(Task("scales", tuple(things)))
+    check_uncovered(scene, state, "green", DEFAULT, lambda _, sentence, **about: sentences.append(sentence))
+    assert any("where red is in truth" in sentence for sentence in sentences) == wrong, sentences
+    assert bool(sentences) == wrong

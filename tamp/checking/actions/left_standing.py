@@ -15,6 +15,8 @@ from tamp.checking.physics.support import balanced, carriers, slumps, unrest
 from tamp.checking.physics.yielding import gives_way
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from tamp.checking.actions.arm_motion import Report
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
@@ -29,8 +31,9 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     slumped = _slumped(scene, state, name, beside, allow, report)
     rest = state.without(name)
     steady = [other for other in beside if not slumped.intersection(stack_of(scene, rest, other, allow).names)]
-    for sentence, bodies, depth in upset(scene, state, rest, steady, allow):
-        report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
+    for falls in (upset, _upset_in_truth):
+        for sentence, bodies, depth in falls(scene, state, rest, steady, allow):
+            report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
     for sentence, bodies in let_down(scene, state, rest, beside, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     firm = replace(allow, standing=allow.firm)
@@ -101,11 +104,24 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
     wrong = (_rolling(scene, state, name, allow), pressed_away(scene, state, name, allow))
     for sentence, bodies in (*wrong[0], *wrong[1], *rocked(scene, state, stack, allow)):
         report("support", sentence, bodies=bodies)
-    for sentence, bodies, depth in upset(scene, state.without(name), state, [name], allow):
-        report("support", sentence, bodies=bodies, depth=depth)
+    for falls in (upset, _upset_in_truth):
+        for sentence, bodies, depth in falls(scene, state.without(name), state, [name], allow):
+            report("support", sentence, bodies=bodies, depth=depth)
     if tips_over(scene, state, name, allow):
         report("support", f"{name} tips over what it first touches, which does not carry it", bodies=(name,))
     if convex(scene, state, name, allow):  # of pieces that bulge nobody knows within a millimetre what touches
         near = replace(allow, standing=allow.touching)
         for sentence, bodies in gives_way(scene, state.without(name), state, [name], allow.slump, near):
             report("support", sentence, bodies=bodies)
+
+
+def _upset_in_truth(
+    scene: Scene, before: State, after: State, names: Sequence[str], allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...], float]]:
+    """The same as `upset` where a body of those stacks is not where the plan says."""
+    said = before.poses | after.poses
+    far = {body for body, T in after.stayed.items() if scene.displacement(body, said[body], T) > allow.balance}
+    if moved := sorted(far & {body for name in names for body in stack_of(scene, after, name, allow).names}):
+        there = [state.as_stayed(*moved) for state in (before, after)]
+        for sentence, bodies, depth in upset(scene, *there, names, allow):
+            yield f"{sentence}, where {moved[0]} is in truth, not where the plan says", bodies, depth

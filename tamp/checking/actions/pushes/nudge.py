@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
+from tamp.checking.actions.grip_and_release import check_righted
 from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.pushes.push import (
     aslant,
@@ -66,6 +67,11 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     check_move(scene, state, move, allow, report, seen)
     _check_way(scene, state, name, path, touching, allow, report)
     check_rest(scene, state, name, allow, report)
+
+    def say(_: str, sentence: str, bodies: tuple[str, ...], depth: float = 0.0) -> None:
+        report("push", sentence, bodies=bodies, depth=depth)
+
+    check_righted(scene, state, name, path[-1], allow, say)
     if TABLE in under:  # what lies in something does not roll out of that
         check_stopped(scene, state, name, direction(path), allow, report)
     after = carriers(scene, state, name, allow).bodies
