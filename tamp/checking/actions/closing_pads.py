@@ -100,6 +100,22 @@ def note_lies(scene: Scene, state: State, name: str, held: Array, allow: Toleran
         state.stayed[name] = lies
 
 
+def note_turned_over(scene: Scene, state: State, name: str, lay: Array, before: Array, after: Array) -> None:
+    """Note where an object is that turned over from where it `lay`, and not from `before` to `after`, as it is said to.
+
+    Nothing takes it aside as it turns: it is as far aside afterwards, and as much turned about the vertical.
+    """
+    way = scene.center_of_mass(name, after) - scene.center_of_mass(name, before)
+    came = lay[:3, :3] @ before[:3, :3].T
+    yaw = float(np.arctan2(came[1, 0] - came[0, 1], came[0, 0] + came[1, 1]))
+    lies = turned(after, scene.center_of_mass(name, after), UP, yaw)
+    off = scene.center_of_mass(name, lay) + rotation(UP, yaw) @ way - scene.center_of_mass(name, lies)
+    lies[:2, 3] += off[:2]
+    state.stayed.pop(name, None)
+    if is_aside(scene, name, after, lies):
+        state.stayed[name] = lies
+
+
 def is_aside(scene: Scene, name: str, said: Array, lies: Array) -> bool:
     """Whether an object lies beside where it is said to."""
     off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, said)

@@ -20,7 +20,7 @@ from tamp.checking.actions.blow import (
     tips_on,
     upset_by_fall,
 )
-from tamp.checking.actions.closing_pads import note_lies
+from tamp.checking.actions.closing_pads import note_lies, note_turned_over
 from tamp.checking.actions.grip_and_release import check_righted, check_strayed
 from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.actions.way_down import met_on_the_way
@@ -91,7 +91,7 @@ def check_fall(
         for other in jammed(scene, state, name, before, allow):
             report("fall", f"{name} gets stuck in {other}, which has no room for it to fall into", bodies=(name, other))
     else:
-        state.stayed.pop(name, None)
+        note_turned_over(scene, state, name, state.stayed.get(name, before), before, after)
     check_rest(scene, state, name, allow, report)
     drop = float(-ahead[2])
     if max(drop, _landing(met, before, after)) <= allow.dropped:

@@ -122,6 +122,6 @@ def _upset_in_truth(
     said = before.poses | after.poses
     far = {body for body, T in after.stayed.items() if scene.displacement(body, said[body], T) > allow.balance}
     if moved := sorted(far & {body for name in names for body in stack_of(scene, after, name, allow).names}):
-        there = [state.as_stayed(*moved) for state in (before, after)]
-        for sentence, bodies, depth in upset(scene, *there, names, allow):
+        was, there = before.as_stayed(*moved), after.as_stayed(*moved)
+        for sentence, bodies, depth in upset(scene, was, there, names, allow):
             yield f"{sentence}, where {moved[0]} is in truth, not where the plan says", bodies, depth

@@ -6,8 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tamp.checking import check
+from tamp.checking.actions.closing_pads import note_turned_over
+from tamp.checking.scene import Scene, State
 from tamp.task import (
     Action,
     At,
@@ -107,3 +111,19 @@ def test_what_pads_draw_along_pushes_nothing_that_rolls(shape: Shape, turn, asid
     said = carried(Object("red", Box((0.03, 0.04, 0.06)), start), goal, 0.04, grip, "table", other)
     assert (said != "") == rolls
     assert ("closing pads turn, or draw, red into round" in said) == rolls
+
+
+@given(
+    yaw=st.floats(-0.05, 0.05),
+    aside=st.tuples(st.floats(-0.005, 0.005), st.floats(-0.005, 0.005)),
+    turn=st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)),
+)
+@settings(max_examples=20, deadline=None)
+def test_what_turns_over_beside_where_it_is_said_to_lies_as_far_aside(yaw, aside, turn):
+    box = Object("box", Box((0.05, 0.1, 0.2)), Pose((0.1, 0.2, 0.1)))
+    scene = Scene.of(Task("falls", (box,)))
+    moved = Pose.from_rpy((*aside, 0.0), (0.0, 0.0, yaw)).matrix
+    before, after = box.pose.matrix, Pose.from_rpy((0.15, 0.2, 0.05), (*turn, 0.0)).matrix
+    state = State({"box": after}, np.zeros(7))
+    note_turned_over(scene, state, "box", moved @ before, before, after)
+    assert np.abs(state.stayed.get("box", after) - moved @ after).max() < 2e-4

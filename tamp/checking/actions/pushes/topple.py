@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
+from tamp.checking.actions.closing_pads import note_turned_over
 from tamp.checking.actions.grip_and_release import check_attachment, check_strayed
 from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.actions.pushes.push import aslant, check_force, founded, touched_behind, unfollowed, watch
@@ -49,9 +50,9 @@ def check_topple(scene: Scene, state: State, move: Move, pushed: Attachment, all
     check_attachment(scene, name, start, pushed.T_tool_object.matrix, allow, report)
     check_strayed(scene, state, name, state.poses[name], path[0], allow, report)
     check_uncovered(scene, state, name, allow, report)
-    state.stayed.pop(name, None)
+    note_turned_over(scene, state, name, state.stayed.get(name, state.poses[name]), path[0], path[-1])
     check_force(scene, move, name, seen, _push_over(scene, move, name, path, allow), allow.push, allow, report)
-    for sentence in (*_astray(scene, name, path, swing, allow), *_loose(scene, move, name, path, allow)):
+    for sentence in (*_astray(scene, name, path, swing, allow), *_loose(scene, state, move, name, path, allow)):
         report("push", sentence, bodies=(name,))
     check_move(scene, state, move, allow, report, seen)
     state.poses[name] = path[-1]
@@ -97,7 +98,7 @@ def _slid(corners: Array) -> float:
     return float(np.linalg.norm(np.cumsum(aside, axis=0), axis=1).max())
 
 
-def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
+def _loose(scene: Scene, state: State, move: Move, name: str, path: Array, allow: Tolerances) -> Iterator[str]:
     """Why a push would not turn an object about its edge ahead, and let it fall over in the end."""
     ahead = _ahead(path)
     across = np.array([-ahead[1], ahead[0], 0.0])
@@ -117,7 +118,7 @@ def _loose(scene: Scene, move: Move, name: str, path: Array, allow: Tolerances) 
     if pressed.min() > carried.max() or pressed.max() < carried.min():
         yield f"{name} would turn away: the finger presses beside the edge that it shall turn about"
     beyond = scene.center_of_mass(name, path[-1]) @ ahead - (edges[1] @ ahead).max()
-    if not allow.balance < beyond < allow.beyond:
+    if not allow.balance + state.aside(name) < beyond < allow.beyond:
         yield f"{name} is left with its centre of mass {1000 * beyond:.0f} mm beyond the edge that it shall fall over"
 
 

@@ -9,6 +9,7 @@ import pytest
 import tamp
 from tamp.checking import check
 from tamp.task import Box, Fall, Move, Object, Pose
+from tests.checking.handmade import tree
 from tests.checking.judging import assert_wrong_and_rejected
 from tests.checking.mutations import FALLS, TOPPLES
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice
@@ -112,3 +113,19 @@ def test_the_oracle_finds_nothing_wrong_with_a_valid_one(task, plan):
     from tests.checking.oracle import wrong
 
     assert wrong(task, plan) is None
+
+
+def test_what_is_toppled_beside_where_it_is_said_to_be_lies_as_far_aside(task, plan):
+    """It was forgotten that it is aside, and it was met, and taken up, where it does not lie."""
+    k = next(k for k, action in enumerate(plan.actions) if action.name == "topple")
+    short, by = replace(plan, actions=plan.actions[: k + 1]), Pose((0.0, 0.0019, 0.0))
+
+    def said_aside(move):
+        tool = Pose.from_matrix(tree().tool(move.trajectory.positions[:1])[0])
+        return replace(move, pushed=replace(move.pushed, T_tool_object=tool.inverse() @ by @ plan.start["pail"]))
+
+    assert "pail" not in check(task, short).state.stayed
+    aside = edited(edited(short, said_aside), lambda fall: replace(fall, pose=by @ fall.pose), Fall)
+    state = check(task, aside).state
+    off = (state.stayed["pail"] - state.poses["pail"])[:3, 3]
+    assert np.abs(off - (0.0, -0.0019, 0.0)).max() < 1e-4
