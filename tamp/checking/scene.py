@@ -144,7 +144,7 @@ class State:
         beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
         stayed: object -> where it stays at the start, though it is said to stand elsewhere, until the hand moves it;
             and where it is once closing pads have turned it, or the plan says that a grip, a release or a push takes it
-            aside, which does not.
+            aside, or a grip higher, or turns it, which does not.
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         rubbed: object -> how far in all things have slid on it that pressed on it within tolerance [m].

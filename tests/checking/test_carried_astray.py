@@ -11,7 +11,7 @@ from tamp.checking import check
 from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Action, At, Attachment, Box, Move, Object, Plan, Pose, Task, Trajectory, load_robot
+from tamp.task import Action, At, Attachment, Box, Grip, Move, Object, Plan, Pose, Task, Trajectory, load_robot
 from tests.checking.handmade import DOWN, Hand, above, carry
 from tests.checking.mutations.editing import shifted
 
@@ -161,6 +161,37 @@ def test_what_is_nudged_aslant_to_an_edge_may_be_beyond_it(by, within, wrong):
     plan = Plan("aslant", "panda", 0, {"slab": slab.pose, "box": start}, HOME, {"box": stands}, calm(actions))
     found = " ".join(problem.sentence for problem in check(Task("aslant", (slab, box)), plan).problems)
     assert ("box may be 3.8 mm aside" in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(
+    ("said", "low", "wrong"),
+    [
+        (Pose((0.0, 0.0, 1.9e-3)), -1.4e-3, True),
+        (Pose((0.0, 0.0, -1.9e-3)), 2.4e-3, False),
+        (Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.014, 0.0)), -1.2e-3, True),
+        (Pose((0.0, 0.0, 0.0)), 0.5e-3, False),
+    ],
+)
+def test_what_hangs_lower_in_the_hand_than_it_is_said_to_is_met_there(said, low, wrong):
+    """A bar is said to be higher in the hand, or to have one end higher; a domino that it should pass over fell."""
+    hand, start, high = Hand(HOME), Pose((0.05, -0.2, 0.03)), 0.14
+    tool, held = start @ Pose((0.0, 0.0, 0.0), DOWN), Attachment("bar", Pose((0.0, 0.0, 0.0), DOWN) @ said)
+    before, after = (Pose((0.05, y, high + 0.03 + low), DOWN) for y in (-0.2, 0.2))
+    touching = frozenset({("robot", "bar"), ("bar", "table")})
+    go = Move("transit", hand.free(above(tool)), 0.08)
+    reach = Move("approach", hand.line(tool), 0.08, contacts=touching)
+    lift = Move("lift", hand.line(before), 0.05, held, touching)
+    over = Move("transfer", hand.line(after), 0.05, held)
+    steps = (("move", (), (go,)), ("pick", ("bar",), (reach, Grip(held, 0.05), lift)), ("move", (), (over,)))
+    bar = Object("bar", Box((0.2, 0.05, 0.06)), start, mass=0.3)
+    domino = Object("domino", Box((0.02, 0.012, high)), Pose((-0.038, 0.0, high / 2)), mass=0.05)
+    starts = {"bar": bar.pose, "domino": domino.pose}
+    plan = Plan("high", "panda", 0, starts, HOME, {}, calm([Action(*step) for step in steps]))
+    found = [
+        problem.sentence for problem in check(Task("high", (bar, domino)), plan).problems if problem.kind != "goal"
+    ]
+    assert any("domino meets bar" in sentence for sentence in found) == wrong, found
     assert bool(found) == wrong, found
 
 

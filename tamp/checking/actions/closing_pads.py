@@ -95,7 +95,7 @@ def note_lies(scene: Scene, state: State, name: str, held: Array, allow: Toleran
     So that small ways aside do not add up unseen, the least that is no rounding is noted.
     """
     said, carried = state.poses[name], state.stayed.get(name, held)
-    lies = come_down(scene, name, carried, held, said)
+    lies = come_down(scene, name, carried, said)
     if name in state.stayed or is_aside(scene, name, said, lies) or is_elsewhere(scene, name, said, lies, allow):
         state.stayed[name] = lies
 
@@ -106,11 +106,8 @@ def note_turned_over(scene: Scene, state: State, name: str, lay: Array, before: 
     Nothing takes it aside as it turns: it is as far aside afterwards, and as much turned about the vertical.
     """
     way = scene.center_of_mass(name, after) - scene.center_of_mass(name, before)
-    came = lay[:3, :3] @ before[:3, :3].T
-    yaw = float(np.arctan2(came[1, 0] - came[0, 1], came[0, 0] + came[1, 1]))
-    lies = turned(after, scene.center_of_mass(name, after), UP, yaw)
-    off = scene.center_of_mass(name, lay) + rotation(UP, yaw) @ way - scene.center_of_mass(name, lies)
-    lies[:2, 3] += off[:2]
+    veered = _veered(before, lay)
+    lies = _beside(scene, name, after, veered, scene.center_of_mass(name, lay) + rotation(UP, veered) @ way)
     state.stayed.pop(name, None)
     if is_aside(scene, name, after, lies):
         state.stayed[name] = lies
@@ -122,18 +119,31 @@ def is_aside(scene: Scene, name: str, said: Array, lies: Array) -> bool:
     return float(np.hypot(off[0], off[1])) > ASIDE
 
 
-def come_down(scene: Scene, name: str, carried: Array, held: Array, said: Array) -> Array:
-    """Where an object lies that was let go where it was held, T_world_object: it comes straight down, if it does.
+def is_off(scene: Scene, name: str, said: Array, lies: Array) -> bool:
+    """Whether an object is elsewhere in the hand than it is said to be: aside, higher or lower, or turned."""
+    off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, said)
+    return max(float(np.linalg.norm(off)), scene.swing(name, said, lies)) > ASIDE
 
-    Nothing turns it about the vertical, or takes it aside. `carried` is where it was in truth when the plan had it
-    `held`, and is about there.
+
+def come_down(scene: Scene, name: str, carried: Array, said: Array) -> Array:
+    """Where an object lies that was let go where it was `carried` in truth: as it is said to, but where that is aside.
+
+    Nothing turns it about the vertical, or takes it aside, as it comes down.
     """
-    R = said[:3, :3] @ held[:3, :3].T
-    lies = said @ inverse(held) @ carried
-    veered = float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
-    lies = turned(lies, scene.center_of_mass(name, lies), UP, -veered)
-    lies[:2, 3] += (scene.center_of_mass(name, held) - scene.center_of_mass(name, said))[:2]
-    return lies
+    return _beside(scene, name, said, _veered(said, carried), scene.center_of_mass(name, carried))
+
+
+def _beside(scene: Scene, name: str, T: Array, veered: float, center: Array) -> Array:
+    """A pose turned about the vertical by an angle [rad], with the centre of mass over a place, shape (3,)."""
+    moved = turned(T, scene.center_of_mass(name, T), UP, veered)
+    moved[:2, 3] += (center - scene.center_of_mass(name, T))[:2]
+    return moved
+
+
+def _veered(before: Array, after: Array) -> float:
+    """By how much the turn from one pose to another, near each other, is about the vertical [rad]."""
+    R = after[:3, :3] @ before[:3, :3].T
+    return float(np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1]))
 
 
 def _way(start: Array, end: Array, radius: float, step: float) -> Array | None:

@@ -13,8 +13,8 @@ from tamp.checking.actions.closing_pads import (
     UP,
     check_drawn,
     drawn_along,
-    is_aside,
     is_elsewhere,
+    is_off,
     laid_between,
     note_lies,
 )
@@ -81,7 +81,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
     lies = laid_between(scene, name, T_tool_object, grip.width, opening)
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
-    if name not in state.stayed and is_aside(scene, name, gripped, state.poses[name]):
+    if name not in state.stayed and is_off(scene, name, gripped, state.poses[name]):
         state.stayed[name] = state.poses[name]
     state.held = grip.attachment
     state.nudged.pop(name, None)
@@ -104,8 +104,8 @@ def _check_as_stayed(
     tool = scene.links.tree.tool(state.q[None])[0]
     axis = tool[:3, :3] @ scene.links.tree.spec.gripper.axis
     off = state.stayed[name][:3, 3] - gripped[:3, 3]
-    there = gripped.copy()
-    there[:3, 3] += off - axis * (axis @ off)
+    there = state.stayed[name].copy()
+    there[:3, 3] -= axis * (axis @ off)
     state.stayed[name] = there
 
     def say(kind: str, sentence: str, bodies: tuple[str, ...], depth: float = 0.0) -> None:
