@@ -138,6 +138,23 @@ def test_what_was_let_go_aside_tips_with_what_is_put_on_its_end(by, within, wron
     assert bool(found) == wrong, found
 
 
+def pushed_on(
+    hand: Hand, action: tuple[str, str, str], stands: Pose, far: float, high: float, aside: float = 0.0
+) -> tuple[list[Action], Pose]:
+    """Push a box of 6 cm, named by the action with what it stands on, along y with a closed hand; and its end."""
+    verb, name, on = action
+    tool = Pose((stands.xyz[0] + aside, stands.xyz[1] - 0.03 - FRONT + 0.0015, high), DOWN)
+    back, way = shifted(tool, np.array([0.0, -0.03, 0.0])), np.array([0.0, far, 0.0])
+    go = Move("transit", hand.free(above(back)), 0.0)
+    reach = [Move("approach", hand.line(to), 0.0) for to in (back, tool)]
+    line = hand.line(shifted(tool, way))
+    slow = Trajectory(line.times * 3, line.positions, line.velocities / 3)
+    push = Move("push", slow, 0.0, None, frozenset({(name, on)}), Attachment(name, tool.inverse() @ stands))
+    leave = [Move("retreat", hand.line(shifted(to, way)), 0.0) for to in (back, above(back))]
+    actions = [Action("move", (), (go,)), Action(verb, (name, on), (*reach, push, *leave))]
+    return actions, shifted(stands, way)
+
+
 @pytest.mark.parametrize(("by", "within", "wrong"), [(1.9e-3, 2e-3, True), (1.9e-3, 7e-3, False), (0.0, 2e-3, False)])
 def test_what_is_nudged_aslant_to_an_edge_may_be_beyond_it(by, within, wrong):
     """It is said to be nearer the middle as each of two nudges begins; it fell over the edge that they lead along."""
@@ -146,16 +163,8 @@ def test_what_is_nudged_aslant_to_an_edge_may_be_beyond_it(by, within, wrong):
     start = stands = Pose((float(x) + 2 * by, 0.0, 0.05))
     for k in range(2):
         stands = Pose((stands.xyz[0] - by, *stands.xyz[1:]))
-        tool = Pose((stands.xyz[0] + by * (k + 1), stands.xyz[1] - 0.03 - FRONT + 0.0015, 0.04), DOWN)
-        back, way = shifted(tool, np.array([0.0, -0.03, 0.0])), np.array([0.0, 0.02, 0.0])
-        go = Move("transit", hand.free(above(back)), 0.0)
-        reach = [Move("approach", hand.line(to), 0.0) for to in (back, tool)]
-        line = hand.line(shifted(tool, way))
-        slow = Trajectory(line.times * 3, line.positions, line.velocities / 3)
-        push = Move("push", slow, 0.0, None, frozenset({("box", "slab")}), Attachment("box", tool.inverse() @ stands))
-        leave = [Move("retreat", hand.line(shifted(to, way)), 0.0) for to in (back, above(back))]
-        actions += [Action("move", (), (go,)), Action("nudge", ("box", "slab"), (*reach, push, *leave))]
-        stands = shifted(stands, way)
+        more, stands = pushed_on(hand, ("nudge", "box", "slab"), stands, 0.02, 0.04, by * (k + 1))
+        actions += more
     slab = Object("slab", Box((0.1, 0.3, 0.03)), Pose.from_rpy((0.05, 0.0, 0.015), (0.0, 0.0, turn)), mass=2.0)
     box = Object("box", Box((0.06, 0.06, 0.04)), start, At(stands), mass=0.2)
     plan = Plan("aslant", "panda", 0, {"slab": slab.pose, "box": start}, HOME, {"box": stands}, calm(actions))
@@ -192,6 +201,22 @@ def test_what_hangs_lower_in_the_hand_than_it_is_said_to_is_met_there(said, low,
         problem.sentence for problem in check(Task("high", (bar, domino)), plan).problems if problem.kind != "goal"
     ]
     assert any("domino meets bar" in sentence for sentence in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(("higher", "thick", "wrong"), [(1.9e-3, 1.5e-3, True), (1.9e-3, 4e-4, False)])
+def test_what_slides_does_not_pass_above_what_lies_in_its_way(higher, thick, wrong):
+    """It is said to stand higher than it does as the push begins; the card that it should pass over came along."""
+    start = Pose((0.05, -0.15, 0.025))
+    actions, end = pushed_on(
+        Hand(HOME), ("slide", "box", "table"), shifted(start, np.array([0, 0, higher])), 0.12, 0.02
+    )
+    box = Object("box", Box((0.06, 0.06, 0.05)), start, At(end), mass=0.3)
+    card = Object("card", Box((0.06, 0.03, thick)), Pose((0.05, -0.0975, thick / 2)), mass=0.02)
+    starts = {"box": start, "card": card.pose}
+    plan = Plan("higher", "panda", 0, starts, HOME, {"box": end}, calm(actions))
+    found = " ".join(problem.sentence for problem in check(Task("higher", (box, card)), plan).problems)
+    assert ("not above, meets card" in found) == wrong, found
     assert bool(found) == wrong, found
 
 

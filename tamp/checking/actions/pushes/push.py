@@ -24,6 +24,7 @@ from tamp.checking.physics.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
+from tamp.checking.robot.sweep import Mover, passed, standing, touches
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 from tamp.task.robot import PAD_FRICTION
@@ -119,11 +120,29 @@ def check_path(
     sticks = GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
     if slowing > sticks:
         report("push", f"{name} slides on when the hand slows down by {slowing:.1f} m/s^2", bodies=(name,))
+    _check_sunk(scene, state, name, under, seen, allow, report)
     _note_beside(scene, state, name, path)
     push = sticks * scene.task.object(name).mass * direction(path)
     check_force(scene, move, name, seen, push, allow.nudge, allow, report)
     check_uncovered(scene, state, name, allow, report)
     return path
+
+
+def _check_sunk(
+    scene: Scene, state: State, name: str, under: Iterable[str], seen: Looks, allow: Tolerances, report: Report
+) -> None:
+    """What is pushed slides on what carries it, and not by a gap that counts as standing above what lies in its way."""
+    body, standing_on = scene.solids[name], {on: T for on, T in state.standing(scene).items() if on in under}
+    path = seen.bodies[-1].T
+    gaps = [clearance(scene.solids[on], body, inverse(T) @ path[0], 0.0) for on, T in standing_on.items()]
+    sunk = path.copy()
+    sunk[:, 2, 3] -= np.clip(min(gaps, default=0.0), 0.0, allow.standing)
+    slides = Mover(body, sunk)
+    rest = {other: T for other, T in state.standing(scene).items() if other not in (name, *standing_on)}
+    near = passed([slides], standing(scene.solids, rest))
+    for touch in touches(((other, slides, allow.collision) for other in near), seen.swing):
+        sentence = f"{name}, which slides on what carries it and not above, meets {touch.bodies[0]}"
+        report("collision", sentence, bodies=touch.bodies, depth=touch.depth)
 
 
 def _note_beside(scene: Scene, state: State, name: str, path: Array) -> None:
