@@ -103,7 +103,7 @@ def _check_as_stayed(
         return
     tool = scene.links.tree.tool(state.q[None])[0]
     axis = tool[:3, :3] @ scene.links.tree.spec.gripper.axis
-    off = state.stayed[name][:3, 3] - gripped[:3, 3]
+    off = scene.center_of_mass(name, state.stayed[name]) - scene.center_of_mass(name, gripped)
     there = state.stayed[name].copy()
     there[:3, 3] -= axis * (axis @ off)
     state.stayed[name] = there
