@@ -63,7 +63,7 @@ WAYS = 36  # level ones in which what has fallen may tip on
 STRUCK = 0.0025  # what is so near to the plane strikes it as well, where an edge is round [m]
 TIPS = 0.195  # share of what it takes to tip on from which on it may: the checker grants hardly more
 ROCKING = np.radians(np.arange(0.0, 91.0))  # how far a body has turned over its edge when its height is asked
-STRAY = 0.041  # share of a fall's energy that goes any way as the body strikes the plane: no edge strikes it evenly
+STRAY = 0.0155  # share of a fall's energy that rocks what comes down, to whatever side: no edge strikes evenly
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
 
@@ -167,7 +167,7 @@ def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     """Whether a body that turns over from one pose to another, and comes down flat there, tips on over its far edge.
 
     Its angular momentum about that edge is kept, as where that strikes it is stopped and nowhere else; some of its
-    energy goes any way, since no face strikes evenly.
+    energy goes any way, since no face strikes evenly: it rocks from one side onto the other.
     """
     R, center = after.matrix[:3, :3], after.matrix[:3, :3] @ geometry.center_of_mass + after.xyz
     fallen = center - before.matrix[:3, :3] @ geometry.center_of_mass - before.xyz
@@ -182,13 +182,27 @@ def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(WAYS)], axis=1)
     for way in ways:
-        over, lever = np.cross(UP, way), center - corners[(corners @ way).argmax()]
-        kept = max(float(over @ (inertia @ axis + np.cross(lever, np.cross(axis, arm)))), 0.0)
-        swings = (axis @ inertia @ axis + arm @ arm) * (over @ inertia @ over + lever @ lever - (over @ lever) ** 2)
-        lifted = _barrier(-lever, world - center, way)
-        if -fallen[2] * max(kept**2 / swings, STRAY) > TIPS * lifted:
+        along, over = corners @ way, np.cross(UP, way)
+        lever, opposite = center - corners[along.argmax()], center - corners[along.argmin()]
+        kept = max(_kept(inertia, axis, arm, over, lever), STRAY * _kept(inertia, over, opposite, over, lever))
+        if -fallen[2] * kept > TIPS * _barrier(-lever, world - center, way):
             return True
     return False
+
+
+def _kept(inertia: Array, axis: Array, arm: Array, over: Array, lever: Array) -> float:
+    """Share of its energy that a body keeps which turned about one axis, and is stopped so as to turn about another.
+
+    Args:
+        inertia: about its centre of mass, for a mass of one kilogram, shape (3, 3) [m^2].
+        axis: unit vector, shape (3,).
+        arm: from the axis to the centre of mass, shape (3,) [m].
+        over: the other axis, likewise.
+        lever: likewise.
+    """
+    momentum = float(over @ (inertia @ axis + np.cross(lever, np.cross(axis, arm))))
+    swings = [a @ inertia @ a + r @ r - (a @ r) ** 2 for a, r in ((axis, arm), (over, lever))]
+    return float(max(momentum, 0.0) ** 2 / (swings[0] * swings[1]))
 
 
 def _barrier(edge: Array, arms: Array, way: Array) -> float:

@@ -30,7 +30,7 @@ ALIKE = 0.05  # masses that differ by such a share are one
 PASSED = 0.5  # share of the energy passed on in a blow without a rebound that is counted on
 HELD = 0.5  # level share of a contact normal from which on it keeps a body from tipping that way
 MAY_TIP = 0.2  # share of what it takes to tip over from which on it may: edges slip, and a hand adds some
-STRAY = 0.04  # share of a fall's energy that goes any way as it ends
+STRAY = 0.015  # share of a fall's energy that rocks what comes down, to whatever side
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = np.linspace(0.0, 2 * np.pi, 72, endpoint=False)  # of the level ways in which something may tip [rad]
 WAYS = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros_like(ANGLES)], axis=1)
@@ -167,8 +167,8 @@ def tips_on(
     """Over the edge of what an object tips on that has turned over and come down on it; None where it stays.
 
     What it strikes farthest ahead stops it there and nowhere else: its angular momentum about that place is kept, and
-    it goes on turning about it. Some of its energy goes any way, since nothing strikes a face evenly. To tip it must
-    lift its centre of mass over that place, and over what of it comes down meanwhile.
+    it goes on turning about it. Some of its energy goes any way, since nothing strikes a face evenly: it rocks from one
+    side onto the other. To tip it must lift its centre of mass over that, and over what of it comes down meanwhile.
 
     Args:
         scene: the bodies.
@@ -184,20 +184,30 @@ def tips_on(
         return None
     points = np.concatenate(list(touching.points.values()))
     under = [other for other, found in touching.points.items() for _ in found]
-    center, mass = scene.center_of_mass(name, state.poses[name]), scene.task.object(name).mass
-    R = state.poses[name][:3, :3]
-    spin, velocity = R @ scene.inertia(name) @ R.T @ axis, np.cross(axis, center - pivot)
+    center = scene.center_of_mass(name, state.poses[name])
     for way in WAYS:
-        over, last = np.cross(UP, way), int((points @ way).argmax())
         if any((held.normals @ way < -HELD).any() for held in touching.patches.values()):
             continue
+        over, last, first = np.cross(UP, way), int((points @ way).argmax()), int((points @ way).argmin())
         lever = center - points[last]
-        kept = float(over @ (spin + mass * np.cross(lever, velocity)))
-        swings = inertia(scene, state, name, axis, center - pivot) * inertia(scene, state, name, over, lever)
-        share = max(max(kept, 0.0) ** 2 / swings, STRAY)
-        if drop * share > MAY_TIP * rise_to_tip(scene, state, name, under[last], points[last], way):
+        ahead = _kept(scene, state, name, (axis, center - pivot), (over, lever))
+        rocking = _kept(scene, state, name, (over, center - points[first]), (over, lever))
+        energy = drop * max(ahead, STRAY * rocking)
+        if energy > MAY_TIP * rise_to_tip(scene, state, name, under[last], points[last], way):
             return under[last]
     return None
+
+
+def _kept(scene: Scene, state: State, name: str, before: tuple[Array, Array], after: tuple[Array, Array]) -> float:
+    """Share of its energy that a body keeps which turned about one axis, and is stopped so as to turn about another.
+
+    Each is given as a unit vector, shape (3,), and the way from the axis to the centre of mass, shape (3,) [m].
+    """
+    (axis, arm), (over, lever) = before, after
+    R, mass = state.poses[name][:3, :3], scene.task.object(name).mass
+    momentum = float(over @ (R @ scene.inertia(name) @ R.T @ axis + mass * np.cross(lever, np.cross(axis, arm))))
+    swings = inertia(scene, state, name, axis, arm) * inertia(scene, state, name, over, lever)
+    return float(max(momentum, 0.0) ** 2 / swings)
 
 
 def pushed_back(scene: Scene, state: State, name: str, ahead: Array, allow: Tolerances) -> Iterator[str]:

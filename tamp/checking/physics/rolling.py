@@ -50,6 +50,8 @@ def rolls_down(scene: Scene, state: State, name: str, shape: Sphere | Cylinder |
     along = None if isinstance(shape, Sphere) else T[:3, 2]
     if along is not None and abs(along[2]) > LYING:
         return False
+    if along is not None and _on_slope(scene, state, name, along, shape.radius, allow):
+        return True
     half = 0.0 if isinstance(shape, Sphere) else shape.height / 2
     up = UP if along is None else UP - along[2] * along
     near = list(_near(scene, state, name, along, half, 2 * allow.standing))
@@ -57,6 +59,30 @@ def rolls_down(scene: Scene, state: State, name: str, shape: Sphere | Cylinder |
     level = [np.zeros(3), *(allow.balance * np.array([np.cos(a), np.sin(a), 0.0]) for a in angles)]
     starts = {tuple(off if along is None else off - (off @ along) * along) for off in level}
     return any(_goes(near, shape.radius, up, np.array(off), allow.standing) for off in sorted(starts))
+
+
+def _on_slope(scene: Scene, state: State, name: str, along: Array, radius: float, allow: Tolerances) -> bool:
+    """Whether what lies `along` a unit vector does so on one flat face that slopes across it.
+
+    Where such a face slopes along it too it touches that at one end only, as what it lies on seen from there does not
+    tell.
+    """
+    faces: list[Array] = []
+    room = 2 * allow.standing
+    for other, T in state.standing(scene).items():
+        local = (inverse(T) @ state.poses[name][:, 3])[:3]
+        for piece in scene.solids[other].pieces if other != name else ():
+            normals, offsets = piece.planes
+            above = normals @ local - offsets
+            if abs(float(above.max()) - radius) < room and _reaches(piece.corners, local, radius + room):
+                faces.append(T[:3, :3] @ normals[above.argmax()])
+    return len(faces) == 1 and faces[0][2] > LYING and abs(float(np.cross(along, faces[0])[2])) > SLOPE
+
+
+def _reaches(corners: Array, point: Array, far: float) -> bool:
+    """Whether a point is no farther than this from a box round corners, shape (n, 3) [m]."""
+    off = np.maximum(np.maximum(corners.min(axis=0) - point, point - corners.max(axis=0)), 0.0)
+    return float(np.linalg.norm(off)) < far
 
 
 def _near(scene: Scene, state: State, name: str, along: Array | None, half: float, room: float) -> Iterator[Array]:
