@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -270,7 +271,10 @@ def test_no_output_is_written_over_another(
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGHUP])
 def test_who_is_told_to_end_says_how_to_go_on(sign: signal.Signals, tmp_path: Path, task: Path) -> None:
     command = [sys.executable, "-m", "tamp", "solve", str(task), "--seed", "0-9", "-v", "--output", str(tmp_path / "o")]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+    listens = partial(signal.signal, sign, signal.SIG_DFL)  # what `nohup` starts ignores SIGHUP, and so do its children
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=listens
+    ) as process:
         assert process.stderr is not None
         assert "seed 0: solved" in process.stderr.readline()
         process.send_signal(sign)
