@@ -19,8 +19,8 @@ import numpy as np
 from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA
 from benchmarks.unseen_tables import family, write_tables
-from tamp.checking.physics.perching import on_rollers, perched
-from tamp.checking.physics.rocking import rocked
+from tamp.checking.physics.round_bodies.perching import on_rollers, perched
+from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import carriers, unrest
 from tamp.checking.scene import Scene, State

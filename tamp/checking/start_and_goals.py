@@ -9,8 +9,8 @@ import numpy as np
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
-from tamp.checking.physics.perching import perched
-from tamp.checking.physics.rocking import rocked
+from tamp.checking.physics.round_bodies.perching import perched
+from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.settling import stayed, unexplained
 from tamp.checking.physics.stacks import off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers, misplaced, overlaps

@@ -27,7 +27,7 @@ from tamp.checking.actions.way_down import met_on_the_way
 from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
-from tamp.checking.physics.perching import rolls_away
+from tamp.checking.physics.round_bodies.perching import rolls_away
 from tamp.checking.physics.support import carriers
 from tamp.checking.physics.tumbling import sliding
 from tamp.checking.robot.sweep import Mover, touches, travelled

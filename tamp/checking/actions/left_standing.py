@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.giving_way import convex, let_down, tips_over
-from tamp.checking.physics.perching import on_rollers, perched, pressed_away
-from tamp.checking.physics.rocking import rocked
+from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pressed_away
+from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
 from tamp.checking.physics.yielding import gives_way

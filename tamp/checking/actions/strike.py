@@ -14,7 +14,7 @@ import numpy as np
 from tamp.checking.actions.blow import HELD, inertia
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
-from tamp.checking.physics.perching import ASIDE, rolls_on, tilting_axes
+from tamp.checking.physics.round_bodies.perching import ASIDE, rolls_on, tilting_axes
 from tamp.checking.physics.support import carriers
 from tamp.checking.physics.tilting import tilted_off
 from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches

@@ -16,7 +16,7 @@ import numpy as np
 from tamp.checking.geometry.solids import clearance, parting_normals
 from tamp.checking.geometry.transforms import inverse, rotation, tilt, veer
 from tamp.checking.physics.equilibrium import along
-from tamp.checking.physics.perching import perched
+from tamp.checking.physics.round_bodies.perching import perched
 from tamp.checking.physics.support import balanced, carriers, height_above, stays_after
 from tamp.checking.physics.tumbling import tumbled
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import Contacts, Patch
-from tamp.checking.physics.perching import round_axes
+from tamp.checking.physics.round_bodies.perching import round_axes
 from tamp.checking.physics.support import patch_between
 from tamp.checking.scene import GRAVITY, TABLE
 

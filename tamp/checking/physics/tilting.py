@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.physics import equilibrium
-from tamp.checking.physics.perching import rolls_on, tilting_axes
+from tamp.checking.physics.round_bodies.perching import rolls_on, tilting_axes
 from tamp.checking.physics.support import balanced, carriers, height_above
 from tamp.checking.scene import TABLE
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, tilt, turned, veer
-from tamp.checking.physics.perching import round_axes
 from tamp.checking.physics.righting import FAN, TOUCHING, UP, Tip, on_level_face, tips
+from tamp.checking.physics.round_bodies.perching import round_axes
 from tamp.checking.physics.support import carriers, height_above
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import Any
 
 from tamp.planning.algorithms.initial_facts import initial_facts
 from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.model.analysis.separation import separated, separations
+from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.objects import Objects
 from tamp.planning.model.schema import Schema
-from tamp.planning.model.separation import separated, separations
-from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.options import Options
 
 MOVES_IN_SEARCH = 4000

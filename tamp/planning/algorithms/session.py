@@ -23,9 +23,9 @@ from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.moves import MovePrices
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.grounding.task_builder import EVERYTHING, Scope, TaskBuilder
-from tamp.planning.model.any_object import with_any_object
+from tamp.planning.model.analysis.any_object import with_any_object
+from tamp.planning.model.analysis.invariants import find_invariants, groups
 from tamp.planning.model.fact_store import Knowledge
-from tamp.planning.model.invariants import find_invariants, groups
 from tamp.planning.model.normal_form import Condition
 from tamp.planning.model.objects import Fact, Objects
 from tamp.planning.model.schema import Schema

@@ -11,12 +11,12 @@ from tamp.planning.binding.skeleton import Apply, Check, Choose, Connect, Rewind
 from tamp.planning.binding.transit import Mover
 from tamp.planning.binding.value_selection import Chooser
 from tamp.planning.constraints import Course, Forbidden
+from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema, Condition
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.state import State, Violation
 from tamp.planning.model.stream_instances import ground
-from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling
 

@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterable
 from tamp.planning.binding.attempt import BoundStep
 from tamp.planning.binding.skeleton import Skeleton, make_skeleton, renamed
 from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.stream_instances import Instance, ground
-from tamp.planning.model.transit_actions import Connectors
 
 
 def reopened(

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 from tamp import clock
 from tamp.planning.binding.attempt import BoundStep, FailedMove
+from tamp.planning.model.analysis.transit_actions import Connector, Connectors
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact, Pattern
 from tamp.planning.model.state import State
 from tamp.planning.model.stream_instances import Instance, ground
-from tamp.planning.model.transit_actions import Connector, Connectors
 from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling
 

@@ -9,13 +9,13 @@ from dataclasses import replace
 from tamp.planning.grounding.datalog import Join, JoinRule
 from tamp.planning.grounding.operators import GroundAxiom, GroundEffect, GroundOperator
 from tamp.planning.grounding.visible import Visible
+from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema, AxiomSchema, Condition, EffectSchema
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.schema import FALSE_MARK, TRUE_MARK, Schema
 from tamp.planning.model.stream_instances import Instance, ground
-from tamp.planning.model.transit_actions import Connectors
 from tamp.planning.model.turns import Turns
 from tamp.planning.options import Options
 

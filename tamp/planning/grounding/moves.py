@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from tamp.planning.grounding.ground_task import TaskEffect, TaskOperator
 from tamp.planning.grounding.operators import GroundOperator
+from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.normal_form import ActionSchema
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import ground
-from tamp.planning.model.transit_actions import Connectors
 
 MANY = 40
 """Values that may be wanted for the search to see what moves cost; plans with moves in them are twice as long."""

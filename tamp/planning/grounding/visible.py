@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tamp.planning.model.analysis.transit_actions import Connectors
 from tamp.planning.model.external import External
 from tamp.planning.model.normal_form import AxiomSchema, Condition, EffectSchema
 from tamp.planning.model.schema import FALSE_MARK, TRUE_MARK, Schema
-from tamp.planning.model.transit_actions import Connectors
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.checking.physics.perching import perched
 from tamp.checking.physics.righting import righted
+from tamp.checking.physics.round_bodies.perching import perched
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Cylinder, Object, Pose, Sphere, Task

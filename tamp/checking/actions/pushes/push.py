@@ -20,7 +20,7 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import Patch, contacts
 from tamp.checking.physics.equilibrium import holds_ahead
-from tamp.checking.physics.perching import rolls_on
+from tamp.checking.physics.round_bodies.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded

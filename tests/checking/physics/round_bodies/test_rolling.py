@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tamp.checking.physics.rolling import rolls_down
+from tamp.checking.physics.round_bodies.rolling import rolls_down
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Cylinder, Object, Pose, Sphere, Task

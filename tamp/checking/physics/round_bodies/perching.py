@@ -17,7 +17,7 @@ from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.righting import righted
-from tamp.checking.physics.rolling import rolls_down
+from tamp.checking.physics.round_bodies.rolling import rolls_down
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
 from tamp.task.mesh.enclosure import lies_in

@@ -14,7 +14,7 @@ import numpy as np
 from tamp.checking.geometry.transforms import rotation
 from tamp.checking.physics import equilibrium
 from tamp.checking.physics.contacts import contacts
-from tamp.checking.physics.perching import BROAD, PLANE, RISES, TILTS, comes_down, tilting_axes
+from tamp.checking.physics.round_bodies.perching import BROAD, PLANE, RISES, TILTS, comes_down, tilting_axes
 from tamp.checking.physics.support import carriers, patch_between
 from tamp.checking.scene import TABLE
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.checking.actions.left_standing import check_rest
-from tamp.checking.physics.perching import LADEN, on_rollers, rolls_on
+from tamp.checking.physics.round_bodies.perching import LADEN, on_rollers, rolls_on
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Box, Cylinder, Object, Pose, Sphere, Task

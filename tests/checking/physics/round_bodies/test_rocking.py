@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.checking.physics.rocking import rocked
+from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import At, Box, Object, Plan, Pose, Task, load_robot

@@ -1,0 +1,1 @@
+"""What a domain tells before any search: invariants, fluents apart, connectors, parameters that any object fills."""
