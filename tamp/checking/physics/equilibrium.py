@@ -67,7 +67,7 @@ def balance(points: Array, normals: Array, friction: Array, center: Array, wante
     if not len(points):
         return -np.inf
     if (normals[:, 2] > LEVEL).all():
-        return _inside(points[:, :2] - center[:2])
+        return float(inside(points[:, :2], center[None, :2])[0])
     kept = outermost(points, normals)
     outside = _shortfall(wrenches(points[kept] - center, normals[kept], friction[kept]), (0.0, 0.0))
     if outside > ZERO or wanted <= 0.0:
@@ -139,16 +139,21 @@ def pressed(arms: Array, normals: Array, friction: float, force: Array) -> float
     return float(found.x[-1]) if found.status == 0 else np.inf
 
 
-def _inside(points: Array) -> float:
-    """Signed distance of the origin from the convex hull of points in the plane; positive inside.
+def inside(points: Array, centers: Array) -> Array:
+    """Signed distances of places from the convex hull of points in the plane, shape (m,) [m]; positive inside.
 
-    The hull holds the origin by a margin m just if for every direction some point lies at least m that way; directions
-    worth asking are the normals of the hull's edges, which a fine fan of directions stands for.
+    The hull holds a place by a margin d just if for every direction some point lies at least d that way of it;
+    directions worth asking are the normals of the hull's edges, which a fine fan of directions stands for.
+
+    Args:
+        points: shape (n, 2).
+        centers: the places, shape (m, 2).
     """
     angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
     fan = np.stack([np.cos(angle), np.sin(angle)])
     corners = points[np.unique((points @ fan[:, ::6]).argmax(axis=0))]  # the hull but for 0.1 % of its size
-    return float((corners @ fan).max(axis=0).min())
+    margins: Array = ((corners @ fan).max(axis=0) - centers @ fan).min(axis=1)
+    return margins
 
 
 def outermost(points: Array, normals: Array) -> Array:

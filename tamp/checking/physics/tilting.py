@@ -45,8 +45,7 @@ def tilted_off(
     base = np.concatenate([np.zeros((0, 3)), *carriers(scene, state, name, allow).points.values()])
     if not len(base) or not len(points) or not above(scene, state, name, allow):
         return
-    up, friction = np.tile([0.0, 0.0, 1.0], (len(base), 1)), np.ones(len(base))
-    beyond = min(-equilibrium.balance(base, up, friction, point, 0.0) for point in points)
+    beyond = -equilibrium.inside(base[:, :2], points[:, :2]).max()
     if beyond > 0.0:
         pressed = f"which is pressed {1000 * deep:.1f} mm down"
         for other, how in falls_off(scene, state, name, deep / max(beyond, LEVER), allow):

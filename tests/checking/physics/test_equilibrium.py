@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial import ConvexHull, QhullError
 
 from tamp.checking.physics import equilibrium as statics
 
@@ -31,6 +33,19 @@ def test_level_contacts_hold_what_their_polygon_holds():
     normals, friction = np.tile([0.0, 0.0, 1.0], (4, 1)), np.full(4, 0.5)
     assert statics.balance(points, normals, friction, np.array([0.05, 0.0, 0.1]), 0.01) >= 0.01
     assert statics.balance(points, normals, friction, np.array([0.13, 0.0, 0.1]), 0.01) == pytest.approx(-0.03)
+
+
+@settings(deadline=None)
+@given(arrays(float, (12, 2), elements=st.floats(-1.0, 1.0)), arrays(float, (5, 2), elements=st.floats(-2.0, 2.0)))
+def test_places_are_inside_or_outside_a_polygon_by_their_distance_from_its_edges(points, places):
+    try:
+        edges = ConvexHull(points).equations
+    except QhullError:
+        return  # they lie on a line
+    exact = -(places @ edges[:, :2].T + edges[:, 2]).max(axis=1)
+    found = statics.inside(points, places)
+    assert np.all(found < exact + 0.02)
+    assert np.all((exact < 0.0) | (found > exact - 0.02))
 
 
 def test_what_touches_nothing_does_not_rest():

@@ -8,7 +8,7 @@ What is no higher after it is tilted rolls: on when a hand that pushed it stops,
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -97,8 +97,8 @@ def _rolling(scene: Scene, state: State, name: str, allow: Tolerances) -> str | 
     if len(below.patches) != 1 or not below.bodies:
         return None
     on = _standing_on(scene, alone, below.bodies)
-    axes = _level_axes(scene, alone, under)
-    return below.bodies[0] if any(_rolls(scene, alone, under, on, axis) for axis in axes) else None
+    rolls = _rolls_about(scene, alone, under, on)
+    return below.bodies[0] if any(map(rolls, _level_axes(scene, alone, under))) else None
 
 
 def on_rollers(scene: Scene, state: State, name: str, allow: Tolerances) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -113,8 +113,9 @@ def on_rollers(scene: Scene, state: State, name: str, allow: Tolerances) -> Iter
         if len(carried.patches) != 1 or not carried.bodies or _flat(scene, body, alone.poses[body], BROAD):
             return
         below[body] = _standing_on(scene, alone, carried.bodies)
+    rolls = [_rolls_about(scene, alone, body, below[body]) for body in under]
     for axis in (axis for body in under for axis in _level_axes(scene, alone, body)):
-        if all(_rolls(scene, alone, body, below[body], axis) for body in under):
+        if all(about(axis) for about in rolls):
             yield f"{name} does not stay on {' and '.join(under)}, which all roll the same way", (name, *under)
             return
 
@@ -144,7 +145,7 @@ def rolls_on(scene: Scene, state: State, name: str, ahead: Array, allow: Toleran
     if not below:
         return False
     axes = [across, *(axis for axis in _level_axes(scene, state, name) if abs(axis @ across) > ALONG)]
-    return any(_rolls(scene, state, name, below, axis) for axis in axes)
+    return any(map(_rolls_about(scene, state, name, below), axes))
 
 
 def rolls_away(scene: Scene, state: State, name: str, ahead: Array | None, allow: Tolerances) -> bool:
@@ -215,7 +216,7 @@ def _outweighs(scene: Scene, state: State, name: str, allow: Tolerances) -> bool
     if _flat(scene, name, state.poses[name], allow.balance):
         return False
     below = _standing_on(scene, state, touching.bodies)
-    return any(_rolls(scene, state, name, below, axis) for axis in _level_axes(scene, state, name))
+    return any(map(_rolls_about(scene, state, name, below), _level_axes(scene, state, name)))
 
 
 def _flat(scene: Scene, name: str, T: Array, margin: float) -> bool:
@@ -263,12 +264,16 @@ def comes_down(
     return float((turned @ inverse(T) @ np.append(own, 1.0))[2])
 
 
-def _rolls(scene: Scene, state: State, name: str, below: Mapping[str, Array], axis: Array) -> bool:
-    """Whether the centre of mass of a body rises by nothing when it is tilted about a level axis on what carries it."""
+def _rolls_about(scene: Scene, state: State, name: str, below: Mapping[str, Array]) -> Callable[[Array], bool]:
+    """Tells of level axes whether the centre of mass of a body rises by nothing as it is tilted on what carries it."""
     T, center = state.poses[name], scene.center_of_mass(name, state.poses[name])
     flat = comes_down(scene, name, T, np.eye(3), center, below)
-    tilted = (comes_down(scene, name, T, rotation(axis, tilt), center, below) - flat for tilt in TILTS)
-    return all(rise < RISES for rise in tilted)
+
+    def about(axis: Array) -> bool:
+        tilted = (comes_down(scene, name, T, rotation(axis, tilt), center, below) - flat for tilt in TILTS)
+        return all(rise < RISES for rise in tilted)
+
+    return about
 
 
 def round_axes(scene: Scene, state: State, name: str) -> list[Array]:
