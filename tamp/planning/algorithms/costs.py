@@ -25,6 +25,9 @@ FINE_SCALE = 1000.0
 RESOLUTION = 1e6
 """What the best plan's cost weighs in the search: costs are whole numbers there."""
 
+LIKELY = 3
+"""How many values that streams have given stand for one that is hoped for, where its price is guessed."""
+
 UNKNOWN = 1.0
 """What a function is guessed to be of which no value is known."""
 
@@ -189,7 +192,36 @@ class Costs:
             value = self._sampling.function(name, handles)
             self._note(term, value)
             return value
-        return self._guess(name) if self._guessing else self._bound(name)
+        if not self._guessing:
+            return self._bound(name)
+        known = self._among_given(functions[name], handles) if self._fine else None
+        return self._guess(name) if known is None else max(known, self._bound(name))
+
+    def _among_given(self, function: FunctionStream, handles: tuple[int, ...]) -> float | None:
+        """The mean of a function for values that streams have given, in place of those that they may give.
+
+        None where a stream has given none yet, or the function has no value for one.
+        """
+        total = 0.0
+        for number in range(LIKELY):
+            given = tuple(self._given(handle, number) for handle in handles)
+            real = tuple(handle for handle in given if handle is not None)
+            if len(real) < len(given) or not self._has_value((function.name, *real)):
+                return None
+            total += self._function((function.name, *real))
+        return total / LIKELY
+
+    def _given(self, handle: int, number: int) -> int | None:
+        """What a stream has given for a placeholder, the results taken in turn; None where it has given nothing."""
+        origin: Instance | None = self._knowledge.objects.origin(handle)
+        if origin is None:
+            return handle
+        inputs = tuple(self._given(h, number) for h in origin.inputs)
+        real = tuple(h for h in inputs if h is not None)
+        instance = self._knowledge.find(origin.external, real) if len(real) == len(inputs) else None
+        if instance is None or not instance.results:
+            return None
+        return instance.results[number % len(instance.results)][origin.placeholders.index(handle)]
 
     def _guess(self, function: str) -> float:
         """What is guessed of a function: the mean of what is known of it once there is a plan, before that the least.

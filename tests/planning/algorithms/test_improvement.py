@@ -13,8 +13,9 @@ from tamp.planning import Problem, solve
 from tamp.planning.algorithms.adaptive import _replace_hopes
 from tamp.planning.algorithms.session import Session
 from tamp.planning.options import Options
+from tamp.planning.pddlstream import from_gen_fn, from_stream_map
 from tamp.planning.search.fast_downward import FastDownward
-from tests.planning.test_cheapest import offers
+from tests.planning.test_cheapest import OFFER, OFFERS, offers
 from tests.planning.test_problems import ALGORITHMS, check
 
 LINE = {"floor": (-10.0, 10.0), "goal": (5.0, 10.0)}
@@ -160,6 +161,25 @@ def test_a_way_that_is_known_to_be_closed_is_not_priced(algorithm):
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     check(problem, solution)
     assert solution.status == "solved"
+
+
+def test_what_is_hoped_for_costs_what_its_own_stream_has_given():
+    """The mean of all offers was taken, however dear those of other things are: cheaper plans were not searched for."""
+    stream_map = {"ask": from_gen_fn(lambda thing: ((price,) for price in (2.0, 3.0, 4.0))), "Amount": float}
+    init = [("Thing", "ball"), ("Thing", "car"), ("Price", 900.0), ("Offer", "car", 900.0)]
+    goal = ("and", ("Bought", "ball"), ("Bought", "car"))
+    problem = Problem(OFFER, OFFERS, from_stream_map(stream_map), init, goal)
+    session = Session(problem, Options(), FastDownward(), eager=False, started=clock.now())
+    session.begin()
+    hoped = [op for op in session.grounder.operators if not all(map(session.objects.is_real, op.args))]
+    ball = next(op for op in hoped if session.objects.value(op.args[0]) == "ball")
+    assert session.costs.of_operator(next(op for op in session.grounder.operators if op not in hoped)) == 9000
+    session.costs.prefer_cheap(1000.0, exact=True)
+    session.costs.guess(True)
+    assert session.costs.of_operator(ball) == 900 * session.costs.scale
+    for _ in range(3):
+        session.sampling.draw(ball.needs[0])
+    assert session.costs.of_operator(ball) == 3 * session.costs.scale
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
