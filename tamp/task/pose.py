@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 NEEDED = "a pose needs three finite coordinates and a finite quaternion [x, y, z, w]"
 
+RIGID = 1e-3
+"""How far axes may be from unit length and right angles; single precision, and rounding in files, come nowhere near."""
+
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -63,8 +66,13 @@ class Pose:
 
     @staticmethod
     def from_matrix(T: NDArray[np.float64]) -> Pose:
-        """The pose of a homogeneous transform, shape (4, 4)."""
-        return Pose((float(T[0, 3]), float(T[1, 3]), float(T[2, 3])), _quaternion(T))
+        """The pose of a homogeneous transform, shape (4, 4).
+
+        Raises:
+            ModelError: for another shape, what is not finite, or a matrix that scales, shears or mirrors.
+        """
+        _check_rigid(T)
+        return _of_rigid(T)
 
     @property
     def matrix(self) -> NDArray[np.float64]:
@@ -93,14 +101,31 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         """Compose: `T_a_b @ T_b_c` is `T_a_c`."""
-        return Pose.from_matrix(self.matrix @ other.matrix)
+        return _of_rigid(self.matrix @ other.matrix)
 
     def inverse(self) -> Pose:
         """`T_b_a` of `T_a_b`."""
         T = self.matrix
         T[:3, :3] = T[:3, :3].T
         T[:3, 3] = -T[:3, :3] @ T[:3, 3]
-        return Pose.from_matrix(T)
+        return _of_rigid(T)
+
+
+def _check_rigid(T: NDArray[np.float64]) -> None:
+    shape = getattr(T, "shape", None)
+    if shape != (4, 4):
+        raise ModelError(f"a pose is made of a matrix of shape (4, 4), not {shape or type(T).__name__}")
+    R = T[:3, :3].tolist()
+    # Each axis of a right-handed frame is the cross product of the next two; the first two need to be units, too.
+    (a, b, c), (d, e, f), third = R
+    crossed = (b * f - c * e, c * d - a * f, a * e - b * d)
+    off = (a * a + b * b + c * c - 1, d * d + e * e + f * f - 1, a * d + b * e + c * f)
+    if not all(abs(v) <= RIGID for v in (*off, *(v - w for v, w in zip(crossed, third, strict=True)))):
+        raise ModelError(f"a pose is made of a rotation and a shift; {R} is no rotation: it scales, shears or mirrors")
+
+
+def _of_rigid(T: NDArray[np.float64]) -> Pose:
+    return Pose((float(T[0, 3]), float(T[1, 3]), float(T[2, 3])), _quaternion(T))
 
 
 def _quaternion(T: NDArray[np.float64]) -> Quaternion:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -68,6 +69,26 @@ def test_what_a_task_cannot_have_is_refused_without_its_geometry(item: Object, s
 def test_a_limit_is_positive(limit: float) -> None:
     with pytest.raises(tamp.TaskError, match=r"limits\.planning_s: is .*; valid are positive numbers of seconds"):
         validate(Task("t", (Object("a", BOX, POSE),), limits=tamp.Limits(planning_s=limit)))
+
+
+@pytest.mark.parametrize(
+    ("matrix", "said"),
+    [
+        (np.diag([1.0, 1.0, -1.0, 1.0]), "mirrors"),
+        (np.diag([1000.0, 1000.0, 1000.0, 1.0]), "scales"),
+        (np.full((4, 4), np.nan), "is no rotation"),
+        (np.eye(3), r"of shape \(4, 4\), not \(3, 3\)"),
+        ([[1.0]], r"of shape \(4, 4\), not list"),
+    ],
+)
+def test_a_matrix_that_is_no_rigid_motion_makes_no_pose(matrix: Any, said: str) -> None:
+    with pytest.raises(ModelError, match=said):
+        Pose.from_matrix(matrix)
+
+
+def test_a_matrix_in_single_precision_makes_the_pose_that_it_was_made_of() -> None:
+    pose = Pose.from_rpy((0.1, -0.2, 0.3), (0.4, -1.2, 2.5))
+    assert Pose.from_matrix(pose.matrix.astype(np.float32)).quat == pytest.approx(pose.quat, abs=1e-6)
 
 
 def test_a_box_is_made_of_any_three_numbers() -> None:
