@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -78,14 +79,18 @@ def ask(
     takes: Any = perceiver
     more = {"expected": expected} if expected and "expected" in inspect.signature(perceiver).parameters else {}
     try:
-        found: Mapping[str, Estimate] = takes(frames, objects, table=table, seed=seed, **more)
-    except TampError:
-        raise
-    except Exception as error:
+        found = takes(frames, MappingProxyType(dict(objects)), table=table, seed=seed, **more)
+    except TampError as error:
+        raise TampError(f"the perceiver {address(perceiver)}: {error}") from error
+    except (Exception, SystemExit) as error:
         raise TampError(f"the perceiver {address(perceiver)} raised {told(error)}") from error
     if wrong := unfit(found, tuple(objects)):
         raise TampError(f"the perceiver {address(perceiver)}: {wrong}")
-    return found
+    # Numbers of other libraries become Python's own, which every file can hold.
+    return {
+        name: replace(found[name], confidence=float(found[name].confidence), alternatives=(*found[name].alternatives,))
+        for name in objects
+    }
 
 
 def unfit(found: object, names: Collection[str]) -> str:
@@ -103,8 +108,10 @@ def _unfit(estimate: object) -> str:
     if not isinstance(estimate, Estimate):
         return f"is a {type(estimate).__name__}, not an Estimate"
     poses, sure = estimate.alternatives, estimate.confidence
-    if not isinstance(estimate.pose, Pose | None) or not isinstance(poses, Sequence):
+    if not isinstance(estimate.pose, Pose | None):
         return f"its pose is a {type(estimate.pose).__name__}, not a Pose, which Pose.from_matrix makes of a matrix"
+    if not isinstance(poses, Sequence):
+        return f"its alternatives are a {type(poses).__name__}, not a tuple of poses"
     if strange := [type(pose).__name__ for pose in poses if not isinstance(pose, Pose)]:
         return f"one of its alternatives is a {strange[0]}, not a Pose"
     if not isinstance(sure, Real) or not 0.0 <= float(sure) <= 1.0:

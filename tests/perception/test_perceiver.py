@@ -15,8 +15,8 @@ from tamp.errors import TampError
 from tamp.perception import conformance
 from tamp.perception.conformance import LOOKS, POSES, check_perceiver
 from tamp.perception.estimate import Estimate
-from tamp.perception.perceiver import load_perceiver
-from tamp.task import Pose
+from tamp.perception.perceiver import ask, load_perceiver
+from tamp.task import Pose, Table
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -119,9 +119,30 @@ def painting(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, E
     return {name: Estimate(None, 0.0) for name in objects}
 
 
+def leaving(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    raise SystemExit(3)
+
+
+def diverging(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(Pose((float("nan"), 0.0, 0.0)), 0.5) for name in objects}
+
+
+def mirroring(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: Estimate(Pose.from_matrix(np.diag([1.0, 1.0, -1.0, 1.0])), 0.5) for name in objects}
+
+
+def emptying(frames: Any, objects: Any, *, table: Any, seed: int) -> dict[str, Estimate]:
+    return {name: objects.pop(name) and Estimate(None, 0.0) for name in list(objects)}
+
+
 @pytest.mark.parametrize(
     ("perceiver", "said"),
     [
+        (leaving, "tests.perception.test_perceiver:leaving raised SystemExit: 3 at "),
+        (diverging, "tests.perception.test_perceiver:diverging: a pose needs three finite coordinates"),
+        (mirroring, "is no rotation: it scales, shears or mirrors"),
+        (emptying, "raised AttributeError: 'mappingproxy' object has no attribute 'pop' at "),
+        (lambda *_, **__: {name: Estimate(None, 0.0, None) for name in LOOKS}, "its alternatives are a NoneType, not"),
         (dicing, "two calls with one seed differ"),
         (boasting, "its confidence 2.0 is not in 0..1"),
         (forgetful, r"names \[\]; asked for were"),
@@ -140,6 +161,14 @@ def test_the_kit_says_what_is_wrong(perceiver: Any, said: str) -> None:
     wrong = [str(finding) for finding in check_perceiver(perceiver) if finding.outcome == "wrong"]
     assert len(wrong) == 1
     assert said.replace("\\", "") in wrong[0]
+
+
+def test_numbers_of_other_libraries_become_pythons() -> None:
+    def see(*_: Any, **__: Any) -> Any:
+        return {name: Estimate(Pose(), np.float32(0.75), [Pose()]) for name in LOOKS}
+
+    found = ask(see, [], LOOKS, table=Table(), seed=0)
+    assert {(type(e.confidence), e.confidence, e.alternatives) for e in found.values()} == {(float, 0.75, (Pose(),))}
 
 
 def test_the_kit_tells_other_units() -> None:
