@@ -14,7 +14,7 @@ from tamp.perception.cameras.setup import OCRTOC_2021, load_setup
 from tamp.perception.estimate import Estimate
 from tamp.perception.evaluation import pose_errors
 from tamp.perception.overlay import overlay, save_picture
-from tamp.perception.perceiver import load_perceiver
+from tamp.perception.perceiver import ask, load_perceiver
 from tamp.perception.poses_file import details_path, save_estimates
 from tamp.perception.rendering.scene import surfaces
 from tamp.task.model import Task
@@ -66,13 +66,14 @@ def perceive_task(
     Raises:
         TampError: where set-up, perceiver, meshes or renderer cannot be used; says which and why.
     """
-    function, cameras, robot = load_perceiver(perceiver), load_setup(setup), task_robot(task)
+    function, robot = load_perceiver(perceiver), task_robot(task)
+    cameras = load_setup(setup, robot)
     looks, truth = surfaces(task, visuals), settle(task).poses
     taken = shoot(
         looks, truth, views(cameras, robot), robot, table=task.table, seed=seed, masks=masks, renderer=renderer
     )
     frames = tuple(shot.frame for shot in taken)
-    return Sight(frames, looks, function(frames, looks, table=task.table, seed=seed), truth)
+    return Sight(frames, looks, ask(function, frames, looks, table=task.table, seed=seed), truth)
 
 
 def report(sight: Sight) -> list[str]:

@@ -71,7 +71,8 @@ def run_trial(
         TampError: where task, simulator, cameras or an offered library cannot be used.
     """
     began, seed = time.monotonic(), rules.seed + run
-    robot, cameras = load_robot(task.robot), load_setup(_setup(rules))
+    robot = load_robot(task.robot)
+    cameras = load_setup(_setup(rules), robot)
     looks = surfaces(task)
     with tempfile.TemporaryDirectory(prefix="tamp-contest-") as folder:
         objects = write_models(task, looks, Path(folder))

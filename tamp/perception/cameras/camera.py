@@ -6,12 +6,15 @@ Optical frame: z forward, x to the right, y down; pixel (u, v) has its centre at
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from tamp.errors import ModelError
 from tamp.task.pose import Pose
 
 if TYPE_CHECKING:
@@ -82,8 +85,37 @@ def _rays(k: Intrinsics) -> NDArray[np.float32]:
     return rays
 
 
+class CheckedNoise:
+    """A noise whose numbers, the fields of a dataclass, are looked at as it is made.
+
+    Raises:
+        ModelError: says which field is wrong, and what would be valid.
+    """
+
+    MOST: ClassVar[Mapping[str, float]] = MappingProxyType({})
+    """Field -> the largest value that it may have; fields absent here may be any number of at least 0."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]  # a dataclass wherever one is made
+            if wrong := self.unfit(item.name, getattr(self, item.name)):
+                raise ModelError(f"{item.name}: {wrong}")
+        near, far = getattr(self, "near", 0.0), getattr(self, "far", math.inf)
+        if near >= far:
+            raise ModelError(f"near: {near:g} m is not nearer than far, {far:g} m")
+
+    @classmethod
+    def unfit(cls, name: str, value: object) -> str:
+        """Why a value is none of a field; empty where it is one."""
+        whole = cls.__annotations__[name] == "int"
+        number, most = ("whole number" if whole else "number"), cls.MOST.get(name, math.inf)
+        kinds = int if whole else (int, float)
+        if isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value <= most and value < math.inf:
+            return ""
+        return f"{value!r} is not a {number} of at least 0" + (f" and at most {most:g}" if most < math.inf else "")
+
+
 @dataclass(frozen=True)
-class StereoNoise:
+class StereoNoise(CheckedNoise):
     """How an active stereo camera errs; defaults after the D435's data sheet (baseline 50 mm, error under 2 % at 2 m).
 
     The depth error grows with the square of the distance: sigma_z = z^2 * sigma_d / (f * baseline).
@@ -109,9 +141,13 @@ class StereoNoise:
     near: float = 0.17
     far: float = 3.0
 
+    MOST: ClassVar[Mapping[str, float]] = MappingProxyType(
+        {"correlation": 100.0, "fattening": 100, "grazing": math.pi / 2, "holes": 1.0}
+    )
+
 
 @dataclass(frozen=True)
-class TimeOfFlightNoise:
+class TimeOfFlightNoise(CheckedNoise):
     """How a time-of-flight camera errs; defaults after Microsoft's data sheet of the Azure Kinect DK.
 
     It promises a random error of at most 17 mm and a systematic one below 11 mm + 0.1 % of the distance without
@@ -136,12 +172,14 @@ class TimeOfFlightNoise:
     near: float = 0.25
     far: float = 3.9
 
+    MOST: ClassVar[Mapping[str, float]] = MappingProxyType({"mixed": 1.0, "dropped": 1.0, "grazing": math.pi / 2})
+
 
 Noise = StereoNoise | TimeOfFlightNoise
 
 
 @dataclass(frozen=True)
-class CalibrationNoise:
+class CalibrationNoise(CheckedNoise):
     """How far the believed pose of a camera is from the true one; standard deviations a coordinate.
 
     Attributes:

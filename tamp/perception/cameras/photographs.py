@@ -36,10 +36,11 @@ def photographs(
     Raises:
         TampError: where there is no such camera, or the extra `perception` is not installed.
     """
-    found = {c.name: c for c in load_setup(setup or OCRTOC_2021)}
+    robot = task_robot(task)
+    found = {c.name: c for c in load_setup(setup or OCRTOC_2021, robot)}
     if camera not in found:
         raise TampError(f"{setup or OCRTOC_2021}: there is no camera {camera!r}; valid are {', '.join(found)}")
-    robot, looks = task_robot(task), surfaces(task)
+    looks = surfaces(task)
     shots = views([found[camera]], robot)
     for name, poses in scenes.items():
         for number, shot in enumerate(shoot(looks, poses, shots, robot, table=task.table, seed=seed)):

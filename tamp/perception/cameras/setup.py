@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from tamp.errors import TaskError, meant
+from tamp.errors import ModelError, RobotError, TaskError, meant
 from tamp.perception.cameras.camera import (
     BASE_TO_OPTICAL,
+    WORLD,
     CalibrationNoise,
     Camera,
+    CheckedNoise,
     Intrinsics,
+    Noise,
     StereoNoise,
     TimeOfFlightNoise,
 )
+from tamp.perception.rendering.robot import camera_pose
 from tamp.task.files.yaml_document import Document, FieldPath, read_document
 from tamp.task.pose import Pose
+from tamp.task.robot import RobotSpec
 
 OCRTOC_2021 = Path(__file__).parent / "ocrtoc2021.yaml"
 """The contest's stationary camera and the one on the wrist."""
@@ -34,11 +40,19 @@ FIELDS = (
     "calibration",
     "viewpoints",
 )
-SENSORS = {"stereo": StereoNoise, "time_of_flight": TimeOfFlightNoise}
+SENSORS: dict[str, type[Noise]] = {"stereo": StereoNoise, "time_of_flight": TimeOfFlightNoise}
+LARGEST = 8192
+"""Pixels along a side of a picture; those of more no memory holds."""
+
+Record = TypeVar("Record", bound=CheckedNoise)
 
 
-def load_setup(path: Path = OCRTOC_2021) -> tuple[Camera, ...]:
+def load_setup(path: Path = OCRTOC_2021, robot: RobotSpec | None = None) -> tuple[Camera, ...]:
     """The cameras of a set-up's file.
+
+    Args:
+        path: the file.
+        robot: whose links carry cameras and whose arm goes to their viewpoints; None leaves both unlooked at.
 
     Raises:
         TaskError: names file, line and field, and what would be valid.
@@ -52,7 +66,21 @@ def load_setup(path: Path = OCRTOC_2021) -> tuple[Camera, ...]:
     for i, name in enumerate(names):
         if name in names[:i]:
             raise TaskError(f"{document.where(('cameras', i, 'name'))}: a second camera is called {name!r}")
+        if robot is not None:
+            _check_mount(cameras[i], robot, document, ("cameras", i))
     return cameras
+
+
+def _check_mount(camera: Camera, robot: RobotSpec, document: Document, field: FieldPath) -> None:
+    """Refuse a camera that the robot cannot carry, or take to its viewpoints."""
+    try:
+        camera_pose(camera, robot, robot.home)
+    except RobotError as error:
+        raise TaskError(f"{document.where((*field, 'parent'))}: {error}; or {WORLD}") from None
+    for number, viewpoint in enumerate(camera.viewpoints):
+        if len(viewpoint) != len(robot.home):
+            where, joints = document.where((*field, "viewpoints", number)), len(robot.home)
+            raise TaskError(f"{where}: expected {joints} numbers, one for each of the arm's joints")
 
 
 class _Reader:
@@ -79,13 +107,16 @@ class _Reader:
 
     def _intrinsics(self, row: Mapping[str, Any]) -> Intrinsics:
         size = self._numbers(row["size"], ("size",), 2)
-        if any(value != int(value) or value < 1 for value in size):
-            raise self._error(("size",), "expected [width, height] in pixels")
+        if any(not value.is_integer() or not 1 <= value <= LARGEST for value in size):
+            raise self._error(("size",), f"expected [width, height] in pixels, 1 to {LARGEST} each")
         width, height = int(size[0]), int(size[1])
         if ("field_of_view" in row) == ("intrinsics" in row):
             raise self._error((), "expected either field_of_view [rad] or intrinsics: [fx, fy, cx, cy]")
         if "intrinsics" in row:
-            return Intrinsics(width, height, *self._numbers(row["intrinsics"], ("intrinsics",), 4))
+            fx, fy, cx, cy = self._numbers(row["intrinsics"], ("intrinsics",), 4)
+            if fx <= 0 or fy <= 0:
+                raise self._error(("intrinsics",), f"fx and fy must be over 0 pixels, not {fx:g} and {fy:g}")
+            return Intrinsics(width, height, fx, fy, cx, cy)
         angle = row["field_of_view"]
         if type(angle) not in (int, float) or not 0.01 < angle < 3.0:
             raise self._error(("field_of_view",), f"{angle!r} is not an angle between 0.01 and 3 rad")
@@ -97,20 +128,21 @@ class _Reader:
         if not isinstance(value, Mapping) or "kind" not in value:
             raise self._error(("noise",), f"expected kind: {' or '.join(SENSORS)}")
         kind = SENSORS[self._word(value["kind"], ("noise", "kind"), tuple(SENSORS))]
-        made = self._record({key: v for key, v in value.items() if key != "kind"}, ("noise",), kind)
-        assert isinstance(made, StereoNoise | TimeOfFlightNoise)
-        return made
+        return self._record({key: v for key, v in value.items() if key != "kind"}, ("noise",), kind)
 
-    def _record(self, value: Any, field: FieldPath, kind: Callable[..., Any]) -> Any:
-        """A dataclass of numbers, not negative; None stays None."""
+    def _record(self, value: Any, field: FieldPath, kind: type[Record]) -> Record | None:
+        """A noise of numbers; None stays None."""
         if value is None:
             return None
-        names = tuple(item.name for item in fields(kind))  # type: ignore[arg-type]
+        names = tuple(item.name for item in fields(kind))  # type: ignore[arg-type]  # each is a dataclass
         row = self._mapping(value, field, names)
         for key, number in row.items():
-            if type(number) not in (int, float) or number < 0:
-                raise self._error((*field, key), f"{number!r} is not a number of at least 0")
-        return kind(**row)
+            if wrong := kind.unfit(key, number):
+                raise self._error((*field, key), wrong)
+        try:
+            return kind(**row)
+        except ModelError as error:
+            raise self._error(field, str(error)) from None
 
     def _pose(self, value: Any) -> Pose:
         row = self._mapping(value, ("pose",), ("xyz", "quat"))
@@ -132,7 +164,7 @@ class _Reader:
 
     def _numbers(self, value: Any, field: FieldPath, count: int | None = None) -> tuple[float, ...]:
         right = isinstance(value, tuple) and count in (None, len(value))
-        if not right or not all(type(v) in (int, float) for v in value):
+        if not right or not all(type(v) in (int, float) and math.isfinite(v) for v in value):
             raise self._error(field, "expected numbers" if count is None else f"expected {count} numbers")
         return tuple(map(float, value))
 

@@ -176,8 +176,9 @@ def perceive_and_rearrange(
     Raises:
         TampError: where perceiver, cameras, meshes, renderer or simulator cannot be used.
     """
-    cameras = load_setup(Path(settings.cameras) if settings.cameras else OCRTOC_2021)
-    looks, robot = surfaces(task), task_robot(task)
+    robot = task_robot(task)
+    cameras = load_setup(Path(settings.cameras) if settings.cameras else OCRTOC_2021, robot)
+    looks = surfaces(task)
     record = _Record(looks)
     with make_simulator(settings.chosen("simulator"), task.objects, start, table=task.table, robot=robot) as world:
         cell = SimulatedWorkcell(world, looks, cameras, task.table, seed=seed)

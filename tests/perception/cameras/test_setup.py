@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tamp.errors import TaskError
+from tamp.errors import ModelError, TaskError
 from tamp.perception.cameras.camera import StereoNoise, TimeOfFlightNoise
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.rendering.robot import camera_pose
@@ -53,6 +54,27 @@ def test_a_camera_in_the_world(tmp_path: Path) -> None:
         ("field_of_view: 0.8", "lens: 8", "lens: unknown; valid are name, parent"),
         ("field_of_view: 0.8", "field_of_view: 0.8\n    noise: {kind: sonar}", "'sonar' is unknown; valid are stereo"),
         ("field_of_view: 0.8", "field_of_view: 0.8\n    noise: {kind: stereo, holes: -1}", "-1 is not a number of at"),
+        ("field_of_view: 0.8", "field_of_view: 0.8\n    noise: {kind: stereo, holes: 2}", "2 is not .* and at most 1$"),
+        (
+            "field_of_view: 0.8",
+            "field_of_view: 0.8\n    noise: {kind: stereo, near: .nan}",
+            "nan is not a number of at",
+        ),
+        (
+            "field_of_view: 0.8",
+            "field_of_view: 0.8\n    noise: {kind: stereo, fattening: 1.5}",
+            "is not a whole number",
+        ),
+        (
+            "field_of_view: 0.8",
+            "field_of_view: 0.8\n    noise: {kind: stereo, near: 4}",
+            "4 m is not nearer than far, 3",
+        ),
+        ("field_of_view: 0.8", "field_of_view: 0.8\n    calibration: {mount_m: .inf}", "mount_m: inf is not a number"),
+        ("field_of_view: 0.8", "intrinsics: [0, 60, 32, 24]", "fx and fy must be over 0 pixels, not 0 and 60"),
+        ("field_of_view: 0.8", "intrinsics: [60, 60, .nan, 24]", "intrinsics: expected 4 numbers"),
+        ("size: [64, 48]", "size: [64, .inf]", "size: expected 2 numbers"),
+        ("size: [64, 48]", "size: [64, 1000000]", r"expected \[width, height\] in pixels, 1 to 8192 each"),
         ("quat: [1, 0, 0, 0]", "quat: [0, 0, 0, 0]", "length zero"),
         ("quat: [1, 0, 0, 0]", "quat: [1, 0, 0]", r"pose.quat: expected 4 numbers"),
         ("cameras:", "camera:", "expected cameras:"),
@@ -64,6 +86,30 @@ def test_a_wrong_set_up_is_refused(tmp_path: Path, old: str, new: str, said: str
     path.write_text(GOOD.replace(old, new), encoding="utf-8")
     with pytest.raises(TaskError, match=said):
         load_setup(path)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (
+            "parent: panda_hnd",
+            r"setup.yaml:3: .*no link 'panda_hnd'; did you mean 'panda_hand'\? valid are .*; or world$",
+        ),
+        ("parent: panda_joint1", "no link 'panda_joint1'; did you mean .*valid are [^:]*$"),
+        ("parent: panda_hand\n    viewpoints: [[0, 0]]", r"setup.yaml:4: .*viewpoints\[0\]: expected 7 numbers"),
+    ],
+)
+def test_a_camera_that_the_robot_cannot_carry_is_refused(tmp_path: Path, lines: str, said: str) -> None:
+    path = tmp_path / "setup.yaml"
+    path.write_text(GOOD.replace("parent: world", lines), encoding="utf-8")
+    with pytest.raises(TaskError, match=said):
+        load_setup(path, load_robot("panda"))
+
+
+@pytest.mark.parametrize("wrong", [{"holes": 1.1}, {"disparity": math.nan}, {"far": 0.1}])
+def test_noise_that_is_none_is_refused_in_python_too(wrong: dict[str, float]) -> None:
+    with pytest.raises(ModelError, match=next(iter(wrong)) if "far" not in wrong else "nearer than far"):
+        StereoNoise(**wrong)
 
 
 def test_two_cameras_of_one_name_are_refused(tmp_path: Path) -> None:
