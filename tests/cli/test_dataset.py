@@ -32,3 +32,15 @@ def test_scenes_are_written_once_and_a_run_is_resumed(tmp_path: Path, capsys: py
     assert (scene / "rgb_undistort" / "0000.png").stat().st_mtime_ns == before
     assert _made(tmp_path, "-n", "1", "--views", "2", "--format", "ocrtoc") == 2
     assert "made with other views; give another --output" in capsys.readouterr().err
+
+
+def test_a_folder_of_something_else_is_refused_and_left_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    theirs = tmp_path / "set" / "models" / "obj_000001.ply"
+    theirs.parent.mkdir(parents=True)
+    theirs.write_text("theirs", encoding="utf-8")
+    assert _made(tmp_path, "-n", "1", "--views", "1") == 2
+    assert "set holds something else than a data set of this command; give another --output" in capsys.readouterr().err
+    assert [path for path in (tmp_path / "set").rglob("*") if path.is_file()] == [theirs]
+    assert theirs.read_text(encoding="utf-8") == "theirs"

@@ -67,10 +67,10 @@ def dataset(options: argparse.Namespace) -> int:
 
 
 def refuse_other(output: Path, options: argparse.Namespace) -> None:
-    """Refuse a folder whose scenes were made otherwise; write down how these are made.
+    """Refuse a folder that holds something else, or scenes made otherwise; write down how these are made.
 
     Raises:
-        TampError: says in what they differ.
+        TampError: says so, or in what they differ.
     """
     import json
 
@@ -86,6 +86,8 @@ def refuse_other(output: Path, options: argparse.Namespace) -> None:
         other = [name for name in made if not isinstance(before, dict) or before.get(name) != made[name]]
         if other:
             raise TampError(f"{output} holds a data set made with other {', '.join(other)}; give another --output")
+    elif output.is_dir() and any(output.iterdir()):
+        raise TampError(f"{output} holds something else than a data set of this command; give another --output")
     output.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
 
