@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from tamp.errors import RobotError, meant
+from tamp.errors import RobotError
 from tamp.perception.cameras.camera import WORLD, Camera
 from tamp.perception.rendering.surface import Surface, read_surface
 from tamp.task.pose import Pose
@@ -45,8 +45,7 @@ def link_pose(robot: RobotModel, link: str, q: Sequence[float], opening: float) 
     """
     if not robot.model.existBodyName(link):
         names = sorted(name for name in {frame.name for frame in robot.model.frames} if robot.model.existBodyName(name))
-        valid = f"{meant(link, names)}valid are {', '.join(names)}"
-        raise RobotError(f"{robot.spec.urdf}: there is no link {link!r}; {valid}")
+        raise RobotError(f"{robot.spec.urdf}: there is no link {link!r}; the URDF has {', '.join(names)}")
     frame = robot.model.frames[robot.model.getBodyId(link)]
     joints = robot.joint_poses(np.array([q], dtype=np.float64), opening)[0]
     T: Array = joints[frame.parentJoint] @ frame.placement.homogeneous

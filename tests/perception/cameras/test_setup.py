@@ -93,9 +93,9 @@ def test_a_wrong_set_up_is_refused(tmp_path: Path, old: str, new: str, said: str
     [
         (
             "parent: panda_hnd",
-            r"setup.yaml:3: .*no link 'panda_hnd'; did you mean 'panda_hand'\? valid are .*; or world$",
+            r"setup.yaml:3: .*no link 'panda_hnd'; the URDF has .*panda_hand.*; or world$",
         ),
-        ("parent: panda_joint1", "no link 'panda_joint1'; did you mean .*valid are [^:]*$"),
+        ("parent: panda_joint1", "no link 'panda_joint1'; the URDF has (?!.*panda_joint1)"),
         ("parent: panda_hand\n    viewpoints: [[0, 0]]", r"setup.yaml:4: .*viewpoints\[0\]: expected 7 numbers"),
     ],
 )
