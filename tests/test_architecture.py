@@ -54,8 +54,8 @@ ALLOWED = {
         "task", "errors",
     },
     "conformance": {
-        "checking", "clock", "domains", "execution", "streams", "planning", "language", "pipeline", "world", "task",
-        "errors",
+        "checking", "clock", "domains", "execution", "streams", "planning", "language", "pipeline", "world", "threads",
+        "task", "errors",
     },
     "__main__": {"cli"},
     "cli": {

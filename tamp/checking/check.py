@@ -12,7 +12,7 @@ from tamp.checking.scene import ROBOT, TABLE, Scene, State
 from tamp.checking.start_and_goals import check_continued, check_goals, check_home, check_start, note_stayed
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
-from tamp.errors import PlanError, TaskError
+from tamp.errors import DomainError, PlanError, TampError, TaskError, told
 from tamp.task.robots import task_robot
 from tamp.task.validate import check_sizes
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from tamp.checking.actions.rule import ActionRule
     from tamp.task.model import SymbolicFact, Task
-    from tamp.task.plan import Plan
+    from tamp.task.plan import Action, Plan
     from tamp.task.pose import Pose
 
 
@@ -60,6 +60,7 @@ def check(
     Raises:
         PlanError: where the plan is for another task or robot.
         TaskError, RobotError: where a shape, a mesh or the robot cannot be used.
+        DomainError: where a rule raises something.
     """
     _refuse_misfit(task, plan, start)
     scene = Scene.of(task)
@@ -71,7 +72,7 @@ def check(
     for index, action in enumerate(plan.actions):
         replay.begin(index, action)
         if action.name in rules:
-            rules[action.name].check(replay, action)
+            _ruled(rules[action.name], replay, action)
         else:
             known = ", ".join(sorted(rules))
             replay.report("precondition", f"the checker has no rule for action {action.name!r}; it has: {known}")
@@ -79,6 +80,16 @@ def check(
     check_goals(replay, plan, goals)
     problems = tuple(sorted(replay.problems, key=lambda problem: problem.time))
     return Verdict(problems, frozenset(replay.state.facts), replay.state)
+
+
+def _ruled(rule: ActionRule, replay: Replay, action: Action) -> None:
+    """Have a rule judge an action; what it raises is a sentence, since rules may be anybody's."""
+    try:
+        rule.check(replay, action)
+    except TampError:
+        raise
+    except Exception as error:
+        raise DomainError(f"the checker's rule for {action.name!r}: it raised {told(error)}") from error
 
 
 def begin(task: Task, start: Mapping[str, Pose], facts: Iterable[SymbolicFact]) -> State:

@@ -56,10 +56,10 @@ class Judgement:
 
 @dataclass(frozen=True)
 class PartJudgement:
-    """All findings on a search, a strategy or a simulator.
+    """All findings on a search, a strategy, a simulator or a skill.
 
     Attributes:
-        kind: "search", "strategy" or "simulator".
+        kind: "search", "strategy", "simulator" or "skill".
         name: its address or name.
         findings: in the order of the checks; what is wrong ends them, since later ones would mean nothing.
     """
