@@ -58,6 +58,11 @@ def _packages() -> Iterator[Path]:
         yield from sorted(folder.glob("*/__init__.py"))
 
 
+def module_of(name: str) -> str:
+    """The module in which a domain is looked for; nothing is imported."""
+    return _installed().get(name, name).partition(":")[0]
+
+
 @lru_cache(maxsize=16)
 def load_domain(name: str) -> Domain:
     """The domain of a name: an installed one, or "package.module" or "package.module:NAME" from anywhere.

@@ -59,6 +59,7 @@ class Result:
         settings: every option that decided the result, defaults and the task's own included.
         configuration: the options that a batch was given, by which it can be run again.
         task_sha256: of the task's file and meshes, as the batch found them.
+        code_sha256: of the user's own code that took part, as the batch found it; empty where there was none.
         load: of the machine when the run began: processes that wanted to run over the minute before, for each core.
     """
 
@@ -97,6 +98,7 @@ class Result:
     settings: Mapping[str, Any] = field(default_factory=dict)
     configuration: Mapping[str, Any] = field(default_factory=dict)
     task_sha256: str = ""
+    code_sha256: str = ""
     load: float | None = None
 
     def __post_init__(self) -> None:

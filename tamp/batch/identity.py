@@ -17,15 +17,18 @@ class Making:
         configuration: the options of the work function, JSON-like.
         task_sha256: of the task's file and meshes.
         versions: of the program and its libraries.
+        code_sha256: of the user's own code that takes part; empty where there is none.
     """
 
     configuration: Mapping[str, Any]
     task_sha256: str
     versions: Mapping[str, str]
+    code_sha256: str = ""
 
     def differences(self, result: Result) -> Sequence[str]:
         """In what a result was made otherwise; none where it would be made the same way."""
         found = [] if result.task_sha256 == self.task_sha256 else ["the task"]
+        found += [] if result.code_sha256 == self.code_sha256 else ["code of your own"]
         options = {**self.configuration, **result.configuration}
         found += [name for name in options if _of(result.configuration, name) != _of(self.configuration, name)]
         libraries = {**self.versions, **result.versions}

@@ -17,6 +17,7 @@ from tamp.batch.pool import Job, Outcome, run_jobs
 from tamp.batch.robots import tell
 from tamp.batch.work import PRELOAD, WORK
 from tamp.errors import TampError
+from tamp.pipeline.options.own_code import code_sha256
 from tamp.results import Result, Status, from_json, read_results
 from tamp.task import Task
 from tamp.task.files.digest import task_sha256
@@ -40,7 +41,7 @@ class Batch:
         memory_limit: per process, bytes.
         output: folder of results.jsonl and the runs; None keeps nothing.
         resume: run what results.jsonl does not have yet, or has from other options, another version of the task or
-            other libraries.
+            of the user's own code, or other libraries.
         overwrite: forget the results that the folder has. With neither, a folder that has some is refused.
         work: the work function, "package.module:function".
         preload: modules imported once for all workers.
@@ -109,7 +110,10 @@ class Batch:
 
     def _makings(self) -> Mapping[str, Making]:
         known: dict[Path, str] = {}
-        return {task.name: Making(self.options, task_sha256(task, known), versions()) for task in self.tasks}
+        return {
+            task.name: Making(self.options, task_sha256(task, known), versions(), code_sha256(self.options, task))
+            for task in self.tasks
+        }
 
     def _stale(self, results: Iterable[Result], makings: Mapping[str, Making]) -> Mapping[str, Sequence[str]]:
         """The results of this batch's tasks and seeds that were made otherwise -> what differs."""
@@ -243,6 +247,7 @@ def _result(outcome: Outcome, makings: Mapping[str, Making]) -> Result:
             made,
             configuration=making.configuration,
             task_sha256=making.task_sha256,
+            code_sha256=making.code_sha256,
             versions=made.versions or making.versions,
         )
     status: Status = "timeout" if outcome.ended == "timeout" else "error"
@@ -257,4 +262,5 @@ def _result(outcome: Outcome, makings: Mapping[str, Making]) -> Result:
         clock=making.configuration.get("clock", "wall"),
         configuration=making.configuration,
         task_sha256=making.task_sha256,
+        code_sha256=making.code_sha256,
     )

@@ -172,13 +172,15 @@ def test_a_run_folder_without_results_is_kept_too(tmp_path: Path) -> None:
         _run("a", output=tmp_path)
 
 
-@pytest.mark.parametrize("what", ["an option", "the task", "a version"])
+@pytest.mark.parametrize("what", ["an option", "the task", "a version", "code"])
 def test_what_was_made_otherwise_is_run_again(
     tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     ran, file = tmp_path / "ran", tmp_path / "a.yaml"
     file.write_text("objects: []", encoding="utf-8")
-    task = Task("a", (), path=file)
+    (tmp_path / "own_search_of_a_batch.py").write_text("", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    task = Task("a", (), path=file, search="own_search_of_a_batch:find")
 
     def run(**options: Any) -> None:
         bounds: dict[str, Any] = {"output": tmp_path / "out", "resume": True, "work": WORK}
@@ -192,10 +194,13 @@ def test_what_was_made_otherwise_is_run_again(
         file.write_text("objects: [] # another", encoding="utf-8")
     if what == "a version":
         monkeypatch.setattr("tamp.batch.run.versions", lambda: {"numpy": "0.1"})
+    if what == "code":
+        (tmp_path / "own_search_of_a_batch.py").write_text("edited = True", encoding="utf-8")
     run(sleep=0.1 if what == "an option" else 0.0)
     assert ran.read_text(encoding="utf-8").split() == ["a:0", "a:0"]
     assert "made otherwise and run again: 1 of 1 results; what differs:" in caplog.text
-    assert {"an option": "sleep", "the task": "the task", "a version": "numpy"}[what] in caplog.text
+    told = {"an option": "sleep", "the task": "the task", "a version": "numpy", "code": "code of your own"}
+    assert told[what] in caplog.text
 
 
 def test_files_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:

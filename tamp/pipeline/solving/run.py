@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.log import Execution
-from tamp.pipeline.options.trust import code_of
+from tamp.pipeline.options.own_code import code_files
 from tamp.pipeline.solving.words import sentences
 from tamp.planning import Report
 from tamp.results import Result, to_json
@@ -88,9 +87,9 @@ def save_poses(poses: Mapping[str, Pose], path: Path) -> None:
 def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str, Any]:
     """What a run depends on: versions, seed, configuration, and a hash of each input file.
 
-    Input files are the task's, its meshes, and the modules that the configuration names by an address.
+    Input files are the task's, its meshes, and the files of the user's own code.
     """
-    inputs = {o.shape.path for o in task.objects if isinstance(o.shape, Mesh)} | _modules(configuration)
+    inputs = {o.shape.path for o in task.objects if isinstance(o.shape, Mesh)} | {*code_files(configuration, task)}
     if task.path is not None:
         inputs.add(task.path)
     return {
@@ -104,12 +103,6 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
         "plan_sha256": run.result.plan_sha256,
         "inputs": {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(inputs)},
     }
-
-
-def _modules(configuration: Mapping[str, Any]) -> set[Path]:
-    """The files of the modules that a configuration names, as the run has imported them."""
-    modules = [sys.modules.get(text.partition(":")[0]) for text in code_of(configuration)]
-    return {Path(module.__file__) for module in modules if module is not None and module.__file__ is not None}
 
 
 def _times(report: Report) -> dict[str, Any]:
