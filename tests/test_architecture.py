@@ -102,7 +102,7 @@ HOMES = {
         "perception.estimation.hypotheses", "perception.estimation.models.object_model",
         "perception.estimation.registration", "perception.estimation.assignment", "perception.grasps",
         "perception.estimation.models.occupancy", "perception.estimation.models.symmetry", "scoring.assignment",
-        "streams.affordances.friction_cones", "task.mesh.parts", "world.kinematics.seeds",
+        "streams.affordances.friction_cones", "task.mesh.parts", "task.mesh.support", "world.kinematics.seeds",
     },
     "sqlalchemy": {
         "contest.service.board", "contest.service.films", "contest.service.queue", "contest.service.store",

@@ -83,6 +83,8 @@ def is_convex(vertices: Points, faces: Faces) -> bool:
     """Whether all vertices of the faces lie on one side of each face, within a share of the size; ignores winding."""
     import numpy as np
 
+    from tamp.task.mesh.support import Support
+
     corners = np.unique(faces)
     points = vertices[corners]
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -91,10 +93,11 @@ def is_convex(vertices: Points, faces: Faces) -> bool:
     area = np.linalg.norm(normal, axis=1)
     solid = area > 1e-6 * size * size  # slivers have no direction worth asking
     normal, a = normal[solid] / area[solid, None], a[solid]
-    for start in range(0, len(normal), 256):
-        height = normal[start : start + 256] @ points.T
-        height -= np.einsum("ij,ij->i", normal[start : start + 256], a[start : start + 256])[:, None]
-        if (np.minimum(height.max(axis=1), -height.min(axis=1)) > CONVEX_TOLERANCE * size).any():
+    support, level = Support(points), np.einsum("ij,ij->i", normal, a)
+    # What some of the points show already need not be asked of all: that is how most of what is not convex ends.
+    for farthest in (support.at_least, support.exactly):
+        inward = farthest(normal) - level > CONVEX_TOLERANCE * size
+        if (farthest(-normal[inward]) + level[inward] > CONVEX_TOLERANCE * size).any():
             return False
     return True
 
