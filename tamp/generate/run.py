@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from filecmp import cmp
 from pathlib import Path
@@ -70,15 +71,31 @@ def copy_library(source: Path, output: Path) -> None:
 
 
 def refuse_to_overwrite(folder: Path, wanted: Sequence[Recipe]) -> None:
-    """Refuse a folder where a task would be written over another file; the same task may be made again.
+    """Refuse a folder where a file would be written over another; the same task may be made again.
 
     Raises:
         TampError: names the first such file.
     """
+    _refuse_to_shorten(folder / "tasks.json", {recipe.name for recipe in wanted})
     for path, recipe in ((folder / f"{recipe.name}.yaml", recipe) for recipe in wanted):
         begins = recipe.comment.encode()
         if path.exists() and not (path.is_file() and path.read_bytes().startswith(begins)):
             raise TampError(f"{path} is there already and is another task; choose another --output")
+
+
+def _refuse_to_shorten(listed: Path, wanted: Collection[str]) -> None:
+    """Refuse to write a list of tasks over one that has others, whose files would stay without a line."""
+    if not listed.is_file():
+        return
+    try:
+        names = [row["name"] for row in json.loads(listed.read_bytes())]
+    except (ValueError, TypeError, KeyError):
+        raise TampError(f"{listed} is there already and is no list of tasks; choose another --output") from None
+    if others := [name for name in names if name not in wanted]:
+        raise TampError(
+            f"{listed} lists {len(names)} tasks, of which {len(others)} would not be made again, such as {others[0]}; "
+            f"ask for them too, or choose another --output"
+        )
 
 
 def make_tasks(output: str, asked: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

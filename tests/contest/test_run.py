@@ -69,6 +69,10 @@ def test_a_solution_moves_the_arm_and_is_scored(folder: Path, capsys: pytest.Cap
     assert run["ede_m"] == pytest.approx(run["do_nothing_ede_m"], abs=1e-3)
     assert 0 < run["execution_sim_s"] < 10
     assert "mean error" in capsys.readouterr().out
+    before = (folder / "out" / "results.json").read_bytes()
+    assert main([*arguments, *insist, "-o", str(folder / "out")]) == 2
+    assert "results.json has results already: --overwrite replaces them; nothing was touched" in capsys.readouterr().err
+    assert (folder / "out" / "results.json").read_bytes() == before
 
 
 def test_runs_that_are_known_are_not_repeated(folder: Path) -> None:

@@ -6,7 +6,8 @@ from dataclasses import asdict
 import pytest
 
 from tamp.cli import main
-from tamp.generate.run import copy_library, make_tasks, recipes
+from tamp.errors import TampError
+from tamp.generate.run import copy_library, make_tasks, recipes, refuse_to_overwrite
 from tamp.scenarios.library.model import FOLDER
 
 
@@ -47,6 +48,17 @@ def test_files_do_not_depend_on_who_makes_them(tmp_path, capsys):
 def test_what_cannot_be_made_is_said_in_one_sentence(tmp_path, capsys, arguments, said):
     assert main(["generate", "-n", "1", "-o", str(tmp_path), *arguments]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_list_of_tasks_is_not_shortened(tmp_path):
+    listed = tmp_path / "tasks.json"
+    listed.write_text(json.dumps([{"name": recipe.name} for recipe in recipes(4, 0)]))
+    refuse_to_overwrite(tmp_path, recipes(4, 0))
+    with pytest.raises(TampError, match=r"lists 4 tasks, of which [23] would not be made again, .*ask for them"):
+        refuse_to_overwrite(tmp_path, recipes(2, 0))
+    listed.write_text('{"mine": 1}')
+    with pytest.raises(TampError, match=r"tasks.json is there already and is no list of tasks; choose another"):
+        refuse_to_overwrite(tmp_path, recipes(4, 0))
 
 
 def test_other_tasks_and_another_library_are_not_written_over(tmp_path, capsys):

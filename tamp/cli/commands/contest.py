@@ -46,6 +46,7 @@ def _add_run(parser: Parser) -> None:
     add("--wall", type=seconds, metavar="SECONDS", help="real time of a run, in place of the rules'")
     add("--library", action="append", metavar="NAME", help="a distribution to offer, beside the rules'; repeat it")
     add("-o", "--output", type=output_folder, metavar="DIR", help="results.json, and what each run printed")
+    add("--overwrite", action="store_true", help="replace the results that DIR has")
     add_json(parser)
     _add_isolation(parser)
 
@@ -61,6 +62,9 @@ def run(options: argparse.Namespace) -> int:
     from tamp.contest.evaluation.evaluate import evaluate, solution_path, summary, table
     from tamp.contest.sandbox.choice import choose
 
+    results_file = None if options.output is None else options.output / "results.json"
+    if results_file is not None and results_file.exists() and not options.overwrite:
+        raise TampError(f"{results_file} has results already: --overwrite replaces them; nothing was touched")
     solution, rules = solution_path(options.solution), _rules(options)
     tasks = _tasks(options, rules)
     sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
@@ -71,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
         for result, log in zip(results, logs, strict=True):
             name = re.sub(r"[^A-Za-z0-9_.-]+", "-", f"{result.task}-{result.simulator}-{result.seed}")
             write_text(options.output / f"{name}.log", log.decode("utf-8", errors="replace"))
-        options.json = options.json or options.output / "results.json"
+        options.json = options.json or results_file
     write_json(options, found)
     if not to_stdout(options):
         print("\n".join(table(results, tasks, rules)), file=options.out)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from tamp.errors import RobotError, TaskError
+from tamp.errors import RobotError, TaskError, meant
 from tamp.task.files.errors import sentence
 from tamp.task.files.robot import robot_schema as schema
 from tamp.task.files.robot.mechanism import misfits
@@ -106,6 +106,10 @@ class _Reader:
         attachment = None
         if given is not None:
             file = self._path(given.urdf, ("gripper", "attach", "urdf"))
+            arm = read_urdf(self._path(model.urdf, ("urdf",)), None, folders)
+            if given.parent not in arm.links:
+                near = f"{meant(given.parent, arm.links)}the URDF has {', '.join(sorted(arm.links))}"
+                raise self._refused(("gripper", "attach", "parent"), f"there is no link {given.parent!r}; {near}")
             attachment = Attachment(file, given.parent, Pose.from_rpy(given.xyz, given.rpy), given.prefix)
         return read_urdf(self._path(model.urdf, ("urdf",)), attachment, folders)
 

@@ -117,7 +117,11 @@ def test_a_package_is_found_in_the_folders_above_the_urdf(tmp_path: Path) -> Non
         ("urdf/arm.urdf", "ftp://x/arm.urdf", r"no path; it may begin with python://PACKAGE/"),
         ("[theirs_elsewhere]", "[nowhere]", r"meshes\[0\]: there is no folder"),
         ("meshes: [theirs_elsewhere]", "", r"there is no mesh 'package://theirs/meshes/bar.obj'; looked for"),
-        ("parent: boom, xyz: [0.0, 0.0, 0.2]", "parent: bom", "no link 'bom'; the URDF has base, boom"),
+        (
+            "parent: boom, xyz: [0.0, 0.0, 0.2]",
+            "parent: bom",
+            r"gripper\.attach\.parent: there is no link 'bom'; did you mean 'boom'\? the URDF has base, boom",
+        ),
         (
             "[turn, bend]",
             "[turn, bent]",
