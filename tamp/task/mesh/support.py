@@ -23,6 +23,8 @@ FEW = 64
 """So many points are all looked at; of more, where that will do, those that lie farthest in so many directions."""
 BLOCK = 1 << 20
 """Heights at a time."""
+BESIDE = 1 << 10
+"""Climbs at a time."""
 
 
 class Support:
@@ -46,36 +48,49 @@ class Support:
             return self.at_least(directions)
         if self._polytope is None:  # flat: it has no edges to climb along
             return _farthest(self._points, directions)[1]
-        vertices, neighbours, normals, corner = self._polytope
-        at = corner[normals.query(directions)[1]]
-        height: NDArray[np.float64] = np.einsum("ij,ij->i", vertices[at], directions)
-        climbing = np.arange(len(directions))
-        while len(climbing):
-            around = neighbours[at[climbing]]
-            heights = np.einsum("ikj,ij->ik", vertices[around], directions[climbing])
-            best = heights.argmax(axis=1)
-            rows = np.arange(len(climbing))
-            higher = heights[rows, best] > height[climbing]
-            climbing, rows, best = climbing[higher], rows[higher], best[higher]
-            at[climbing], height[climbing] = around[rows, best], heights[rows, best]
-        return height
+        blocks = (directions[start : start + BESIDE] for start in range(0, len(directions), BESIDE))
+        return np.concatenate([np.zeros(0), *(self._polytope.climbed(block) for block in blocks)])
 
     @cached_property
-    def _polytope(self) -> tuple[Points, NDArray[np.int64], cKDTree, NDArray[np.int64]] | None:
-        """Vertices of the hull, a row of neighbours for each, its facets' normals, and a corner of each facet."""
+    def _polytope(self) -> _Polytope | None:
         try:
-            hull = ConvexHull(self._points)
+            return _Polytope(ConvexHull(self._points))
         except QhullError:
             return None
+
+
+class _Polytope:
+    """The vertices of a convex hull and the edges between them; a vertex may have very many, as the tip of a cone."""
+
+    def __init__(self, hull: ConvexHull) -> None:
         corners = np.sort(hull.vertices)
-        vertices, triangles, count = self._points[corners], np.searchsorted(corners, hull.simplices), len(corners)
+        triangles, count = np.searchsorted(corners, hull.simplices), len(corners)
         ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
         ends = np.concatenate([ends, ends[:, ::-1]])
         graph = coo_array((np.ones(len(ends), dtype=bool), (ends[:, 0], ends[:, 1])), shape=(count, count)).tocsr()
-        degree = np.diff(graph.indptr)
-        neighbours = np.repeat(np.arange(count)[:, None], degree.max(), axis=1)  # itself where there are no more
-        neighbours[np.arange(degree.max()) < degree[:, None]] = graph.indices
-        return vertices, neighbours, cKDTree(hull.equations[:, :3]), triangles[:, 0].copy()
+        self._vertices, self._neighbours, self._first = hull.points[corners], graph.indices, graph.indptr
+        self._normals = cKDTree(hull.equations[:, :3])
+        fewest = np.diff(graph.indptr)[triangles].argmin(axis=1)
+        self._corner = triangles[np.arange(len(triangles)), fewest]  # of each facet: where a climb has least to look at
+
+    def climbed(self, directions: Points) -> NDArray[np.float64]:
+        """How far the polytope reaches in directions, shape (m, 3) -> (m,) [m]."""
+        at = self._corner[self._normals.query(directions)[1]]
+        height: NDArray[np.float64] = np.einsum("ij,ij->i", self._vertices[at], directions)
+        climbing = np.arange(len(directions))
+        while len(climbing):
+            first, count = self._first[at[climbing]], np.diff(self._first)[at[climbing]]
+            begin = np.cumsum(count) - count
+            owner = np.repeat(np.arange(len(climbing)), count)
+            around = self._neighbours[np.arange(len(owner)) + np.repeat(first - begin, count)]
+            heights = np.einsum("ij,ij->i", self._vertices[around], directions[climbing][owner])
+            best = np.maximum.reduceat(heights, begin)
+            rows, where = np.unique(owner[heights == best[owner]], return_index=True)
+            there = around[heights == best[owner]][where]
+            higher = best > height[climbing]
+            climbing, there, best = climbing[rows][higher], there[higher], best[higher]
+            at[climbing], height[climbing] = there, best
+        return height
 
 
 def _farthest(points: Points, directions: Points) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -65,6 +65,14 @@ def test_faces_without_a_direction_are_not_asked() -> None:
     assert is_convex(line, np.array([[0, 1, 2], [3, 4, 5]]))
 
 
+def test_a_vertex_with_very_many_neighbours_is_one_among_others() -> None:
+    cone = trimesh.creation.cone(0.1, 0.2, sections=3000)
+    vertices, faces = np.array(cone.vertices), np.array(cone.faces)
+    assert is_convex(vertices, faces)
+    directions = np.random.default_rng(0).normal(size=(100, 3))
+    assert np.allclose(Support(vertices).exactly(directions), (directions @ vertices.T).max(axis=1))
+
+
 def test_a_dense_convex_mesh_is_not_looked_at_face_by_vertex(monkeypatch: pytest.MonkeyPatch) -> None:
     ball = trimesh.creation.icosphere(subdivisions=5)
     looked = []
