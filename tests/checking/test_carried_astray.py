@@ -204,7 +204,10 @@ def test_what_hangs_lower_in_the_hand_than_it_is_said_to_is_met_there(said, low,
     assert bool(found) == wrong, found
 
 
-@pytest.mark.parametrize(("higher", "thick", "wrong"), [(1.9e-3, 1.5e-3, True), (1.9e-3, 4e-4, False)])
+@pytest.mark.parametrize(
+    ("higher", "thick", "wrong"),
+    [(1.9e-3, 1.5e-3, True), (1.9e-3, 6e-4, True), (0.0, 6e-4, True), (1.9e-3, 1e-4, False)],
+)
 def test_what_slides_does_not_pass_above_what_lies_in_its_way(higher, thick, wrong):
     """It is said to stand higher than it does as the push begins; the card that it should pass over came along."""
     start = Pose((0.05, -0.15, 0.025))
@@ -216,7 +219,7 @@ def test_what_slides_does_not_pass_above_what_lies_in_its_way(higher, thick, wro
     starts = {"box": start, "card": card.pose}
     plan = Plan("higher", "panda", 0, starts, HOME, {"box": end}, calm(actions))
     found = " ".join(problem.sentence for problem in check(Task("higher", (box, card)), plan).problems)
-    assert ("not above, meets card" in found) == wrong, found
+    assert ("card" in found) == wrong, found
     assert bool(found) == wrong, found
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
-from tamp.checking.actions.strike import SLIDING, met_as_stayed, pushed_over, set_off
+from tamp.checking.actions.strike import SLIDING, about, hanging, met_as_stayed, pushed_over, set_off
 from tamp.checking.actions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
@@ -42,7 +42,13 @@ TOO_WILD = "the {} motion is too wild or too long to be judged"
 
 
 def check_move(
-    scene: Scene, state: State, move: Move, allow: Tolerances, report: Report, seen: Looks | None = None
+    scene: Scene,
+    state: State,
+    move: Move,
+    allow: Tolerances,
+    report: Report,
+    seen: Looks | None = None,
+    taken: Mover | None = None,
 ) -> None:
     """Judge a motion and bring the state to its end.
 
@@ -53,6 +59,7 @@ def check_move(
         allow: tolerances.
         report: called as report(kind, sentence, bodies=(), depth=0.0, after=seconds into the motion).
         seen: the motion as `look` sees it, where it was looked at already.
+        taken: what is pushed, where it is in truth at these looks, if that is not where the plan says.
     """
     spec = scene.links.tree.spec
     if (reason := malformed(move.trajectory, spec)) is not None:
@@ -81,11 +88,16 @@ def check_move(
         met.update(touch.bodies)
         after = 0.0 if found is None else float(found.times[touch.sample])
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
-    for link, name in _rubbing(state, pressed, met, allow):
+    truth = None if found is None else taken or hanging(scene, state, found)
+    in_truth = [] if truth is None else about(scene, state, move, truth, allow)
+    grazed = pressed if found is None else [*pressed, *_slightly(in_truth, found, allow)]
+    for link, name in _rubbing(state, grazed, met, allow):
         report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
-    for link, name in () if found is None else pushed_over(scene, state, pressed, met, found.times, allow):
+    for link, name in () if found is None else pushed_over(scene, state, grazed, met, found.times, allow):
         report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
-    for link, name in () if found is None else met_as_stayed(scene, state, move, found, allow):
+    stayed = () if found is None else met_as_stayed(scene, state, move, found, allow)
+    taken_along = () if found is None else sorted({touch.bodies for touch in touches(in_truth, found.swing)})
+    for link, name in (*stayed, *taken_along):
         where = "which is where the task has it, pads have turned it, or it was let go, and not where the plan says"
         report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
@@ -249,6 +261,16 @@ def pressing(
     slight = touches(((a, b, min(depth, SLIDING)) for a, b, depth in pairs), found.swing)
     named = {touch.bodies for touch in slight}
     return [pair for pair in pairs if (pair[0].solid.name, pair[1].solid.name) in named]
+
+
+def _slightly(
+    pairs: list[tuple[Mover, Mover, float]], found: Looks, allow: Tolerances
+) -> list[tuple[Mover, Mover, float]]:
+    """Those of pairs that are in each other, by no more than rounding, though they are not to touch."""
+    free = [pair for pair in pairs if pair[2] <= allow.collision]
+    named = {touch.bodies for touch in touches(((a, b, SLIDING) for a, b, _ in free), found.swing)}
+    named -= {touch.bodies for touch in touches(free, found.swing)}
+    return [pair for pair in free if (pair[0].solid.name, pair[1].solid.name) in named]
 
 
 def _rubbing(

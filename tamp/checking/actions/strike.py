@@ -112,10 +112,7 @@ def pushed_over(
 
 
 def met_as_stayed(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[tuple[str, str]]:
-    """What meets an object, or pushes it over, where that stays at the start though it is said to stand elsewhere.
-
-    What is held lies as much aside in the hand, and may meet things there.
-    """
+    """What meets an object, or pushes it over, where that stays at the start though it is said to stand elsewhere."""
     carried = state.held or move.pushed
     still = {name: T for name, T in state.stayed.items() if carried is None or name != carried.object}
     near = passed(found.bodies, standing(scene.solids, still)) if still else []
@@ -124,21 +121,24 @@ def met_as_stayed(scene: Scene, state: State, move: Move, found: Looks, allow: T
     yield from sorted(met)
     grazed = [pair for pair in pairs if (pair[1].solid.name, pair[0].solid.name) not in met]
     yield from pushed_over(scene, state.as_stayed(), grazed, set(), found.times, allow)
-    if state.held is not None and state.held.object in state.stayed:
-        yield from _met_by_held(scene, state, move, found, allow)
 
 
-def _met_by_held(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[tuple[str, str]]:
-    """What an object meets that is held, and lies as much aside in the hand as it stood: sorted pairs."""
+def hanging(scene: Scene, state: State, found: Looks) -> Mover | None:
+    """What is held where it hangs in truth: aside, lower, or turned, as it stood; None where that is as said."""
+    if state.held is None or state.held.object not in state.stayed:
+        return None
     said = found.bodies[-1]
-    T = np.ascontiguousarray(said.T @ inverse(said.T[0]) @ state.stayed[said.solid.name])
-    claimed = {other for pair in move.contacts if said.solid.name in pair for other in pair}
-    others = standing(scene.solids, state.standing(scene))
-    pairs = [
-        (other, Mover(said.solid, T), allow.contact if other.solid.name in claimed else allow.collision)
-        for other in passed([said], others)
-    ]
-    yield from sorted({touch.bodies for touch in touches(pairs, found.swing)})
+    return Mover(said.solid, np.ascontiguousarray(said.T @ inverse(said.T[0]) @ state.stayed[said.solid.name]))
+
+
+def about(scene: Scene, state: State, move: Move, truth: Mover, allow: Tolerances) -> list[tuple[Mover, Mover, float]]:
+    """What stands and may meet what is taken along where that is in truth, as `pushed_over` is told."""
+    name = truth.solid.name
+    claimed = {other for pair in move.contacts if name in pair for other in pair}
+    if move.pushed is not None:  # it slides on what carries it, whether the plan says so or not
+        claimed |= {*carriers(scene, state, name, allow).bodies}
+    others = passed([truth], standing(scene.solids, state.without(name).standing(scene)))
+    return [(other, truth, allow.contact if other.solid.name in claimed else allow.collision) for other in others]
 
 
 def set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float, allow: Tolerances) -> bool:

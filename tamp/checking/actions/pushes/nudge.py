@@ -20,6 +20,7 @@ from tamp.checking.actions.pushes.push import (
     check_stopped,
     direction,
     founded,
+    sliding,
     tipping,
     touched_behind,
     unfollowed,
@@ -64,7 +65,7 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     for sentence in wrong:
         report("push", sentence, bodies=(name,))
     touching = touched_behind(scene, move, name, path[0], direction(path), allow.nudge, allow).points
-    check_move(scene, state, move, allow, report, seen)
+    check_move(scene, state, move, allow, report, seen, sliding(scene, state, name, under, path, allow))
     _check_way(scene, state, name, path, touching, allow, report)
     check_rest(scene, state, name, allow, report)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
-from tamp.checking.actions.closing_pads import is_aside
+from tamp.checking.actions.closing_pads import ASIDE, is_aside
 from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed
 from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.geometry.solids import clearance
@@ -24,7 +24,7 @@ from tamp.checking.physics.round_bodies.perching import rolls_on
 from tamp.checking.physics.support import carriers, height_above
 from tamp.checking.robot.cubic import interpolate
 from tamp.checking.robot.load import overloaded
-from tamp.checking.robot.sweep import Mover, passed, standing, touches
+from tamp.checking.robot.sweep import Mover
 from tamp.checking.robot.trajectory_limits import malformed
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 from tamp.task.robot import PAD_FRICTION
@@ -61,7 +61,7 @@ def check_push(scene: Scene, state: State, move: Move, pushed: Attachment, allow
     for sentence in wrong:
         report("push", sentence, bodies=(name,))
     _check_stand(scene, state, name, allow, report)
-    check_move(scene, state, move, allow, report, seen)
+    check_move(scene, state, move, allow, report, seen, sliding(scene, state, name, (TABLE,), path, allow))
     state.poses[name] = path[-1]
     _check_stand(scene, state, name, allow, report)
     check_stopped(scene, state, name, direction(path), allow, report)
@@ -120,7 +120,6 @@ def check_path(
     sticks = GRAVITY * scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
     if slowing > sticks:
         report("push", f"{name} slides on when the hand slows down by {slowing:.1f} m/s^2", bodies=(name,))
-    _check_sunk(scene, state, name, under, seen, allow, report)
     _note_beside(scene, state, name, path)
     push = sticks * scene.task.object(name).mass * direction(path)
     check_force(scene, move, name, seen, push, allow.nudge, allow, report)
@@ -128,21 +127,20 @@ def check_path(
     return path
 
 
-def _check_sunk(
-    scene: Scene, state: State, name: str, under: Iterable[str], seen: Looks, allow: Tolerances, report: Report
-) -> None:
-    """What is pushed slides on what carries it, and not by a gap that counts as standing above what lies in its way."""
+def sliding(
+    scene: Scene, state: State, name: str, under: Iterable[str], path: Array, allow: Tolerances
+) -> Mover | None:
+    """What was pushed along poses, shape (n, 4, 4), where it slides in truth; None where that is as said.
+
+    That is on what carries it, and not by a gap that counts as standing above what lies in its way; and as much to the
+    side of its path as it is in the end.
+    """
     body, standing_on = scene.solids[name], {on: T for on, T in state.standing(scene).items() if on in under}
-    path = seen.bodies[-1].T
     gaps = [clearance(scene.solids[on], body, inverse(T) @ path[0], 0.0) for on, T in standing_on.items()]
-    sunk = path.copy()
-    sunk[:, 2, 3] -= np.clip(min(gaps, default=0.0), 0.0, allow.standing)
-    slides = Mover(body, sunk)
-    rest = {other: T for other, T in state.standing(scene).items() if other not in (name, *standing_on)}
-    near = passed([slides], standing(scene.solids, rest))
-    for touch in touches(((other, slides, allow.collision) for other in near), seen.swing):
-        sentence = f"{name}, which slides on what carries it and not above, meets {touch.bodies[0]}"
-        report("collision", sentence, bodies=touch.bodies, depth=touch.depth)
+    slides = path.copy()
+    slides[:, 2, 3] -= np.clip(min(gaps, default=0.0), 0.0, allow.standing)
+    slides[:, :2, 3] += (state.stayed.get(name, path[-1]) - path[-1])[:2, 3]
+    return Mover(body, slides) if np.abs(slides - path).max() > ASIDE else None
 
 
 def _note_beside(scene: Scene, state: State, name: str, path: Array) -> None:
