@@ -43,6 +43,11 @@ from tests.checking.mutations.grips import (
     wrong_object,
     wrong_width,
 )
+from tests.checking.mutations.handling import (
+    hangs_lower_than_said,
+    met_where_it_was_let_go,
+    rocks_over_its_foot,
+)
 from tests.checking.mutations.margins import (
     dropped_aside,
     hardly_open,
@@ -106,6 +111,7 @@ from tests.checking.mutations.pushes import (
     push_what_slips,
     push_what_sticks,
 )
+from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half_a_rim
 from tests.checking.mutations.solids import rocking_load, wedged_in
 from tests.checking.mutations.stacks import (
     falls_the_other_way,
@@ -180,6 +186,8 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     stands_tilted: ("start",),
     rolls_down_a_slope: ("start",),
     rolls_off_what_is_light: ("start",),
+    rolls_along_a_groove: ("start",),
+    rolls_off_half_a_rim: ("start",),
     falls_the_other_way: ("start",),
     falls_though_in_balance: ("start",),
     start_in_the_robot: ("start",),
@@ -191,6 +199,9 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     meet_what_stays: ("collision",),
     swings_on_the_way: ("grasp",),
     spins_on_the_way: ("grasp",),
+    hangs_lower_than_said: ("collision",),
+    met_where_it_was_let_go: ("collision",),
+    rocks_over_its_foot: ("fall",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tamp.task import Box, Grip, Mesh, Object, Plan, Pose, Task
-from tamp.task.mesh.parts import convex_hull
+from tamp.task.mesh.parts import Part, convex_hull
 from tests.checking.mutations.editing import Pair, added, choose, step_at, steps_of
 from tests.task.meshes import parts_obj
 
@@ -33,9 +34,17 @@ def half_round(radius: float, length: float, up: bool) -> Mesh:
     angles = np.linspace(0.0, np.pi, 61)
     arc = radius * np.stack([-np.cos(angles), (1.0 if up else -1.0) * np.sin(angles)], axis=1)
     hull = convex_hull(np.array([(x, *point) for x in (-length / 2, length / 2) for point in arc]))
-    lines = ["g half", *(f"v {x} {y} {z}" for x, y, z in hull.vertices)]
-    lines += [f"f {a} {b} {c}" for a, b, c in hull.faces + 1]
-    return _written(f"half_{radius:.5f}_{length:.5f}_{up}", "\n".join(lines) + "\n")
+    return hulls(f"half_{radius:.5f}_{length:.5f}_{up}", [hull])
+
+
+def hulls(name: str, pieces: Sequence[Part]) -> Mesh:
+    """A mesh of convex pieces, in a file of that name."""
+    lines, before = list[str](), 0
+    for number, hull in enumerate(pieces):
+        lines += [f"o part{number}", *(f"v {x} {y} {z}" for x, y, z in hull.vertices)]
+        lines += [f"f {a} {b} {c}" for a, b, c in hull.faces + 1 + before]
+        before += len(hull.vertices)
+    return _written(name, "\n".join(lines) + "\n")
 
 
 def ring(inner: tuple[float, float], wall: float, height: float) -> Mesh:

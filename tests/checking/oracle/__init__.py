@@ -20,6 +20,7 @@ from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.pushes import push
+from tests.checking.oracle.rolling import rolling
 from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.striking import staying
 from tests.checking.oracle.tilting import tipping
@@ -61,6 +62,7 @@ class Oracle:
             bookkeeping(plan)
             or start(quick)
             or leaning(quick)
+            or rolling(quick)
             or self._tipping(quick)
             or self._replay(quick, plan, sweep=False)
             or goals(quick, plan)

@@ -11,6 +11,9 @@ from tests.checking.oracle.world import TOUCHING, World, rests
 RISES = 0.01  # a centre that comes to rest so much higher has not fallen [m]
 SLIDES = 0.02  # the part that was lowest, or the centre, goes no further than this along the ground [m]
 CLEARLY = 1.5  # so many times the energy that it takes to tip over is too much
+ROCKS = 0.05  # share of what a fall keeps as it rocks that lifts it over another edge of its foot
+TURNED = 0.05  # what turns less comes straight down [rad]
+LOW = 5e-4  # what is no higher stands on the table [m]
 FALLEN, TOPPLED = 1.3, 1.8  # what falls flat, or is pushed over, turns no further [rad]
 
 
@@ -31,7 +34,7 @@ def fall(world: World, fall: Fall, turns: float) -> str | None:
     for other, T in world.others(name).items():
         if depth(body, after, world.bodies[other], T) > TOUCHING:
             return f"{name} falls into {other}"
-    return rests(world, name) or tips_on(world, name, before, after)
+    return rests(world, name) or tips_on(world, name, before, after) or rocks(world, name, before, after)
 
 
 def tips_on(world: World, name: str, before: np.ndarray, after: np.ndarray) -> str | None:
@@ -61,3 +64,43 @@ def tips_on(world: World, name: str, before: np.ndarray, after: np.ndarray) -> s
         if (arms @ way).max() > 0.0 and energy > CLEARLY * 9.81 * (np.hypot(max(inside, 0.0), high) - high):
             return f"{name} tips on over the edge of the table"
     return None
+
+
+def rocks(world: World, name: str, before: np.ndarray, after: np.ndarray) -> str | None:
+    """Why a body that has turned over onto the table does not stop on its foot there, or None.
+
+    A cloud of equal masses stands for it, which comes down about one edge of the foot and goes on about another one.
+    """
+    if np.arccos(np.clip((np.trace(before[:3, :3].T @ after[:3, :3]) - 1) / 2, -1.0, 1.0)) < TURNED:
+        return None
+    starts, ends = (world.bodies[name].points @ T[:3, :3].T + T[:3, 3] for T in (before, after))
+    drop, foot = float(starts[:, 2].mean() - ends[:, 2].mean()), ends[np.abs(ends[:, 2]) < LOW]
+    others = world.others(name, "table").items()
+    if len(foot) < 3 or any(depth(world.bodies[name], after, world.bodies[o], T) > -0.002 for o, T in others):
+        return None
+    for angle in np.linspace(0.0, 2 * np.pi, 36, endpoint=False):
+        way = np.array([np.cos(angle), np.sin(angle), 0.0])
+        over, along = np.cross((0.0, 0.0, 1.0), way), foot @ way
+        came, goes = (
+            ends - foot[end] - np.outer((ends - foot[end]) @ over, over) for end in (along.argmin(), along.argmax())
+        )
+        speeds = np.cross(over, came)
+        speeds *= np.sqrt(2 * 9.81 * max(drop, 0.0) / (speeds**2).sum(axis=1).mean())
+        kept = float((np.cross(goes, speeds) @ over).mean()) ** 2 / (goes**2).sum(axis=1).mean() / 2
+        if ROCKS * kept > 9.81 * _rises(ends, way):
+            return f"{name} rocks over the edge of its foot"
+    return None
+
+
+def _rises(points: np.ndarray, way: np.ndarray) -> float:
+    """How high the middle of a cloud of points is lifted, as it rolls some way over its hull, before it sinks [m]."""
+    arms, rise = points - points.mean(axis=0), 0.0
+    x, z = arms @ way, arms[:, 2]
+    stood = last = -float(z.min())
+    for turned in np.radians(np.arange(0.1, 90.0, 0.1)):
+        high = -float((np.cos(turned) * z - np.sin(turned) * x).min())
+        if high < last:
+            break
+        last = high
+        rise = high - stood
+    return rise

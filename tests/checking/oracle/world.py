@@ -13,6 +13,7 @@ from tests.checking.oracle.bodies import Body, depth, links_along, meets, robot,
 from tests.checking.oracle.flush import turned_into
 from tests.checking.oracle.rubbing import rubs
 from tests.checking.oracle.striking import MET, dragged_over
+from tests.checking.oracle.truth import hanging, let_go_aside
 from tests.checking.oracle.wedging import stuck
 
 STEP = 0.01  # [s]
@@ -39,7 +40,11 @@ ALLOWED = {
 
 @dataclass
 class World:
-    """Where everything is while the plan is replayed."""
+    """Where everything is while the plan is replayed.
+
+    What is held is said to be at `held`, and `hangs` in truth in the tool's frame. What `stays` is there, and not where
+    it is said to be.
+    """
 
     task: Task
     bodies: dict[str, Body]
@@ -48,6 +53,7 @@ class World:
     held: tuple[str, np.ndarray] | None = None
     turned: dict[str, float] = field(default_factory=dict)
     stays: dict[str, np.ndarray] = field(default_factory=dict)
+    hangs: np.ndarray | None = None
 
     def others(self, *but: str) -> dict[str, np.ndarray]:
         held = self.held[0] if self.held else None
@@ -196,12 +202,22 @@ def sweep(world: World, move: Move) -> str | None:
                 return f"{link} meets {other} where the task has it"
             if _rolling(world, other) and meets(body, placed[link], world.bodies[other], T, POKED):
                 return f"{link} sends {other} rolling"
+            if other in world.stays and world.held and met_in_truth(world, tool, other):
+                return f"{world.held[0]} meets {other} where it was let go"
         for name, poses in carried.items():
+            hangs = tool @ world.hangs if move.phase == "transfer" and world.held else poses[:0]
+            if shape is not None and dragged_over(shape, world.bodies[other], T, world.bodies[name], hangs):
+                return f"{name} hangs lower than it is said to, and drags {other} over"
             if meets(world.bodies[name], poses, world.bodies[other], T, limit):
                 return f"{name} in {other}"
             if move.phase == "lift" and other != "table" and stuck(world.bodies[name], poses, world.bodies[other], T):
                 return f"{name} is wedged in {other}"
     return None
+
+
+def met_in_truth(world: World, tool: np.ndarray, other: str) -> bool:
+    """Whether what is held meets another object where that stays, the tool being at poses of shape (n, 4, 4)."""
+    return meets(world.bodies[world.held[0]], tool @ world.hangs, world.bodies[other], world.stays[other], MET)
 
 
 def _rolling(world: World, name: str) -> bool:
@@ -292,7 +308,7 @@ def grip(world: World, grip: Grip) -> str | None:
         return f"the fingers turn {name} into {other}"
     if (text := _turns(world, name, world.poses[name], claimed)) is not None:
         return text
-    world.stays.pop(name, None)
+    world.hangs = np.linalg.inv(tool) @ hanging(gripper, tool, world.stays.pop(name, world.poses[name]), claimed)
     world.poses[name] = claimed
     world.held = (name, grip.attachment.T_tool_object.matrix)
     return None
@@ -308,6 +324,8 @@ def let_go(world: World, release: Release) -> str | None:
         return "goes aside as it is let go"
     world.held = None
     world.poses[release.object] = release.pose.matrix
+    if (lies := let_go_aside(tool_at(world.q) @ world.hangs, release.pose.matrix)) is not None:
+        world.stays[release.object] = lies
     found = between(world, release.object, tool_at(world.q))
     found = found[np.abs(found) < release.opening / 2 + SQUEEZED]
     if len(found) and np.ptp(found) > release.opening + 5e-4:

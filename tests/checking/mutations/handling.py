@@ -1,0 +1,122 @@
+"""Corruptions that handle something else instead, alone on the table, and say of it what is not so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tamp.task import Action, Attachment, Box, Fall, Grip, Move, Object, Plan, Pose, Release, Task, Trajectory
+from tamp.task.mesh.parts import convex_hull
+from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
+from tests.checking.mutations.editing import Pair
+from tests.checking.mutations.solids import hulls
+
+CARD, BAR, BRICK = Box((0.004, 0.05, 0.12)), Box((0.2, 0.05, 0.06)), Box((0.04, 0.05, 0.1))
+DOMINO = Box((0.012, 0.05, 0.1))
+CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+CALM = 1.3  # times as long as the arm's limits ask
+
+
+def hangs_lower_than_said(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A bar is said to be higher in the hand than it is, or to have one end higher, and passes over a card so."""
+    if task.robot != "panda":
+        return None
+    place = tuple(rng.uniform((0.0, -0.2), (0.1, 0.1)))
+    hand, start = Hand(plan.home), Pose((*place, BAR.size[2] / 2))
+    tilted, deep = bool(rng.integers(2)), rng.uniform(0.0007, 0.0009)
+    said = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, rng.uniform(0.0125, 0.0135), 0.0))
+    held = Pose((0.0, 0.0, 0.0), DOWN) @ (said if tilted else Pose((0.0, 0.0, rng.uniform(0.0016, 0.0019))))
+    pick, away, back = (start @ Pose((0.0, 0.0, 0.0), DOWN) for _ in range(3))
+    high = CARD.size[2] - deep + BAR.size[2] / 2
+    away, back = (Pose((place[0], place[1] + by, high), DOWN) for by in (0.25, 0.0))
+    attachment, touching = Attachment("bar", held), frozenset({("robot", "bar"), ("bar", "table")})
+    reach = [Move("transit", hand.free(above(pick)), OPEN), Move("approach", hand.line(pick), OPEN, contacts=touching)]
+    lift = Move("lift", hand.line(back), BAR.size[1], attachment, touching)
+    # over the card, which is thin across the way of the bar, and back again
+    across = [Move("transfer", hand.line(to), BAR.size[1], attachment) for to in (away, back)]
+    lower = Move("lower", hand.line(pick), BAR.size[1], attachment, touching)
+    release = Release("bar", start, OPEN)
+    leave = Move("retreat", hand.line(above(pick)), OPEN, contacts=touching)
+    actions = [
+        Action("move", (), (reach[0],)),
+        Action("pick", ("bar",), (reach[1], Grip(attachment, BAR.size[1]), lift)),
+        Action("move", ("bar",), tuple(across)),
+        Action("place", ("bar",), (lower, release, leave)),
+    ]
+    far = (place[0] - 0.09 if tilted else place[0] + rng.uniform(-0.06, 0.06), place[1] + 0.14)
+    card = Object("card", CARD, Pose.from_rpy((*far, CARD.size[2] / 2), (0.0, 0.0, np.pi / 2)), mass=0.1)
+    return instead(task, plan, actions, Object("bar", BAR, start, mass=0.3), card)
+
+
+def met_where_it_was_let_go(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A domino is let go twice beside where it is said to stand, and a brick is put down there."""
+    if task.robot != "panda":
+        return None
+    place = tuple(rng.uniform((0.0, -0.2), (0.1, 0.1)))
+    hand, actions = Hand(plan.home), list[Action]()
+    start = stands = Pose((*place, DOMINO.size[2] / 2))
+    for _ in range(2):
+        *gone, put_down = carry(hand, "domino", stands, stands, DOMINO.size[1], ("table", "table"), 0.03)
+        stands = Pose((stands.xyz[0] + rng.uniform(0.0018, 0.0019), *stands.xyz[1:]))
+        lower, release, leave = put_down.steps
+        actions += [*gone, replace(put_down, steps=(lower, replace(release, pose=stands), leave))]
+    first, gap = Pose((place[0] + 0.1, place[1], BRICK.size[2] / 2)), rng.uniform(0.0004, 0.0012)
+    beside = Pose((stands.xyz[0] - DOMINO.size[0] / 2 - BRICK.size[0] / 2 - gap, *first.xyz[1:]))
+    actions += carry(hand, "brick", first, beside, BRICK.size[1], ("table", "table"), 0.03)
+    return instead(task, plan, actions, Object("domino", DOMINO, start), Object("brick", BRICK, first))
+
+
+def rocks_over_its_foot(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What stands on a foot far to one side is let go on that edge of it, falls flat, and rocks over the other one."""
+    if task.robot != "panda":
+        return None
+    place = tuple(rng.uniform((0.0, -0.2), (0.1, 0.1)))
+    hand, within, tilt = Hand(plan.home), rng.uniform(0.0025, 0.0035), rng.uniform(0.2, 0.3)
+    shape, edge, middle = on_a_foot(within)
+    start = Pose((*place, 0.0))
+    about, gripped = Pose((edge, 0.0, 0.0)), Pose((0.0, 0.0, middle), DOWN)
+    leans = start @ about @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, tilt, 0.0)) @ about.inverse()
+    held, tool, tipped = Attachment("footed", gripped.inverse()), start @ gripped, leans @ gripped
+    touching, width = frozenset({("robot", "footed"), ("footed", "table")}), 0.06
+    reach = [Move("transit", hand.free(above(tool)), OPEN), Move("approach", hand.line(tool), OPEN, contacts=touching)]
+    lift = Move("lift", hand.line(above(tool, 0.05)), width, held, touching)
+    turn = Move("transfer", hand.turned(above(tipped, 0.05)), width, held)
+    lower = Move("lower", hand.line(tipped), width, held, touching)
+    leave = Move("retreat", hand.line(above(tipped)), OPEN, contacts=touching)
+    actions = [
+        Action("move", (), (reach[0],)),
+        Action("pick", ("footed",), (reach[1], Grip(held, width), lift)),
+        Action("move", ("footed",), (turn,)),
+        Action("lay", ("footed",), (lower, Release("footed", leans, OPEN), leave, Fall("footed", start))),
+    ]
+    return instead(task, plan, actions, Object("footed", shape, start, mass=0.2))
+
+
+def on_a_foot(within: float):
+    """A block on a foot whose near edge its centre of mass is so far within; the foot's far edge, a height to grip."""
+    low, high, wide = 0.03, 0.1, 0.05
+    # with a foot as wide as the block and `aside` of it, the centre is at aside low / (low + high)
+    aside = (wide / 2 - within) * (low + high) / high
+    pieces = [
+        convex_hull((CORNERS * (wide, 0.06, tall)) + (x, 0.0, z))
+        for x, z, tall in ((aside, 0.0, low), (0.0, low, high))
+    ]
+    return hulls(f"footed_{within:.6f}", pieces), aside + wide / 2, low + high - 0.02
+
+
+def instead(task: Task, plan: Plan, actions: list[Action], *things: Object) -> Pair:
+    """Things and actions in place of those of a task and its plan, without goals; free motions are calm."""
+    start = {thing.name: thing.pose for thing in things}
+    plan = replace(plan, start=start, goals={}, actions=tuple(_calm(action) for action in actions))
+    return replace(task, objects=things, regions=()), plan
+
+
+def _calm(action: Action) -> Action:
+    steps = []
+    for step in action.steps:
+        if isinstance(step, Move):
+            t = step.trajectory
+            step = replace(step, trajectory=Trajectory(t.times * CALM, t.positions, t.velocities / CALM))
+        steps.append(step)
+    return replace(action, steps=tuple(steps))

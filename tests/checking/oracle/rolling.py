@@ -1,0 +1,54 @@
+"""Does a ball that lies on several bodies roll off them? It is moved aside by brute force, and let down anew."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from tamp.task import Sphere
+from tamp.task.mesh.parts import parts
+from tests.checking.oracle.world import World
+
+STEPS = (0.003, 0.006, 0.009)  # aside, of which each must be lower than the last [m]
+LOWER = 5e-5  # by so much [m]
+GRID = 80  # points along a triangle's edge
+NEAR = 0.002  # a ball lies on what is no lower under it [m]
+
+
+def rolling(world: World) -> str | None:
+    """A ball that comes lower and lower as it goes to some side, or None."""
+    for thing in world.task.objects:
+        if not isinstance(thing.shape, Sphere):
+            continue
+        center, radius = world.poses[thing.name][:3, 3], thing.shape.radius
+        points = _surfaces(world, thing.name, center, 2 * radius)
+        lies = _height(points, center[:2], radius)
+        if abs(lies - center[2]) > NEAR:
+            continue
+        for angle in np.linspace(0.0, 2 * np.pi, 36, endpoint=False):
+            way = np.array([np.cos(angle), np.sin(angle)])
+            heights = [lies, *(_height(points, center[:2] + far * way, radius) for far in STEPS)]
+            if max(np.diff(heights)) < -LOWER:
+                return f"{thing.name} rolls off what it lies on"
+    return None
+
+
+def _height(points: np.ndarray, at: np.ndarray, radius: float) -> float:
+    """How high the middle of a ball is that is let down on points, shape (n, 3), or on the table, at a place (2,)."""
+    aside = np.linalg.norm(points[:, :2] - at, axis=1)
+    under = aside < radius
+    return float((points[under, 2] + np.sqrt(radius**2 - aside[under] ** 2)).max(initial=radius))
+
+
+def _surfaces(world: World, name: str, center: np.ndarray, reach: float) -> np.ndarray:
+    """Points, shape (n, 3), of the surfaces of all other objects near a place, densely."""
+    share = np.array([(i, j, GRID - i - j) for i in range(GRID + 1) for j in range(GRID + 1 - i)]) / GRID
+    found = [np.zeros((0, 3))]
+    for other, T in world.others(name, "table").items():
+        for part in parts(world.task.object(other).shape):
+            cloud = part.vertices @ T[:3, :3].T + T[:3, 3]
+            if (cloud.min(axis=0) > center + reach).any() or (cloud.max(axis=0) < center - reach).any():
+                continue
+            found += [share @ corners for corners in cloud[ConvexHull(cloud).simplices]]
+    points = np.concatenate(found)
+    return points[np.linalg.norm(points - center, axis=1) < reach]

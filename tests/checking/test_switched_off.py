@@ -1,0 +1,38 @@
+"""Without the check that is for it a corrupted plan is accepted, and the oracle still calls it wrong.
+
+So the oracle would tell of a checker that forgets what it is to look for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tamp.checking import check
+from tamp.checking.actions import arm_motion, fall
+from tamp.checking.physics.round_bodies import perching
+from tests.checking.handmade import two_boxes
+from tests.checking.mutations.handling import hangs_lower_than_said, met_where_it_was_let_go, rocks_over_its_foot
+from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half_a_rim
+
+
+@pytest.mark.parametrize(
+    ("mutation", "where", "switched_off", "answers"),
+    [
+        (rocks_over_its_foot, fall, "tips_on", None),
+        (hangs_lower_than_said, arm_motion, "hanging", None),
+        (rolls_along_a_groove, perching, "_rolls_down", False),
+        (rolls_off_half_a_rim, perching, "_rolls_down", False),
+        (met_where_it_was_let_go, arm_motion, "met_as_stayed", ()),
+    ],
+)
+@pytest.mark.parametrize("seed", [2, 3])
+def test_the_oracle_alone_tells_of_it(monkeypatch, mutation, where, switched_off, answers, seed):
+    pytest.importorskip("pinocchio")
+    from tests.checking.oracle import wrong
+
+    mutant = mutation(*two_boxes(), np.random.default_rng(seed))
+    assert not check(*mutant).accepted
+    monkeypatch.setattr(where, switched_off, lambda *args: answers)
+    assert check(*mutant).accepted, str(check(*mutant))
+    assert wrong(*mutant) is not None
