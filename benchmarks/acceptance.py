@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from itertools import groupby
 
 import tamp
-from benchmarks.harness import Row, main
-from benchmarks.small_tasks import small_tasks
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.small_tasks import small_tasks
 from tamp.errors import PlanningFailure
 from tamp.task import Task
 from tests.checking.oracle import wrong

@@ -15,9 +15,9 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.agreement_bodies import Body, Library, bodies_of_scenarios, links, random_convex
-from benchmarks.agreement_scenes import MARGIN, Scenes, pushed
-from benchmarks.harness import Row, main
+from benchmarks.parts.agreement_bodies import Body, Library, bodies_of_scenarios, links, random_convex
+from benchmarks.parts.agreement_scenes import MARGIN, Scenes, pushed
+from benchmarks.parts.harness import Row, main
 from tamp.checking.geometry.solids import penetration
 from tamp.task.mesh.parts import Part
 

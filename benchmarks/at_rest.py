@@ -16,9 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA
-from benchmarks.unseen_tables import family, write_tables
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.unseen_tables import family, write_tables
 from tamp.checking.physics.round_bodies.perching import on_rollers, perched
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import off_balance, stack_of

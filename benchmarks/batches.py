@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.batch import Batch
 from tamp.batch.pool import Job, Outcome, run_jobs
 from tamp.batch.processes import PROC, tree

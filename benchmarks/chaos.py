@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.batch import RESULTS
 from tamp.batch.processes import PROC, tree
 from tamp.results import read_results

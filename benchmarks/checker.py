@@ -31,8 +31,8 @@ from typing import Any
 import numpy as np
 
 import tamp
-from benchmarks.harness import Row, main, percentile
-from benchmarks.small_tasks import small_tasks
+from benchmarks.parts.harness import Row, main, percentile
+from benchmarks.parts.small_tasks import small_tasks
 from tamp.checking import check
 from tamp.checking.actions.tabletop import TABLETOP
 from tamp.errors import PlanningFailure, TampError

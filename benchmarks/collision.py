@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.task import Box, Table, load_robot
 from tamp.task.mesh.parts import Part, parts
 from tamp.world.collision.checker import CollisionChecker

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.results import from_json
 
 HOSTILE = Path(__file__).parents[1] / "tests" / "contest" / "hostile"

@@ -26,7 +26,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.contest.sandbox.reaper import children
 from tamp.results import from_json
 

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.contest.evaluation.evaluate import evaluate, solution_path
 from tamp.contest.evaluation.standings import counting, standings
 from tamp.contest.evaluation.trial import Trial

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from random import Random
 
-from benchmarks.harness import Row, main
-from benchmarks.small_tasks import small_tasks
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.small_tasks import small_tasks
 from tamp.batch import Batch
 from tamp.task import Task
 from tamp.task.files.load import load_task

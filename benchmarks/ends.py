@@ -6,8 +6,8 @@ displacement). What ends farther off than `BOUND_M` is `astray`, and counted by 
 which it was off. `let_go`, `fell` and `pushed` are of the action that handled the object, `with_support` follows what
 it stands on, or was put on what was astray, `touched` was moved by an action on something else, which no accepted plan
 should do. `unsteady` is what was let go, or fell, and comes to rest that far off by itself as well, as
-benchmarks.steadiness has it: where it ends is chance, within what the checker allows. Plans that the planner returns
-and the checker rejects from the task alone are `rejected`.
+benchmarks.parts.steadiness has it: where it ends is chance, within what the checker allows. Plans that the planner
+returns and the checker rejects from the task alone are `rejected`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 
 import tamp
-from benchmarks.harness import Row, main, percentile
-from benchmarks.steadiness import expected, spread
+from benchmarks.parts.harness import Row, main, percentile
+from benchmarks.parts.steadiness import expected, spread
 from tamp.checking import check
 from tamp.checking.robot.links import read_links
 from tamp.cli import main as command

@@ -23,8 +23,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from benchmarks.fuzz_inputs import hostile_json, hostile_text
-from benchmarks.harness import Row, main
+from benchmarks.parts.fuzz_inputs import hostile_json, hostile_text
+from benchmarks.parts.harness import Row, main
 from tamp.checking import check
 from tamp.errors import TampError
 from tamp.language import parse_domain, parse_streams

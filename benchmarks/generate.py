@@ -16,8 +16,8 @@ from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
-from benchmarks.harness import Row, main
-from benchmarks.jobs import solve_all
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.jobs import solve_all
 from tamp.cli import main as tamp
 from tamp.execution.settling.settle import settle
 from tamp.generate.levels import LEVELS

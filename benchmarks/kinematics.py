@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.task import Box, Table, load_robot
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.kinematics.inverse import inverse, straight_line

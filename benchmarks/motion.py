@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Row, main, percentile
-from benchmarks.recheck import Judge, traced
+from benchmarks.parts.harness import Row, main, percentile
+from benchmarks.parts.recheck import Judge, traced
 from tamp.task import Box, Object, Pose, Task, load_robot
 from tamp.world.collision.checker import CollisionChecker
 from tamp.world.geometry.object_geometry import load_geometry

@@ -18,8 +18,8 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from benchmarks.harness import Row, main, percentile
-from benchmarks.recheck import Judge, traced
+from benchmarks.parts.harness import Row, main, percentile
+from benchmarks.parts.recheck import Judge, traced
 from tamp.task import Box, Cylinder, Object, Pose, RobotSpec, Shape, Sphere, Table, Task, load_robot
 from tamp.world.geometry.object_geometry import load_geometry
 from tamp.world.motion.planner import MotionResult, plan_motion

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.batch.run import Batch
 from tamp.execution.simulators import DEFAULT
 from tamp.formats.ocrtoc import import_ocrtoc

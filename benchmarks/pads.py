@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.execution.simulator import STEP
 from tamp.execution.simulators import load_simulator
 from tamp.task import Box, Object, Pose, RobotSpec, load_robot

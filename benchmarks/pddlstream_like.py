@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable, Iterator
 from statistics import median
 
-from benchmarks.harness import Row, main
-from benchmarks.pddlstream_belief import hidden
-from benchmarks.pddlstream_features import cash, counting, cutting, floors, latent, modes, pushing
-from benchmarks.pddlstream_problems import cooking, filling, packing, pushes, roadmap, searching, teams
-from benchmarks.pddlstream_roads import logistics, visits
-from benchmarks.pddlstream_shapes import field, shelf, states, tea
-from benchmarks.pddlstream_shelf import carrying, optimised
-from benchmarks.pddlstream_trips import alley, survey
+from benchmarks.parts.harness import Row, main
+from benchmarks.pddlstream.belief import hidden
+from benchmarks.pddlstream.features import cash, counting, cutting, floors, latent, modes, pushing
+from benchmarks.pddlstream.roads import logistics, visits
+from benchmarks.pddlstream.shapes import field, shelf, states, tea
+from benchmarks.pddlstream.shelf import carrying, optimised
+from benchmarks.pddlstream.small import cooking, filling, packing, pushes, roadmap, searching, teams
+from benchmarks.pddlstream.trips import alley, survey
 from tamp import clock
 from tamp.planning import Problem, solve
 from tests.planning.problems import banks, clearing, continuous, fluents

@@ -2,7 +2,7 @@
 
 The start scene of each task settles, is rendered with the sensors' noise, and given to the perceiver; only objects of
 which at least 100 points of 4 mm were seen are counted. Errors are EDE over the mesh's own symmetries, and raw. With
---drawn the tables are those of `benchmarks.unseen_tables`, which nobody has tuned for.
+--drawn the tables are those of `benchmarks.parts.unseen_tables`, which nobody has tuned for.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA
-from benchmarks.unseen_tables import write_tables
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.unseen_tables import write_tables
 from tamp.execution.settling.settle import settle
 from tamp.formats.models import read_symmetries
 from tamp.formats.pairs import read_pair

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt
 from tamp.planning import solve

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from benchmarks.harness import Row, main
-from benchmarks.tabletop import PlanningRun, median, run, warm_up
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.tabletop import PlanningRun, median, run, warm_up
 from tamp.scenarios.families import clutter, sort, stack
 from tamp.task import Task
 

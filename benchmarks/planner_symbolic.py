@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.planning import Problem, Solution, solve
 from tests.planning.oracles.validator import validate
 from tests.planning.problems import blocksworld, continuous, tabletop

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA, QUICK
+from benchmarks.parts.harness import Row, main
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.pipeline.prepare import prepare
 from tamp.streams.grasping.sampler import sample_grasp

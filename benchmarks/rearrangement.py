@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.tabletop import median, run, warm_up
 from benchmarks.planner import summary
-from benchmarks.tabletop import median, run, warm_up
 from tamp.scenarios.families import permutation
 from tamp.task import At, Task
 

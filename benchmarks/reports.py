@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.batch import Batch
 from tamp.report.report import write_report
 from tamp.report.runs import Recorded, read_runs

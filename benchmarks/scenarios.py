@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from benchmarks.harness import Row, main
-from benchmarks.jobs import by_task, solve_all
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.jobs import by_task, solve_all
 from tamp.clock import Clock
 
 QUICK = ("one_object", "swap", "stand_up_can")

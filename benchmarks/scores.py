@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.execution.settling.settle import settle
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.report.rendering.camera import FRONT

@@ -18,7 +18,7 @@ from importlib.resources import files
 from pathlib import Path
 from statistics import fmean, median
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.execution.controller import Operator
 from tamp.execution.executor import execute
 from tamp.execution.simulator import STEP

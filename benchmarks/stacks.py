@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Row, main
+from benchmarks.parts.harness import Row, main
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse

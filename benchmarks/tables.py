@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import tamp
-from benchmarks.harness import Row, main
-from benchmarks.tabletop import median
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.tabletop import median
 from tamp.errors import PlanningFailure
 from tamp.scenarios.families import FAMILIES, sort
 from tamp.task import Task

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import tamp
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.errors import PlanningFailure
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.scenarios.families import FAMILIES

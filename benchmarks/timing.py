@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Row, main, percentile
+from benchmarks.parts.harness import Row, main, percentile
 from tamp.checking.robot.trajectory_limits import violations
 from tamp.checking.tolerances import Tolerances
 from tamp.task import RobotSpec, load_robot

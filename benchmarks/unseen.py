@@ -1,4 +1,4 @@
-"""Tables in the manner of OCRTOC 2021 that nobody has tuned for, drawn by `benchmarks.unseen_tables` and solved.
+"""Tables in the manner of OCRTOC 2021 that nobody has tuned for, drawn by `benchmarks.parts.unseen_tables` and solved.
 
     python -m benchmarks.unseen --count 200 --output DIR
 
@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from benchmarks.harness import Row, main
 from benchmarks.ocrtoc import DATA, add_batch_options, solved
-from benchmarks.unseen_tables import family, write_tables
+from benchmarks.parts.harness import Row, main
+from benchmarks.parts.unseen_tables import family, write_tables
 from tamp.formats.ocrtoc import import_ocrtoc
 from tamp.task.files.load import load_task
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.ends import BOUND_M
-from benchmarks.steadiness import spread
+from benchmarks.parts.steadiness import spread
 from tamp.task import Box, Pose
 from tests.checking.handmade import alone
 

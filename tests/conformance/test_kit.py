@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 
 import tamp
-from tamp.conformance import Judgement, bench, calls, check_sampler, kit
-from tamp.conformance.bench import set_up
+from tamp.conformance import Judgement, check_sampler
+from tamp.conformance.sampler import bench, calls, kit
+from tamp.conformance.sampler.bench import set_up
 from tamp.domains.catalog import contract, load_domain
 from tamp.domains.learned import with_model
 from tamp.errors import DomainError, SamplerError

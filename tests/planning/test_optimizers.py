@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.pddlstream_shapes import SHELF
-from benchmarks.pddlstream_shelf import OPTIMIZER, fit, optimised
+from benchmarks.pddlstream.shapes import SHELF
+from benchmarks.pddlstream.shelf import OPTIMIZER, fit, optimised
 from tamp.errors import SamplerError
 from tamp.planning import Problem, solve
 from tamp.planning.pddlstream import OptimizerOutput, from_fn, from_gen_fn, from_stream_map

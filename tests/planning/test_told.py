@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.pddlstream.shelf import carrying
 from benchmarks.pddlstream_like import LINE
-from benchmarks.pddlstream_shelf import carrying
 from tamp.planning import Problem, solve
 from tests.planning.test_problems import ALGORITHMS, check
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from benchmarks.pddlstream_problems import packing, roadmap
-from benchmarks.pddlstream_roads import logistics
-from benchmarks.pddlstream_shapes import shelf
-from benchmarks.pddlstream_shelf import carrying
-from benchmarks.pddlstream_trips import alley, survey
+from benchmarks.pddlstream.roads import logistics
+from benchmarks.pddlstream.shapes import shelf
+from benchmarks.pddlstream.shelf import carrying
+from benchmarks.pddlstream.small import packing, roadmap
+from benchmarks.pddlstream.trips import alley, survey
 from tamp import clock
 from tamp.planning import Problem, solve
 from tamp.planning.algorithms.adaptive import _replace_hopes

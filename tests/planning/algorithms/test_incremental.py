@@ -7,8 +7,8 @@ from itertools import count, pairwise
 import numpy as np
 import pytest
 
-from benchmarks.pddlstream_problems import packing
-from benchmarks.pddlstream_shapes import shelf
+from benchmarks.pddlstream.shapes import shelf
+from benchmarks.pddlstream.small import packing
 from tamp.planning import Problem, solve
 from tamp.planning.search.best_first import BuiltinSearch
 

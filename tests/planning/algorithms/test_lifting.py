@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.pddlstream_shapes import shelf
+from benchmarks.pddlstream.shapes import shelf
 from tamp.planning import solve
 from tests.planning.test_problems import ALGORITHMS, check
 

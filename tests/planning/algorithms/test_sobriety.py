@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.pddlstream_problems import packing
+from benchmarks.pddlstream.small import packing
 from tamp.planning import solve
 from tamp.planning.algorithms.session import Session
 from tamp.planning.options import Options

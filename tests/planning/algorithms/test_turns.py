@@ -1,6 +1,6 @@
 """Which skeletons have turns beside those that the search finds."""
 
-from benchmarks.pddlstream_belief import hidden
+from benchmarks.pddlstream.belief import hidden
 from tamp.planning import solve
 
 

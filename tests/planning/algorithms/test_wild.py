@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.pddlstream_roads import visits
+from benchmarks.pddlstream.roads import visits
 from tamp.planning import Certified, Problem, solve
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Objects

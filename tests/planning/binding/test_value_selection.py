@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.pddlstream_problems import packing
+from benchmarks.pddlstream.small import packing
 from tamp.planning import solve
 from tamp.planning.binding.value_selection import turned
 

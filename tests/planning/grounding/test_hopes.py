@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.pddlstream_features import cash
-from benchmarks.pddlstream_problems import filling
+from benchmarks.pddlstream.features import cash
+from benchmarks.pddlstream.small import filling
 from tamp.planning import Problem, solve
 from tamp.planning.model.objects import Objects
 from tamp.planning.model.schema import Schema

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.pddlstream_belief import hidden
+from benchmarks.pddlstream.belief import hidden
 from tamp import clock
 from tamp.planning import Problem, solve
 from tamp.planning.algorithms.session import Session

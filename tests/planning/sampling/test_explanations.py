@@ -5,8 +5,8 @@ from itertools import repeat
 import numpy as np
 import pytest
 
+from benchmarks.pddlstream.shelf import carrying
 from benchmarks.pddlstream_like import LINE
-from benchmarks.pddlstream_shelf import carrying
 from tamp import clock
 from tamp.planning import Problem, solve
 from tamp.planning.algorithms.session import Session

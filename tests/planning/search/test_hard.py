@@ -1,6 +1,6 @@
 """Tasks that are large for their search, and what is brought that nobody promised."""
 
-from benchmarks.pddlstream_roads import logistics, visits
+from benchmarks.pddlstream.roads import logistics, visits
 from tamp.planning import solve
 from tests.planning.test_problems import check
 

@@ -7,9 +7,9 @@ from itertools import chain, zip_longest
 
 import numpy as np
 
-from tamp.conformance.arm_scene import arm_checker
-from tamp.conformance.calls import call, fluents_of
-from tamp.conformance.pool import Pool, Values
+from tamp.conformance.sampler.arm_scene import arm_checker
+from tamp.conformance.sampler.calls import call, fluents_of
+from tamp.conformance.sampler.pool import Pool, Values
 from tamp.language import Stream
 from tamp.planning import Problem
 from tamp.streams.collisions import ARM_MARGIN

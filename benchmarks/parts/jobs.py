@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
 
-from benchmarks.harness import Row
+from benchmarks.parts.harness import Row
 from tamp.clock import Clock
 from tamp.pipeline.solving.solve import solve
 from tamp.results import Result

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tamp.conformance.bench import Bench
-from tamp.conformance.calls import Call, call
-from tamp.conformance.pool import Pool
+from tamp.conformance.sampler.bench import Bench
+from tamp.conformance.sampler.calls import Call, call
+from tamp.conformance.sampler.pool import Pool
 from tamp.language import Stream
 
 TRIED = 12

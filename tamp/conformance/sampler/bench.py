@@ -9,9 +9,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tamp.conformance.calls import call
-from tamp.conformance.pool import Pool, Values
-from tamp.conformance.telling import telling
+from tamp.conformance.sampler.calls import call
+from tamp.conformance.sampler.pool import Pool, Values
+from tamp.conformance.sampler.telling import telling
 from tamp.domains.domain import Domain
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Question

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tamp.conformance.arm_scene import arm_checker
+from tamp.conformance.sampler.arm_scene import arm_checker
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task.mesh.parts import convex_hull

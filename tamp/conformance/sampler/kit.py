@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tamp.conformance.bench import Bench, set_up
-from tamp.conformance.calls import Call, call
-from tamp.conformance.downstream import shares
 from tamp.conformance.findings import Finding, Judgement
 from tamp.conformance.form import malformed, shown
-from tamp.conformance.plausible import implausible
 from tamp.conformance.sameness import same
+from tamp.conformance.sampler.bench import Bench, set_up
+from tamp.conformance.sampler.calls import Call, call
+from tamp.conformance.sampler.downstream import shares
+from tamp.conformance.sampler.plausible import implausible
 from tamp.domains.catalog import Contract, contract, load_domain, type_name
 from tamp.domains.learned import LOAD, load_models
 from tamp.domains.samplers import load_sampler

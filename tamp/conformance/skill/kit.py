@@ -15,6 +15,7 @@ from tamp.conformance.checks import Check, Fault, Said, asked, judged
 from tamp.conformance.findings import PartJudgement
 from tamp.conformance.form import short
 from tamp.conformance.sameness import same
+from tamp.conformance.skill.spoiling import spoilt
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
 from tamp.domains.samplers import load_sampler, resolve_samplers
@@ -30,7 +31,7 @@ from tamp.planning.problem import check_sampler
 from tamp.streams.cache import SampleCache
 from tamp.streams.values import Configuration
 from tamp.streams.workspace import Workspace
-from tamp.task import Action, Move, Plan, Task, Trajectory
+from tamp.task import Action, Move, Plan, Task
 from tamp.threads import one_thread
 
 LIMIT_S = 60.0
@@ -38,9 +39,6 @@ LIMIT_S = 60.0
 
 NEAR = 1e-3
 """How far from the end of one motion the next may begin [rad]."""
-
-STRANGER = "nobody"
-"""The name of an object that no task has."""
 
 
 def check_skill(domain: str, skill: str, task: Task, *, seed: int = 0, timeout: float = LIMIT_S) -> PartJudgement:
@@ -353,15 +351,15 @@ class _Trial:
 
     def attacks(self) -> Said:
         """The checker refuses the plan where one of the skill's actions is spoilt."""
-        spoilt = 0
+        refused = 0
         for place, _ in self._mine():
-            for how, action in _spoilt(self._actions[place]):
+            for how, action in spoilt(self._actions[place]):
                 actions = (*self._actions[:place], action, *self._actions[place + 1 :])
                 verdict = asked(f"rule for {action.name} {how}", partial(self._judged, actions))
                 if verdict.accepted:
                     raise Fault(f"the checker accepts {action.name} {how}: its rule does not look")
-                spoilt += 1
-        return "ok", f"{spoilt} spoilt actions are refused"
+                refused += 1
+        return "ok", f"{refused} spoilt actions are refused"
 
     def _judged(self, actions: tuple[Action, ...]) -> Verdict:
         setup, task = self._setup, self.task
@@ -383,29 +381,6 @@ def _continuous(name: str, moves: Sequence[Move], at: Any, there: Any) -> None:
 
 def _apart(a: Any, b: Any) -> float:
     return float(np.abs(np.asarray(a) - np.asarray(b)).max()) if len(a) == len(b) else math.inf
-
-
-def _spoilt(action: Action) -> Iterator[tuple[str, Action]]:
-    """An action in forms that nobody may accept, each with words for what was done to it."""
-    if action.arguments:
-        yield f"of {STRANGER!r}, which the task has not", replace(action, arguments=(STRANGER, *action.arguments[1:]))
-    if action.steps:
-        yield "without steps", replace(action, steps=())
-    if any(isinstance(step, Move) and _is_moving(step) for step in action.steps):
-        yield "while the arm stays where it is", replace(action, steps=tuple(map(_still, action.steps)))
-
-
-def _is_moving(move: Move) -> bool:
-    return bool(np.ptp(move.trajectory.positions, axis=0).max() > NEAR)
-
-
-def _still(step: Any) -> Any:
-    """A step; a motion as one that takes as long and stays where it begins."""
-    if not isinstance(step, Move):
-        return step
-    timed = step.trajectory
-    stays = np.repeat(timed.positions[:1], len(timed.times), axis=0)
-    return replace(step, trajectory=Trajectory(timed.times, stays, np.zeros_like(stays)))
 
 
 def _is_about_names(fact: Fact) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tamp.conformance.calls import Call, call
+from tamp.conformance.sampler.calls import Call, call
 from tamp.language import Atom, Constant, Stream, Variable
 from tamp.planning import Problem
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.agreement_bodies import FAR, Body, Library
+from benchmarks.parts.agreement_bodies import FAR, Body, Library
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.robot.links import read_links
 from tamp.task import load_robot

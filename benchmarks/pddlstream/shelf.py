@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.pddlstream_shapes import ABOVE, SHELF, SHELF_STREAMS, WIDTH
+from benchmarks.pddlstream.shapes import ABOVE, SHELF, SHELF_STREAMS, WIDTH
 from tamp.planning import Problem
 from tamp.planning.pddlstream import from_fn, from_gen_fn, from_list_fn, from_stream_map, from_test
 

@@ -1,0 +1,1 @@
+"""What several benchmarks share: command line, tables of tasks, bodies and scenes, an independent word on paths."""

@@ -1,0 +1,1 @@
+"""Problems in PDDLStream's form, of our own making; `benchmarks.pddlstream_like` solves them."""
