@@ -11,7 +11,6 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from tamp.errors import RobotError
-from tamp.task.model import ROUNDED
 
 MOVABLE = ("revolute", "continuous", "prismatic")
 KINDS = (*MOVABLE, "fixed", "floating", "planar")
@@ -130,22 +129,6 @@ def _require_link(link: Element, path: Path, owner: str) -> None:
                 value = finite(inertia, moment, path, f"{owner}: <inertia>")
                 if value < 0.0 and moment in ("ixx", "iyy", "izz"):
                     raise RobotError(f"{path}: {owner}: <inertia>: {moment}={value:g} must be 0 or more [kg m^2]")
-            _require_moments(inertia, path, f"{owner}: <inertia>")
-
-
-def _require_moments(inertia: Element, path: Path, owner: str) -> None:
-    """Refuse a matrix of inertia that no body has; zeros stand for none that is known."""
-    import numpy as np
-
-    rows = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
-    matrix = [[finite(inertia, moment, path, owner) for moment in row] for row in rows]
-    least, middle, most = map(float, np.linalg.eigvalsh(matrix))
-    if least < -(ROUNDED - 1.0) * most or most > ROUNDED * (least + middle):
-        told = f"({least:.3g}, {middle:.3g}, {most:.3g})"
-        raise RobotError(
-            f"{path}: {owner}: no body has the principal moments {told} kg m^2: none is negative, each at most the sum "
-            "of the others"
-        )
 
 
 def _require_origin(element: Element, path: Path, owner: str) -> None:
