@@ -33,11 +33,12 @@ def test_the_manifest_names_all_that_a_run_depends_on(run, one_object, tmp_path)
     assert manifest["inputs"] == {str(one_object.path): hashlib.sha256(one_object.path.read_bytes()).hexdigest()}
 
 
-def test_the_manifest_has_a_hash_of_each_module_that_the_run_names(run, one_object, tmp_path):
+def test_the_manifest_has_a_hash_of_each_file_of_the_packages_that_the_run_names(run, one_object, tmp_path):
     own = {"strategy": f"{__name__}:MINE", "samplers": {"sample-grasp": "json.decoder:JSONDecoder"}, "search": "ff"}
     save_run(run, one_object, own, tmp_path)
     inputs = json.loads((tmp_path / "manifest.json").read_text())["inputs"]
-    assert inputs.keys() == {str(one_object.path), __file__, json.decoder.__file__}
+    package = {str(path) for path in Path(__file__).parent.rglob("*.py")}
+    assert inputs.keys() == {str(one_object.path), *package, *map(str, Path(json.__file__).parent.rglob("*.py"))}
     assert inputs[__file__] == hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
 
 
