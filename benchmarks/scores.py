@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.ocrtoc import DATA
 from benchmarks.parts.harness import Row, main
 from tamp.execution.settling.settle import settle
 from tamp.formats.ocrtoc import import_ocrtoc
@@ -24,7 +25,6 @@ from tamp.scoring.metrics import EDE
 from tamp.task import Mesh, Pose, Task
 from tamp.task.files.load import load_task
 
-DATA = Path(__file__).parents[2] / "shared" / "ocrtoc"
 EXCHANGED = replace(EDE, name="ede, exchanged", interchange=True)
 """The paper's metric if objects that are alike might take each other's goals, which it does not let them."""
 

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from tamp.batch.pool import Job, Outcome, run_jobs
 from tamp.batch.robots import tell
 from tamp.batch.work import PRELOAD, WORK
 from tamp.errors import TampError
-from tamp.pipeline.options.own_code import code_sha256
+from tamp.pipeline.options.own_code import code_sha256, named_parts
 from tamp.results import Result, Status, from_json, read_results
 from tamp.task import Task
 from tamp.task.files.digest import task_sha256
@@ -110,8 +111,9 @@ class Batch:
 
     def _makings(self) -> Mapping[str, Making]:
         known: dict[Path, str] = {}
+        code, libraries = cache(code_sha256), versions()  # the same for most tasks
         return {
-            task.name: Making(self.options, task_sha256(task, known), versions(), code_sha256(self.options, task))
+            task.name: Making(self.options, task_sha256(task, known), libraries, code(named_parts(self.options, task)))
             for task in self.tasks
         }
 

@@ -11,7 +11,7 @@ import pytest
 
 import tamp
 from tamp import plugins
-from tamp.pipeline.options.own_code import code_files, code_sha256
+from tamp.pipeline.options.own_code import code_files, code_sha256, named_parts
 
 TASK = tamp.Task("t", ())
 
@@ -55,20 +55,22 @@ WHOLE = ["own_package/__init__.py", "own_package/domain.pddl", *INNER]
     ],
 )
 def test_the_files_of_ones_own_code_are_found(own: Path, configuration: dict[str, Any], found: list[str]) -> None:
-    assert sorted(file.relative_to(own).as_posix() for file in code_files(configuration, TASK)) == sorted(found)
-    assert bool(code_sha256(configuration, TASK)) == bool(found)
+    assert sorted(file.relative_to(own).as_posix() for file in code_files(named_parts(configuration, TASK))) == sorted(
+        found
+    )
+    assert bool(code_sha256(named_parts(configuration, TASK))) == bool(found)
     assert not {"own_alone", "own_beside", "own_package"} & sys.modules.keys()
 
 
 def test_code_that_the_task_names_counts_too(own: Path) -> None:
     task = tamp.Task("t", (), domain="nested", samplers={"sample-grasp": "own_alone:f"})
-    assert len(code_files({}, task)) == len(WHOLE) + 1
-    assert code_files({"domain": "kitchen"}, task) == (own / "own_alone.py",)
+    assert len(code_files(named_parts({}, task))) == len(WHOLE) + 1
+    assert code_files(named_parts({"domain": "kitchen"}, task)) == (own / "own_alone.py",)
 
 
 def test_other_code_has_another_hash(own: Path) -> None:
-    before = code_sha256({"strategy": "fast"}, TASK)
+    before = code_sha256(named_parts({"strategy": "fast"}, TASK))
     (own / "own_alone.py").write_text("", encoding="utf-8")
-    assert code_sha256({"strategy": "fast"}, TASK) == before
+    assert code_sha256(named_parts({"strategy": "fast"}, TASK)) == before
     (own / "own_package" / "inner" / "__init__.py").write_text("edited = True", encoding="utf-8")
-    assert code_sha256({"strategy": "fast"}, TASK) != before
+    assert code_sha256(named_parts({"strategy": "fast"}, TASK)) != before

@@ -23,45 +23,51 @@ KINDS: Mapping[str, Kind] = {
 }  # fmt: skip
 """Options that name a part -> the entry points that give such parts names."""
 
+Parts = tuple[tuple[str, str], ...]
 
-def code_files(configuration: Mapping[str, Any], task: Task) -> tuple[Path, ...]:
-    """The files of what options and task name by an address or an installed name, sorted; what is not there has none.
+
+def named_parts(configuration: Mapping[str, Any], task: Task) -> Parts:
+    """What options and task name that may be code of one's own: option, and an address or an installed name; sorted.
 
     Args:
         configuration: the options of a run, JSON-like, as `tamp.pipeline.options.settings.Settings` has them.
         task: whose own samplers, domain and parts count where the options name no other.
     """
+    samplers = {**task.samplers, **(configuration.get("samplers") or {})}
+    single = {field: configuration.get(field) or getattr(task, field, None) for field in ("domain", *KINDS, "perceive")}
+    named = {("samplers", said) for said in samplers.values()} | {
+        (field, said) for field, said in single.items() if said
+    }
+    return tuple(sorted(named))
+
+
+def code_files(parts: Parts) -> tuple[Path, ...]:
+    """The files of parts that are no built-in ones, sorted; what is not there has none."""
     make_importable("domains")
     make_importable("samplers")
-    modules = {name.partition(":")[0] for name in _named(configuration, task)}
-    own = sorted(name for name in modules if name.partition(".")[0] != __name__.partition(".")[0])
+    modules = {_address(option, name).partition(":")[0] for option, name in parts}
+    own = sorted(name for name in modules if name.partition(".")[0] not in ("", __name__.partition(".")[0]))
     return tuple(sorted({file for module in own for file in _files(module)}))
 
 
-def code_sha256(configuration: Mapping[str, Any], task: Task) -> str:
+def code_sha256(parts: Parts) -> str:
     """SHA-256 over the names and contents of `code_files`; empty where there are none."""
-    files = code_files(configuration, task)
+    files = code_files(parts)
     whole = hashlib.sha256()
     for file in files:
         whole.update(f"{file.name}\0".encode() + hashlib.sha256(file.read_bytes()).digest())
     return whole.hexdigest() if files else ""
 
 
-def _named(configuration: Mapping[str, Any], task: Task) -> Iterator[str]:
-    """Addresses "package.module:NAME", or "package.module", of the parts that are no built-in ones."""
+def _address(option: str, name: str) -> str:
+    """The address "package.module:NAME", or "package.module", of a part; empty where it is a built-in one."""
     from tamp.domains.catalog import module_of
 
-    samplers = {**task.samplers, **(configuration.get("samplers") or {})}
-    yield from _addressed("samplers", samplers.values())
-    yield module_of(configuration.get("domain") or task.domain)
-    for field, kind in KINDS.items():
-        yield from _addressed(kind, [configuration.get(field) or getattr(task, field, None) or ""])
-    yield from (said for said in [configuration.get("perceive") or ""] if ":" in said)
-
-
-def _addressed(kind: Kind, names: Any) -> Iterator[str]:
-    known = addresses(kind)
-    yield from (name if ":" in name else known[name] for name in names if ":" in name or name in known)
+    if option == "domain":
+        return module_of(name)
+    if ":" in name or option == "perceive":
+        return name if ":" in name else ""
+    return addresses("samplers" if option == "samplers" else KINDS[option]).get(name, "")
 
 
 def _files(module: str) -> Iterator[Path]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tamp.errors import PlanningFailure
 from tamp.execution.log import Execution
-from tamp.pipeline.options.own_code import code_files
+from tamp.pipeline.options.own_code import code_files, named_parts
 from tamp.pipeline.solving.words import sentences
 from tamp.planning import Report
 from tamp.results import Result, to_json
@@ -89,7 +89,8 @@ def manifest(task: Task, configuration: Mapping[str, Any], run: Run) -> dict[str
 
     Input files are the task's, its meshes, and the files of the user's own code.
     """
-    inputs = {o.shape.path for o in task.objects if isinstance(o.shape, Mesh)} | {*code_files(configuration, task)}
+    inputs = {o.shape.path for o in task.objects if isinstance(o.shape, Mesh)}
+    inputs |= {*code_files(named_parts(configuration, task))}
     if task.path is not None:
         inputs.add(task.path)
     return {
