@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
-from tamp.checking.actions.strike import SLIDING, about, hanging, met_as_stayed, pushed_over, set_off
+from tamp.checking.actions.strike import SLIDING, hanging, may_meet, met_as_stayed, pushed_over, set_off
 from tamp.checking.actions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
@@ -89,8 +89,8 @@ def check_move(
         after = 0.0 if found is None else float(found.times[touch.sample])
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
     truth = None if found is None else taken or hanging(scene, state, found)
-    in_truth = [] if truth is None else about(scene, state, move, truth, allow)
-    grazed = pressed if found is None else [*pressed, *_slightly(in_truth, found, allow)]
+    in_truth = [] if truth is None else may_meet(scene, state, move, truth, allow)
+    grazed = pressed if found is None else [*pressed, *_grazing(in_truth, found, allow)]
     for link, name in _rubbing(state, grazed, met, allow):
         report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
     for link, name in () if found is None else pushed_over(scene, state, grazed, met, found.times, allow):
@@ -263,7 +263,7 @@ def pressing(
     return [pair for pair in pairs if (pair[0].solid.name, pair[1].solid.name) in named]
 
 
-def _slightly(
+def _grazing(
     pairs: list[tuple[Mover, Mover, float]], found: Looks, allow: Tolerances
 ) -> list[tuple[Mover, Mover, float]]:
     """Those of pairs that are in each other, by no more than rounding, though they are not to touch."""

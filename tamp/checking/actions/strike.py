@@ -131,7 +131,9 @@ def hanging(scene: Scene, state: State, found: Looks) -> Mover | None:
     return Mover(said.solid, np.ascontiguousarray(said.T @ inverse(said.T[0]) @ state.stayed[said.solid.name]))
 
 
-def about(scene: Scene, state: State, move: Move, truth: Mover, allow: Tolerances) -> list[tuple[Mover, Mover, float]]:
+def may_meet(
+    scene: Scene, state: State, move: Move, truth: Mover, allow: Tolerances
+) -> list[tuple[Mover, Mover, float]]:
     """What stands and may meet what is taken along where that is in truth, as `pushed_over` is told."""
     name = truth.solid.name
     claimed = {other for pair in move.contacts if name in pair for other in pair}
