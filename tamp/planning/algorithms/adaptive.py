@@ -107,7 +107,7 @@ class Sobriety:
         """
         session, before = self._session, self._session.work
         self._news = session.sampling.news
-        session.grounder.be_shallow(sober=True)
+        session.grounder.be_shallow(sober=True, drawing=True)
         if not self._learnt and not self._draw(before):
             return False
         refuted, searching, version = len(session.knowledge.refuted), session.searching, session.knowledge.version
@@ -300,7 +300,7 @@ def _sample(session: Session, seen: bool = False) -> bool:
     `seen`: the search has just found a plan, so that the goal is within reach.
     """
     session.check_prospects(seen)
-    session.grounder.be_shallow()
+    session.grounder.be_shallow(drawing=True)
     count = session.rounds.count
     if count >= FIRST_LOOK and count.bit_count() == 1:
         session.surprises.look(besides=session.grounder.joined)

@@ -26,7 +26,10 @@ OPERATORS_A_HOPE = 4
 """How many operators that hope for anything count as much as a stream instance."""
 
 SHARE = 500
-"""How many instances of streams whose inputs are real may come up before they are all drawn from in turn."""
+"""How many instances of streams whose inputs are real may come up before they are all drawn from in turn, at least."""
+
+GROWTH = 4
+"""A round may bring one more for so many of them that there are."""
 
 PATIENCE = 16_000
 """How many hopes one more stream in a row may bring at most before sampling has another turn."""
@@ -130,13 +133,15 @@ class Grounder:
         """Whether there are very many hopes, with those that wait."""
         return self._hopes + len(self._pending) > MANY_HOPES
 
-    def be_shallow(self, sober: bool = False) -> None:
+    def be_shallow(self, sober: bool = False, drawing: bool = False) -> None:
         """Where there are many hopes, let each new value be followed by one stream only, until the next `deepen`.
 
         It would otherwise bring hopes whose number grows with the power of the depth; `sober`: by none at all, where
         those that wait are counted as well.
+
+        `drawing`: streams are drawn from next, so that as many may come up as in `deepen`.
         """
-        self._most_admitted = len(self._admitted) + SHARE
+        self._most_admitted = len(self._admitted) + (self._share if drawing else SHARE)
         self._real.run()
         if sober and self.crowded:
             self.limit = 0
@@ -151,7 +156,7 @@ class Grounder:
             patient: bring about as many hopes as there are at once, and nothing before sampling has had a turn then.
         """
         unfinished = self._real.unfinished
-        self._most_admitted = len(self._admitted) + SHARE
+        self._most_admitted = len(self._admitted) + self._share
         self._real.run()
         self.knowledge.refresh()
         self._pending = [i for i in self._pending if all(map(self._is_alive, i.inputs))]
@@ -177,6 +182,11 @@ class Grounder:
         self._sated = self._hopes > self._room
         self._room = max(MANY_HOPES, self._hopes)
         return True
+
+    @property
+    def _share(self) -> int:
+        """How many instances may come up before a round: by a constant number, many would take as many rounds."""
+        return max(SHARE, len(self._admitted) // GROWTH)
 
     def _is_alive(self, handle: int) -> bool:
         """Whether an object is real, or may still come from its stream."""

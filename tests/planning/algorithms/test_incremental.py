@@ -78,3 +78,29 @@ def test_values_that_do_not_go_together_are_not_found_out_a_search_at_a_time():
     solution = solve(problem, algorithm="incremental", timeout=20.0, seed=3)
     assert solution.status == "solved"
     assert solution.report.counts["iterations"] <= 60
+
+
+PAIRS = """
+(define (domain pairs)
+  (:predicates (Thing ?a) (Key ?k) (Open))
+  (:action open :parameters (?k) :precondition (Key ?k) :effect (Open)))
+"""
+
+PAIR_STREAMS = """
+(define (stream pairs)
+  (:stream cut :inputs (?a ?b) :domain (and (Thing ?a) (Thing ?b)) :outputs (?k) :certified (Key ?k)))
+"""
+
+
+def rounds_for_pairs(things):
+    """How many searches it takes until a stream is asked for the one pair of so many things that has something."""
+    samplers = {"cut": lambda context, a, b: ["key"] if a == b == things - 1 else []}
+    problem = Problem(PAIRS, PAIR_STREAMS, samplers, [("Thing", a) for a in range(things)], ("Open",))
+    solution = solve(problem, algorithm="incremental", timeout=60.0)
+    assert solution.status == "solved"
+    return solution.report.counts["iterations"]
+
+
+def test_rounds_grow_with_the_number_of_stream_instances():
+    """States that streams make of states came to many thousands, five hundred a round, which looked at them all."""
+    assert rounds_for_pairs(100) <= rounds_for_pairs(50) + 10
