@@ -18,6 +18,7 @@ from typing import Any
 from tamp.errors import DomainError
 from tamp.language import PDDL, parse_domain, parse_problem
 from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints, problem_of
+from tamp.planning.not_ported import NOT_PORTED
 from tamp.planning.problem import Certificate, Problem, Solution, StreamInfo
 from tamp.planning.satisfaction import (
     Minimize,
@@ -133,8 +134,8 @@ __all__ = [
     "ALGORITHMS", "AND", "DEBUG", "EQ", "EXISTS", "FAILED", "FOCUSED_ALGORITHMS", "FORALL", "IMPLY", "INF",
     "INFEASIBLE", "MAX_FD_COST", "MINIMIZE", "NOT", "OBJECT", "OR", "SEPARATOR", "SHARED_DEBUG", "TOTAL_COST",
     "VISUALIZATIONS_DIR", "WHEN", "WILD", "ABSTRIPSLayer", "ActionInfo", "And", "Certificate", "DebugValue",
-    "DurativeAction", "Equal", "Exists", "Fact", "ForAll", "FunctionInfo", "Imply", "Minimize", "Not",
-    "OptimizerInfo", "OptimizerOutput", "Or", "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler",
+    "DurativeAction", "Equal", "Exists", "Fact", "ForAll", "FunctionInfo", "Imply", "Minimize", "Not", "OptimizerInfo",
+    "OptimizerOutput", "Or", "Output", "PDDLProblem", "PartialInputs", "PlanConstraints", "Profiler",
     "SatisfactionProblem", "SharedOptValue", "StreamAction", "StreamInfo", "StreamSynthesizer", "Type",
     "UniqueOptValue", "WildOutput", "accelerate_list_gen_fn", "add_opt_function", "classical_problem", "clear_dir",
     "compute_duration", "concatenate", "constraint_satisfaction", "create_parser", "debug_samplers", "defer_shared",
@@ -147,10 +148,18 @@ __all__ = [
     "outputs_from_boolean", "partition_facts", "print_solution", "randomize", "read", "read_pddl", "read_pddl_pair",
     "read_pddlstream_pair", "retime_plan", "safe_rm_dir", "safe_zip", "set_cost_scale", "set_unique", "solve",
     "solve_abstract", "solve_adaptive", "solve_binding", "solve_current", "solve_exhaustive", "solve_focused",
-    "solve_from_pddl", "solve_incremental", "solve_pddlstream_satisfaction", "solve_restart", "solve_serialized",
-    "sorted_str_from_list", "str_eq", "str_from_action", "str_from_object", "str_from_plan", "universe_test",
-    "user_input", "value_or_id", "write",
+    "solve_from_pddl", "solve_immediate", "solve_incremental", "solve_pddlstream_satisfaction", "solve_restart",
+    "solve_serialized", "sorted_str_from_list", "str_eq", "str_from_action", "str_from_object", "str_from_plan",
+    "universe_test", "user_input", "value_or_id", "write",
 ]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Say of a name of PDDLStream that is not there why, where a script imports it."""
+    if name in NOT_PORTED:
+        raise ImportError(f"{__name__} has no {name}: {NOT_PORTED[name]}", name=__name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 INF = inf
 
@@ -287,6 +296,9 @@ def solve_current(problem: Any, stream_info: Any = None, **options: Any) -> Solu
     `stream_info` has no effect.
     """
     return solve(replace(problem_of(problem), streams=None, samplers={}, info={}), **options)
+
+
+solve_immediate = solve_current
 
 
 def solve_restart(problem: Any, **options: Any) -> Solution:

@@ -8,6 +8,7 @@ import pytest
 
 from tamp.errors import DomainWarning
 from tamp.planning import pddlstream
+from tamp.planning.not_ported import NOT_PORTED
 from tamp.planning.pddlstream import (
     And,
     DebugValue,
@@ -21,6 +22,7 @@ from tamp.planning.pddlstream import (
     list_from_conjunction,
     solve_current,
     solve_exhaustive,
+    solve_immediate,
 )
 
 DOMAIN = """
@@ -88,6 +90,7 @@ def test_without_streams_and_with_all_of_them():
         known = problem._replace(init=[*given, ("Grasp", "cup", 3)])
         plan, *_ = solve_current(known, max_time=20)
         assert [(name, args) for name, args in plan] == [("pick", ("cup", 3))]
+        assert solve_immediate(known, max_time=20).plan == plan
         plan, *_ = solve_exhaustive(problem, stream_info=info, max_time=20)
         assert [(name, args) for name, args in plan] == [("pick", ("cup", 1))]
 
@@ -106,3 +109,15 @@ def test_names_that_only_must_exist():
         with pytest.warns(DomainWarning, match=f"^{name}=.* has no effect here: ") as said:
             assert pddlstream.solve(problem, max_time=20, **{name: value}).solved
         assert len(said) == 1
+
+
+@pytest.mark.parametrize("name", list(NOT_PORTED))
+def test_names_that_are_not_there_are_told_with_what_to_do_instead(name):
+    with pytest.raises(ImportError, match=f"^tamp.planning.pddlstream has no {name}: .+"):
+        exec(f"from tamp.planning.pddlstream import {name}")  # as a script imports it
+    assert name not in pddlstream.__all__
+
+
+def test_other_names_are_missing_as_in_any_module():
+    assert not hasattr(pddlstream, "solve_quickly")
+    assert not any(name in vars(pddlstream) for name in NOT_PORTED)
