@@ -101,6 +101,6 @@ def rounds_for_pairs(things):
     return solution.report.counts["iterations"]
 
 
-def test_rounds_grow_with_the_number_of_stream_instances():
+def test_many_stream_instances_come_up_in_few_rounds():
     """States that streams make of states came to many thousands, five hundred a round, which looked at them all."""
     assert rounds_for_pairs(100) <= rounds_for_pairs(50) + 10
