@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.compiled import compiled
 from tamp.streams.affordances.stable_poses import base, outline
 from tamp.streams.values import Placement
 from tamp.streams.workspace import TABLE, Workspace
@@ -62,7 +63,7 @@ APART = np.radians(20.0)  # directions nearer to each other than this are one
 WAYS = 36  # level ones in which what has fallen may tip on
 STRUCK = 0.0025  # what is so near to the plane strikes it as well, where an edge is round [m]
 TIPS = 0.195  # share of what it takes to tip on from which on it may: the checker grants hardly more
-ROCKING = np.radians(np.arange(0.0, 91.0))  # how far a body has turned over its edge when its height is asked
+ROCKING = np.radians(np.arange(1.0, 91.0))  # how far a body has turned over its edge when its height is asked
 STRAY = 0.0155  # share of a fall's energy that rocks what comes down, to whatever side: no edge strikes evenly
 FLAT = 0.01  # a base narrower than this carries nothing that falls on it [m]
 
@@ -179,17 +180,34 @@ def tips_on(geometry: Geometry, before: Pose, after: Pose) -> bool:
     arm = (across + np.cross(across, axis) / np.tan(half)) / 2  # from the axis that it turns about
     inertia, world = R @ geometry.inertia @ R.T, geometry.hull.vertices @ R.T + after.xyz
     corners = world[world[:, 2] < world[:, 2].min() + STRUCK]
-    angles = np.linspace(0.0, 2 * np.pi, WAYS, endpoint=False)
-    ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(WAYS)], axis=1)
-    for way in ways:
-        along, over = corners @ way, np.cross(UP, way)
-        lever, opposite = center - corners[along.argmax()], center - corners[along.argmin()]
+    return bool(_tips(inertia, axis, arm, -float(fallen[2]), world - center, corners - center))
+
+
+@compiled
+def _tips(inertia: Array, axis: Array, arm: Array, sunk: float, hull: Array, struck: Array) -> bool:
+    """Whether a body that turned over an axis and sank tips on over any edge of the base that it comes down on.
+
+    Args:
+        inertia: about its centre of mass, for a mass of one kilogram, shape (3, 3) [m^2].
+        axis: unit vector, shape (3,).
+        arm: from the axis to the centre of mass, shape (3,) [m].
+        sunk: how far the centre of mass did [m].
+        hull: its corners from the centre of mass, shape (n, 3) [m].
+        struck: those that strike the plane, likewise, shape (m, 3) [m].
+    """
+    for k in range(WAYS):
+        angle = 2 * np.pi * k / WAYS
+        way = np.array([np.cos(angle), np.sin(angle), 0.0])
+        over = np.array([-way[1], way[0], 0.0])
+        along = struck[:, 0] * way[0] + struck[:, 1] * way[1]
+        edge, lever, opposite = struck[along.argmax()], -struck[along.argmax()], -struck[along.argmin()]
         kept = max(_kept(inertia, axis, arm, over, lever), STRAY * _kept(inertia, over, opposite, over, lever))
-        if -fallen[2] * kept > TIPS * _barrier(-lever, world - center, way):
+        if sunk * kept > 0.0 and sunk * kept > TIPS * _barrier(edge, hull, way):
             return True
     return False
 
 
+@compiled
 def _kept(inertia: Array, axis: Array, arm: Array, over: Array, lever: Array) -> float:
     """Share of its energy that a body keeps which turned about one axis, and is stopped so as to turn about another.
 
@@ -200,12 +218,25 @@ def _kept(inertia: Array, axis: Array, arm: Array, over: Array, lever: Array) ->
         over: the other axis, likewise.
         lever: likewise.
     """
-    momentum = float(over @ (inertia @ axis + np.cross(lever, np.cross(axis, arm))))
-    swings = [a @ inertia @ a + r @ r - (a @ r) ** 2 for a, r in ((axis, arm), (over, lever))]
-    return float(max(momentum, 0.0) ** 2 / (swings[0] * swings[1]))
+    speed = np.cross(axis, arm)
+    momentum = _form(over, inertia, axis) + (over * np.cross(lever, speed)).sum()
+    before = _form(axis, inertia, axis) + (arm * arm).sum() - (axis * arm).sum() ** 2
+    after = _form(over, inertia, over) + (lever * lever).sum() - (over * lever).sum() ** 2
+    return max(momentum, 0.0) ** 2 / (before * after)
 
 
-def _barrier(edge: Array, arms: Array, way: Array) -> float:
+@compiled
+def _form(a: Array, matrix: Array, b: Array) -> float:
+    """The form a . M b of vectors (3,) and a matrix (3, 3)."""
+    found = 0.0
+    for i in range(3):
+        for j in range(3):
+            found += a[i] * matrix[i, j] * b[j]
+    return found
+
+
+@compiled
+def _barrier(edge: Array, hull: Array, way: Array) -> float:
     """How high a body's centre of mass is lifted before it tips for good over an edge of what it stands on [m].
 
     What comes down on the plane clearly before it is in balance on that edge, as the rim of a plate on a narrow foot,
@@ -213,19 +244,24 @@ def _barrier(edge: Array, arms: Array, way: Array) -> float:
 
     Args:
         edge: from the centre of mass to the edge, shape (3,) [m].
-        arms: from the centre of mass to the corners of the hull, shape (n, 3) [m].
+        hull: from the centre of mass to the corners of the hull, shape (n, 3) [m].
         way: level unit vector in which it tips, shape (3,).
     """
-    inside, height = max(float(edge @ way), 0.0), -float(edge[2])
+    inside, height = max((edge * way).sum(), 0.0), -edge[2]
     radius = np.hypot(inside, height)
-    clearly = float(np.arctan2(inside, height) - np.arcsin(min(BEYOND / radius, 1.0)))
-    lowest = (np.sin(clearly) * (arms @ way) - np.cos(clearly) * arms[:, 2]).max()
+    clearly = np.arctan2(inside, height) - np.arcsin(min(BEYOND / radius, 1.0))
+    along = hull[:, 0] * way[0] + hull[:, 1] * way[1]
+    lowest = (np.sin(clearly) * along - np.cos(clearly) * hull[:, 2]).max()
     if clearly <= 0.0 or lowest < inside * np.sin(clearly) + height * np.cos(clearly) + TOUCHING:
-        return float(radius - height)
-    turns = clearly + ROCKING
-    heights = (np.outer(np.sin(turns), arms @ way) - np.outer(np.cos(turns), arms[:, 2])).max(axis=1)
-    sinks = np.diff(heights) <= 0.0
-    return float(heights[int(sinks.argmax())] if sinks.any() else heights[-1]) - height
+        return radius - height
+    highest = lowest
+    for angle in ROCKING:
+        turned = clearly + angle
+        lifted = (np.sin(turned) * along - np.cos(turned) * hull[:, 2]).max()
+        if lifted <= highest:
+            break
+        highest = lifted
+    return highest - height
 
 
 def base_normals(points: Array) -> list[Array]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.compiled import compiled
+from tamp.streams.hand.pad_gap import apart, turned
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -22,6 +22,7 @@ from tamp.world.robot.payload import GRAVITY
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from tamp.streams.hand.pad_gap import Between
     from tamp.world.geometry.half_spaces import Planes
     from tamp.world.geometry.object_geometry import Geometry
 
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 
 RAYS = (5, 13)  # across and along a pad, at which the object is felt
 BESIDE = 0.01  # parts that are farther than this from where the pads are play no role [m]
-ROUNDING = 1e-9  # [m]
 
 
 class Squeezed:
@@ -69,20 +69,24 @@ class Squeezed:
         upward = {tuple(np.round(pose.matrix[2, :3], 6).tolist()) for pose in poses}
         return np.asarray(np.array(sorted(upward)) @ self._R.T)
 
-    def apart_turned(self, turns: Array, rim: float = 0.0) -> Array:
-        """How far apart the pads stand with all of it turned, for each of the rotations (n, 3, 3); shape (n,) [m].
-
-        The outermost part of the pads, `rim` wide [m], counts for nothing.
-        """
-        return self._apart(turns, np.zeros((len(turns), 3)), rim)
-
     def apart_shifted(self, shifts: Array) -> Array:
-        """The same with all of it moved, for each of the vectors (n, 3) [m]."""
-        return self._apart(np.tile(np.eye(3), (len(shifts), 1, 1)), shifts, 0.0)
+        """How far apart the pads stand with all of it moved, for each of the vectors (n, 3) [m]; shape (n,) [m]."""
+        return apart(self._between(0.0), np.tile(np.eye(3), (len(shifts), 1, 1)), shifts)
 
-    def _apart(self, turns: Array, shifts: Array, rim: float) -> Array:
-        origins = _rays(self._pad, rim)
-        return _apart(self._planes, self._balls, origins, self.width, turns, shifts)
+    def turned(self, force: float, resisted: float, up: Array | None = None, rim: float = 0.0) -> Array:
+        """The rotation that it makes until pads that press on it come no nearer, shape (3, 3).
+
+        Args:
+            force: that each pad presses with [N].
+            resisted: what friction takes of the energy for each step of `TURN_STEP` [J].
+            up: the upward direction, shape (3,), where its weight turns it as well.
+            rim: the outermost part of the pads, so wide, counts for nothing [m].
+        """
+        pull = np.zeros((3, 3)) if up is None else self.weight * np.outer(up, self.center)
+        return turned(self._between(rim), force, pull, resisted)
+
+    def _between(self, rim: float) -> Between:
+        return self._planes, self._balls, _rays(self._pad, rim), self.width
 
 
 @lru_cache(maxsize=64)
@@ -135,59 +139,6 @@ class Pieces:
         planes = turned, b[kept] + turned @ t, np.cumsum(counts[near])
         balls = np.column_stack([self.balls[near, :3] @ R.T + t, self.balls[near, 3]])
         return planes, balls
-
-
-@compiled
-def _apart(planes: Planes, balls: Array, origins: Array, width: float, turns: Array, shifts: Array) -> Array:
-    """How far apart rays along the closing axis, from origins (r, 3), say that the pads stand, shape (n,) [m].
-
-    Args:
-        planes: of the convex parts that lie between the pads.
-        balls: a centre and a radius for each part, of a ball around it, (parts, 4) [m].
-        origins: where the rays begin: midway between the pads.
-        width: what meets a ray farther from its beginning than half of this lies beyond the pads [m].
-        turns: the parts are turned by each of these, shape (n, 3, 3),
-        shifts: and then moved by these, shape (n, 3) [m].
-    """
-    A, b, ends = planes
-    apart, turned, offset = np.empty(len(turns)), np.empty((len(A), 3)), np.empty(len(A))
-    for k in range(len(turns)):
-        for m in range(len(A)):
-            offset[m] = b[m]
-            for i in range(3):
-                turned[m, i] = turns[k, i, 0] * A[m, 0] + turns[k, i, 1] * A[m, 1] + turns[k, i, 2] * A[m, 2]
-                offset[m] += turned[m, i] * shifts[k, i]
-        low, high, first = np.inf, -np.inf, 0
-        for part in range(len(ends)):
-            ball, end = balls[part], ends[part]
-            x = turns[k, 0, 0] * ball[0] + turns[k, 0, 1] * ball[1] + turns[k, 0, 2] * ball[2] + shifts[k, 0]
-            z = turns[k, 2, 0] * ball[0] + turns[k, 2, 1] * ball[1] + turns[k, 2, 2] * ball[2] + shifts[k, 2]
-            for ray in range(len(origins)):
-                if (origins[ray, 0] - x) ** 2 + (origins[ray, 2] - z) ** 2 > (ball[3] + ROUNDING) ** 2:
-                    continue
-                enter, leave = _crossed(turned[first:end], offset[first:end], origins[ray])
-                if enter < leave and abs(enter + leave) < width + 0.002:
-                    low, high = min(low, enter), max(high, leave)
-            first = end
-        apart[k] = max(high - low, 0.0)
-    return apart
-
-
-@compiled
-def _crossed(A: Array, b: Array, origin: Array) -> tuple[float, float]:
-    """Where a ray along y from an origin (3,) enters and leaves the body A x <= b; it leaves first where it misses."""
-    enter, leave = -np.inf, np.inf
-    for m in range(len(A)):
-        gap = b[m] - A[m, 0] * origin[0] - A[m, 1] * origin[1] - A[m, 2] * origin[2]
-        if A[m, 1] > 1e-9:
-            leave = min(leave, gap / A[m, 1])
-        elif A[m, 1] < -1e-9:
-            enter = max(enter, gap / A[m, 1])
-        elif gap < 0.0:
-            return np.inf, -np.inf
-        if enter >= leave:
-            return np.inf, -np.inf
-    return enter, leave
 
 
 @lru_cache(maxsize=64)

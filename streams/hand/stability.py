@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
-from operator import itemgetter
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.hand.pad_gap import FARTHEST_TURN, TURN_STEP
 from tamp.streams.hand.squeezed import Squeezed, in_pads
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
@@ -19,8 +18,6 @@ from tamp.task.robot import LEAST_FRICTION, PAD_FRICTION
 from tamp.world.robot.payload import GRAVITY
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -84,9 +81,6 @@ def _reached(gained: Array) -> int:
 
 
 FIRM = 0.1  # a grasp in which the object turns by less holds it firmly [rad]
-TURN_STEP = 0.04  # between the angles looked at [rad]
-FARTHEST_TURN = 0.7  # it is enough to know that it turns this far [rad]
-GLANCES = (1, 3, 7, 19)  # steps are looked at in stretches from one of these to the next; most end in the first
 TRUSTED_TURN = 0.5  # share of the friction that is counted on: lifting shakes, and pads do not touch everywhere ...
 TRUSTED_PRESS = 0.5  # ... and of what presses: of 126 grasps it told 7 of 9 that turned by over 8 degrees, all of it 1
 STICKS = 0.4  # share of it that holds what pads turn as they close: the checker thinks otherwise of 4 holds in 1,000
@@ -125,24 +119,15 @@ def hanging(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> Pose | 
 
 def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
     """The rotations, in the pads' frame, (3, 3), that an object makes, lifted from one pose after the other."""
-    resisted = TRUSTED_TURN * squeezed.friction * squeezed.width * TURN_STEP
-
-    felt: dict[bytes, Array] = {}  # wherever it is lifted from, the first turns looked at are the same
-
-    def energies(turns: Array, up: Array) -> Array:
-        key = turns.tobytes()
-        if key not in felt:
-            felt[key] = TRUSTED_PRESS * squeezed.force * squeezed.apart_turned(turns)
-        return felt[key] + squeezed.weight * (turns @ squeezed.center @ up)
-
-    return (_turned(partial(energies, up=up), resisted) for up in squeezed.upward(*poses))
+    force, resisted = TRUSTED_PRESS * squeezed.force, TRUSTED_TURN * squeezed.friction * squeezed.width * TURN_STEP
+    return (squeezed.turned(force, resisted, up) for up in squeezed.upward(*poses))
 
 
 def askew(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
     """Whether pads turn an object as they close so far that it is not where it was meant to be."""
     several = len(workspace.world.geometries[obj].parts) > 1
     farthest = BULGING if several else FLUSH
-    return any(_flush(workspace, obj, grasp, rim) > farthest for rim in RIMS)
+    return any(turn > farthest for turn in _flush(workspace, obj, grasp))
 
 
 def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
@@ -151,67 +136,24 @@ def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     While they slip along it friction holds less than at rest. What only the rims of the pads would stop counts as
     turned on: they may miss it.
     """
-    return max(_flush(workspace, obj, grasp, rim) for rim in RIMS)
+    return max(_flush(workspace, obj, grasp))
 
 
-def _flush(workspace: Workspace, obj: str, grasp: Grasp, rim: float) -> float:
-    """The same where the outermost part of the pads, `rim` wide [m], counts for nothing."""
+def _flush(workspace: Workspace, obj: str, grasp: Grasp) -> Iterator[float]:
+    """The same for each of the rims of the pads, of which the outermost part counts for nothing."""
+    squeezed = cache(lambda: Squeezed(workspace, obj, grasp))
 
-    def found() -> float:
-        squeezed = Squeezed(workspace, obj, grasp)
-        resisted = STICKS * squeezed.friction * squeezed.width * TURN_STEP
-        return squeezed.displaced(_turned(lambda turns: squeezed.force * squeezed.apart_turned(turns, rim), resisted))
+    def found(rim: float) -> float:
+        held = squeezed()
+        resisted = STICKS * held.friction * held.width * TURN_STEP
+        return held.displaced(held.turned(held.force, resisted, rim=rim))
 
-    return workspace.cache.value(("turned flush", obj, grasp, rim), found)
-
-
-def _turned(energies: Callable[[Array], Array], resisted: float) -> Array:
-    """The rotation that it makes, (3, 3); where it has turned about one axis, it may go on about the other."""
-    ways = [(about, step) for about in (_about_side, _about_approach) for step in (TURN_STEP, -TURN_STEP)]
-    turn, steps = np.eye(3), 1
-    while steps and _angle(turn) < FARTHEST_TURN:
-        still = float(energies(turn[None])[0])
-        steps, turn = max((_slide(energies, turn, still, *way, resisted) for way in ways), key=itemgetter(0))
-    return turn
-
-
-def _slide(
-    energies: Callable[[Array], Array],
-    turn: Array,
-    still: float,
-    about: Callable[[float], Array],
-    step: float,
-    resisted: float,
-) -> tuple[int, Array]:
-    """How many steps it goes on from a rotation, each setting free more energy than it takes, alone or with the next.
-
-    Returns:
-        The number of steps, and the rotation that they lead to, shape (3, 3).
-    """
-    reached, least = 0, still
-    for first, last in itertools.pairwise(GLANCES):
-        taken = energies(np.array([about(count * step) @ turn for count in range(first, last)]))
-        for count, spent in enumerate(taken, first):
-            if spent + count * resisted < least:
-                reached, least = count, spent + count * resisted
-            elif count > reached + 1:
-                return reached, about(reached * step) @ turn
-    return reached, about(reached * step) @ turn
+    return (workspace.cache.value(("turned flush", obj, grasp, rim), partial(found, rim)) for rim in RIMS)
 
 
 def _angle(turn: Array) -> float:
     """By how much a rotation (3, 3) turns [rad]."""
     return math.acos(min(1.0, max(-1.0, (float(np.trace(turn)) - 1.0) / 2.0)))
-
-
-def _about_side(angle: float) -> Array:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def _about_approach(angle: float) -> Array:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def swinging(squeezed: Squeezed, *poses: Pose) -> float:

@@ -12,13 +12,13 @@ import numpy as np
 
 from tamp.task.mesh.parts import Part, convex_hull
 from tamp.world.geometry.half_spaces import half_spaces, joined, placed_planes, shifted_ends
-from tamp.world.geometry.separating_faces import CLEAR, HIT, UNKNOWN, sieve
+from tamp.world.geometry.separating_faces import CLEAR, HIT, UNKNOWN, sieve, sieve_each
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from tamp.world.geometry.half_spaces import Planes
-    from tamp.world.geometry.separating_faces import Corners
+    from tamp.world.geometry.separating_faces import Bodies, Corners
 
     Matrix = NDArray[np.float64]
 
@@ -160,9 +160,9 @@ class Crowd:
         self._standing, self._margin = tuple(standing), margin
         self._callback = coal.CollisionCallBackDefault()
         self._callback.data.request.security_margin = margin
-        self._planes = placed_planes([(one.planes, T) for one, T in self._standing])
-        self._corners = _placed_corners([(one.corners, T) for one, T in self._standing])
-        self._boxes = _boxes(self._corners)
+        planes = placed_planes([(one.planes, T) for one, T in self._standing])
+        corners = _placed_corners([(one.corners, T) for one, T in self._standing])
+        self._others = planes, corners, _boxes(corners)
 
     @cached_property
     def _tree(self) -> Any:
@@ -174,21 +174,34 @@ class Crowd:
         tree.setup()
         return tree
 
-    def meets(self, probe: Probe, R: Matrix, t: Matrix) -> NDArray[np.bool_]:
+    def meets(self, probe: Probe, k: int, R: Matrix, t: Matrix) -> NDArray[np.bool_]:
         """Whether a body at each of some poses in the world comes too close to any of them, shape (n,).
 
         Args:
-            probe: the body.
+            probe: some bodies.
+            k: which of them.
             R: its orientations, shape (n, 3, 3).
             t: its positions, shape (n, 3) [m].
         """
-        poses = np.array(R, order="C"), np.array(t, order="C")
-        standing = self._planes, self._corners, self._boxes
-        verdicts = sieve(*standing, probe.ball, probe.corners, probe.faces, *poses, self._margin)
+        verdicts = sieve(self._others, probe.shapes, k, np.array(R, order="C"), np.array(t, order="C"), self._margin)
         for index in np.flatnonzero(verdicts == UNKNOWN):
-            verdicts[index] = HIT if self._collides(probe.body, R[index], t[index]) else CLEAR
+            verdicts[index] = HIT if self._collides(probe.bodies[k], R[index], t[index]) else CLEAR
         hit: NDArray[np.bool_] = verdicts == HIT
         return hit
+
+    def meets_any(self, probe: Probe, R: Matrix, t: Matrix) -> bool:
+        """Whether any of some bodies comes too close to any of them, each at a pose of its own.
+
+        Args:
+            probe: the bodies.
+            R: their orientations, shape (bodies, 3, 3), in C order.
+            t: their positions, shape (bodies, 3) [m], likewise.
+        """
+        verdicts = sieve_each(self._others, probe.shapes, R, t, self._margin).tolist()
+        if HIT in verdicts:
+            return True
+        unknown = (k for k, verdict in enumerate(verdicts) if verdict == UNKNOWN)
+        return any(self._collides(probe.bodies[k], R[k], t[k]) for k in unknown)
 
     def _collides(self, body: Any, R: Matrix, t: Matrix) -> bool:
         body.setTransform(coal.Transform3s(R, t))
@@ -199,14 +212,21 @@ class Crowd:
 
 
 class Probe:
-    """A body that is moved about in a crowd: the hull of a solid."""
+    """Bodies that are moved about in a crowd: the hulls of solids. Belongs to one thread."""
 
-    def __init__(self, one: Solid) -> None:
-        self.body, self.corners = coal.CollisionObject(one.hull), np.array(one.outline.vertices)
-        A, b = half_spaces(one.outline)
-        self.faces = np.array(A), np.array(b)
-        center = (self.corners.min(axis=0) + self.corners.max(axis=0)) / 2
-        self.ball = center, float(np.linalg.norm(self.corners - center, axis=1).max())
+    def __init__(self, *solids: Solid) -> None:
+        self.bodies, self.shapes = [coal.CollisionObject(one.hull) for one in solids], _shapes(solids)
+
+
+@lru_cache(maxsize=64)
+def _shapes(solids: tuple[Solid, ...]) -> Bodies:
+    """What is asked of bodies by their faces and corners alone."""
+    each = [one.outline.vertices for one in solids]
+    corners = np.concatenate(each), np.cumsum([len(points) for points in each], dtype=np.int64)
+    centers = np.array([(points.min(axis=0) + points.max(axis=0)) / 2 for points in each])
+    reach = zip(each, centers, strict=True)
+    radii = np.array([np.linalg.norm(points - center, axis=1).max() for points, center in reach])
+    return joined(half_spaces(one.outline) for one in solids), corners, (centers, radii)
 
 
 def _placed_corners(each: Sequence[tuple[Corners, Matrix]]) -> Corners:

@@ -21,61 +21,71 @@ if TYPE_CHECKING:
     Matrix = NDArray[np.float64]
     Corners = tuple[Matrix, NDArray[np.int64]]
     """Vertices of several parts, shape (n, 3) [m], and where each part's end among them, shape (parts,)."""
+    Others = tuple[Planes, Corners, tuple[Matrix, Matrix]]
+    """Convex parts: as half-spaces; their corners; lower and upper corners of the boxes round them, (parts, 3) [m]."""
+    Bodies = tuple[Planes, Corners, tuple[Matrix, Matrix]]
+    """The same in their own frames, but last the centres (bodies, 3) and radii (bodies,) of balls round them [m]."""
 
 CLEAR, HIT, UNKNOWN = 0, 1, 2
 
 
 @compiled
-def sieve(
-    planes: Planes,
-    standing: Corners,
-    boxes: tuple[Matrix, Matrix],
-    ball: tuple[Matrix, float],
-    corners: Matrix,
-    faces: tuple[Matrix, Matrix],
-    R: Matrix,
-    t: Matrix,
-    margin: float,
-) -> NDArray[np.int8]:
-    """CLEAR, HIT or UNKNOWN for a convex body at each of some poses among others, shape (n,).
+def sieve(others: Others, bodies: Bodies, k: int, R: Matrix, t: Matrix, margin: float) -> NDArray[np.int8]:
+    """CLEAR, HIT or UNKNOWN for the k-th of some convex bodies at each of some poses among others, shape (n,).
 
     Args:
-        planes: the others as half-spaces.
-        standing: their corners.
-        boxes: lower and upper corners of the boxes round them, shape (parts, 3) each [m].
-        ball: centre and radius of a ball round the body, in its own frame [m].
-        corners: of the body in its own frame, shape (k, 3) [m].
-        faces: the body as half-spaces A x <= b there, shapes (m, 3) and (m,).
+        others: what stands around.
+        bodies: of which one is asked about.
+        k: which.
         R: its orientations, shape (n, 3, 3).
         t: its positions, shape (n, 3) [m].
         margin: what comes no nearer than this is clear [m], 0 or more.
     """
-    A, b, ends = planes
-    others, other_ends = standing
-    verdicts, points = np.zeros(len(t), np.int8), np.empty(corners.shape)
-    turned, offsets, middle = np.empty(faces[0].shape), np.empty(len(faces[1])), np.empty(3)
-    for k in range(len(t)):
-        _move(middle, ball[0], R[k], t[k])
-        first = start = 0
-        placed = False
-        for part in range(len(ends)):
-            planes_of, offsets_of = A[first : ends[part]], b[first : ends[part]]
-            corners_of = others[start : other_ends[part]]
-            first, start = ends[part], other_ends[part]
-            if _beside(boxes[0][part], boxes[1][part], middle, ball[1] + margin):
-                continue
-            if not placed:
-                placed = True
-                for v in range(len(corners)):
-                    _move(points[v], corners[v], R[k], t[k])
-                _turn(turned, offsets, faces, R[k], t[k])
-            if _parted(planes_of, offsets_of, points, margin) or _parted(turned, offsets, corners_of, margin):
-                continue
-            verdicts[k] = UNKNOWN
-            if _any_inside(planes_of, offsets_of, points) or _any_inside(turned, offsets, corners_of):
-                verdicts[k] = HIT
-                break
+    verdicts = np.zeros(len(t), np.int8)
+    for n in range(len(t)):
+        verdicts[n] = _verdict(others, bodies, k, R[n], t[n], margin)
     return verdicts
+
+
+@compiled
+def sieve_each(others: Others, bodies: Bodies, R: Matrix, t: Matrix, margin: float) -> NDArray[np.int8]:
+    """The same for all of them, each at one pose; after the first that is a HIT all are left CLEAR."""
+    verdicts = np.zeros(len(t), np.int8)
+    for k in range(len(t)):
+        verdicts[k] = _verdict(others, bodies, k, R[k], t[k], margin)
+        if verdicts[k] == HIT:
+            break
+    return verdicts
+
+
+@compiled
+def _verdict(others: Others, bodies: Bodies, k: int, R: Matrix, t: Matrix, margin: float) -> int:
+    """CLEAR, HIT or UNKNOWN for the k-th of some bodies at a pose."""
+    (A, b, ends), (standing, standing_ends), (lower, upper) = others
+    (normals, offsets, face_ends), (vertices, vertex_ends), (centers, radii) = bodies
+    faces_from, corners_from = (0, 0) if k == 0 else (face_ends[k - 1], vertex_ends[k - 1])
+    normals, offsets = normals[faces_from : face_ends[k]], offsets[faces_from : face_ends[k]]
+    corners = vertices[corners_from : vertex_ends[k]]
+    points, turned, moved, middle = np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(3)
+    _move(middle, centers[k], R, t)
+    verdict, first, start = CLEAR, 0, 0
+    for part in range(len(ends)):
+        planes_of, offsets_of = A[first : ends[part]], b[first : ends[part]]
+        corners_of = standing[start : standing_ends[part]]
+        first, start = ends[part], standing_ends[part]
+        if _beside(lower[part], upper[part], middle, radii[k] + margin):
+            continue
+        if not len(points):
+            points, turned, moved = np.empty(corners.shape), np.empty(normals.shape), np.empty(len(offsets))
+            for v in range(len(corners)):
+                _move(points[v], corners[v], R, t)
+            _turn(turned, moved, normals, offsets, R, t)
+        if _parted(planes_of, offsets_of, points, margin) or _parted(turned, moved, corners_of, margin):
+            continue
+        verdict = UNKNOWN
+        if _any_inside(planes_of, offsets_of, points) or _any_inside(turned, moved, corners_of):
+            return HIT
+    return verdict
 
 
 @compiled
@@ -88,15 +98,15 @@ def _move(moved: Matrix, point: Matrix, R: Matrix, t: Matrix) -> None:
 
 
 @compiled
-def _turn(turned: Matrix, offsets: Matrix, faces: tuple[Matrix, Matrix], R: Matrix, t: Matrix) -> None:
+def _turn(turned: Matrix, moved: Matrix, normals: Matrix, offsets: Matrix, R: Matrix, t: Matrix) -> None:
     """Write the half-spaces of a body that is moved to where R and t take it."""
     for m in range(len(offsets)):
-        offsets[m] = faces[1][m]
+        moved[m] = offsets[m]
         for i in range(3):
             turned[m, i] = 0.0
             for j in range(3):
-                turned[m, i] += R[i, j] * faces[0][m, j]
-            offsets[m] += turned[m, i] * t[i]
+                turned[m, i] += R[i, j] * normals[m, j]
+            moved[m] += turned[m, i] * t[i]
 
 
 @compiled

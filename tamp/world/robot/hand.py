@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -51,8 +52,8 @@ class FreeHand:
             margin: least distance of hand and fingers to everything [m], 0 or more.
         """
         self._crowd = Crowd(standing, margin)
-        # Fingers, which are hit most often, are named last.
-        self._bodies = [(Probe(shape), way) for shape, way in reversed(_bodies(robot))]
+        self._way = _way(robot)
+        self._hand = Probe(*_bodies(robot))
 
     def hits(self, T_world_tool: Matrix, openings: Vector) -> NDArray[np.bool_]:
         """Whether each hand comes too close to anything, shape (n,).
@@ -62,69 +63,66 @@ class FreeHand:
             openings: distances between the finger pads, shape (n,) [m].
         """
         hit = np.zeros(len(openings), bool)
-        for probe, way in self._bodies:
-            R_tool_body, local = way.at(openings)
+        for k in range(len(self._hand.bodies)):
+            R_tool_body, local = self._way.at(openings, k)
             R = T_world_tool[:, :3, :3] @ R_tool_body
             t = np.einsum("nij,nj->ni", T_world_tool[:, :3, :3], local) + T_world_tool[:, :3, 3]
             left = np.flatnonzero(~hit)
-            hit[left] = self._crowd.meets(probe, R[left], t[left])
+            hit[left] = self._crowd.meets(self._hand, k, R[left], t[left])
         return hit
 
     def hit(self, T_world_tool: Matrix, opening: float) -> bool:
         """Whether one hand, shape (4, 4), comes too close to anything."""
-        R, t = T_world_tool[:3, :3], T_world_tool[:3, 3]
-        for probe, way in self._bodies:
-            R_tool_body, local = way.at_one(opening)
-            if self._crowd.meets(probe, (R @ R_tool_body)[None], (R @ local + t)[None])[0]:
-                return True
-        return False
+        R, local = self._way.all_at(opening)
+        t = local @ T_world_tool[:3, :3].T + T_world_tool[:3, 3]
+        return self._crowd.meets_any(self._hand, T_world_tool[:3, :3] @ R, t)
 
 
 @dataclass(frozen=True, eq=False)
 class _Way:
-    """Where a body of the hand is in the tool frame as the gripper opens: straight between tabulated openings.
+    """Where the bodies of the hand are in the tool frame as the gripper opens: straight between tabulated openings.
 
     Attributes:
         grid: the openings, shape (g,) [m].
-        T: its pose at each, shape (g, 4, 4).
-        rate: how the pose changes for a metre of opening from each on, shape (g - 1, 4, 4).
-        turns: whether its orientation changes.
+        R: their orientations at each, shape (g, bodies, 3, 3).
+        t: their positions, shape (g, bodies, 3) [m].
+        turning: how the orientations change for a metre of opening from each on, shape (g - 1, bodies, 3, 3).
+        moving: the same for the positions, shape (g - 1, bodies, 3).
     """
 
     grid: Vector
-    T: Matrix
-    rate: Matrix
-    turns: bool
+    R: Matrix
+    t: Matrix
+    turning: Matrix
+    moving: Matrix
 
-    def at(self, openings: Vector) -> tuple[Matrix, Matrix]:
-        """Rotations, (3, 3) where they are all the same or (n, 3, 3), and positions (n, 3) at openings (n,) [m]."""
-        i = np.clip(np.searchsorted(self.grid, openings, side="right") - 1, 0, len(self.rate) - 1)
-        beyond = (openings - self.grid[i])[:, None]
-        position = self.T[i, :3, 3] + beyond * self.rate[i, :3, 3]
-        if not self.turns:
-            return self.T[0, :3, :3], position
-        return self.T[i, :3, :3] + beyond[:, :, None] * self.rate[i, :3, :3], position
+    def at(self, openings: Vector, k: int) -> tuple[Matrix, Matrix]:
+        """Rotations (n, 3, 3) and positions (n, 3) [m] of the k-th body at openings (n,) [m]."""
+        i = np.clip(np.searchsorted(self.grid, openings, side="right") - 1, 0, len(self.moving) - 1)
+        beyond = openings - self.grid[i]
+        R = self.R[i, k] + beyond[:, None, None] * self.turning[i, k]
+        return R, self.t[i, k] + beyond[:, None] * self.moving[i, k]
 
-    def at_one(self, opening: float) -> tuple[Matrix, Matrix]:
-        """Rotation (3, 3) and position (3,) at an opening [m]."""
-        i = 0 if len(self.rate) == 1 else int(np.clip(np.searchsorted(self.grid, opening) - 1, 0, len(self.rate) - 1))
+    def all_at(self, opening: float) -> tuple[Matrix, Matrix]:
+        """Rotations (bodies, 3, 3) and positions (bodies, 3) of all of them at an opening [m]."""
+        last = len(self.moving) - 1
+        i = 0 if last == 0 else min(max(bisect_left(self.grid, opening) - 1, 0), last)
         beyond = opening - self.grid[i]
-        position = self.T[i, :3, 3] + beyond * self.rate[i, :3, 3]
-        if not self.turns:
-            return self.T[0, :3, :3], position
-        return self.T[i, :3, :3] + beyond * self.rate[i, :3, :3], position
+        return self.R[i] + beyond * self.turning[i], self.t[i] + beyond * self.moving[i]
 
 
 @cache
-def _bodies(robot: RobotModel) -> tuple[tuple[Solid, _Way], ...]:
-    """Each hull of the hand, and where it is as the gripper opens."""
+def _way(robot: RobotModel) -> _Way:
+    """Where each of `_bodies` is."""
     grid = robot.linkage.grid
-    poses = np.array([hand_poses(robot, opening) for opening in grid])
+    poses = np.array([hand_poses(robot, opening)[::-1] for opening in grid])
     rates = np.diff(poses, axis=0) / np.diff(grid)[:, None, None, None]
-    return tuple(
-        (
-            solid([robot.bodies[index].hull]),
-            _Way(grid, poses[:, k], rates[:, k], bool(np.abs(rates[:, k, :3, :3]).max() > 1e-9)),
-        )
-        for k, index in enumerate(robot.hand)
-    )
+    parts = (T[..., :3, column] for column in (slice(3), 3) for T in (poses, rates))
+    R, turning, t, moving = map(np.ascontiguousarray, parts)
+    return _Way(grid, R, t, turning, moving)
+
+
+@cache
+def _bodies(robot: RobotModel) -> tuple[Solid, ...]:
+    """Each hull of the hand: fingers, which are hit most often, come first."""
+    return tuple(solid([robot.bodies[index].hull]) for index in reversed(robot.hand))

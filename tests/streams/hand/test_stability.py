@@ -11,10 +11,10 @@ from tamp.checking.geometry.pad_region import laid_flush
 from tamp.checking.geometry.solids import Solid
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.hand.firmness import LOST, firmer, looseness, second_best
+from tamp.streams.hand.pad_gap import TURN_STEP
 from tamp.streams.hand.squeezed import Squeezed
 from tamp.streams.hand.stability import (
     FIRM,
-    TURN_STEP,
     askew,
     hanging,
     slipping,

@@ -18,7 +18,7 @@ from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.task import RobotSpec, load_robot
 from tamp.task.files.robot.robot_file import read_robot
 from tamp.world.collision.motion_bound import travel
-from tamp.world.robot.hand import _bodies, hand_points, hand_poses
+from tamp.world.robot.hand import _way, hand_points, hand_poses
 from tamp.world.robot.linkage import linkage, pad_rates
 from tamp.world.robot.model import RobotModel, robot_model
 from tests.task.swinging import LEAN, RADIUS, ROBOT, depth, opening, write
@@ -55,9 +55,11 @@ def test_the_checker_has_the_pads_in_the_same_place_by_its_own_means(spec: Robot
 
 
 @given(ANGLES)
-def test_bodies_of_the_hand_are_where_kinematics_have_them(swinging: RobotModel, angle: float) -> None:
-    for (_, way), T in zip(_bodies(swinging), hand_poses(swinging, opening(angle)), strict=True):
-        for R, p in (way.at_one(opening(angle)), way.at(np.array([opening(angle)]))):
+def test_way_of_the_hand_are_where_kinematics_have_them(swinging: RobotModel, angle: float) -> None:
+    way, wide = _way(swinging), opening(angle)
+    for k, T in enumerate(reversed(hand_poses(swinging, wide))):
+        at_once, alone = way.all_at(wide), way.at(np.array([wide]), k)
+        for R, p in ((at_once[0][k], at_once[1][k]), (alone[0][0], alone[1][0])):
             assert np.allclose(R, T[:3, :3], atol=1e-5)
             assert np.allclose(p, T[:3, 3], atol=1e-6)
 
