@@ -222,7 +222,7 @@ def _kept(inertia: Array, axis: Array, arm: Array, over: Array, lever: Array) ->
     momentum = _form(over, inertia, axis) + (over * np.cross(lever, speed)).sum()
     before = _form(axis, inertia, axis) + (arm * arm).sum() - (axis * arm).sum() ** 2
     after = _form(over, inertia, over) + (lever * lever).sum() - (over * lever).sum() ** 2
-    return max(momentum, 0.0) ** 2 / (before * after)
+    return float(max(momentum, 0.0) ** 2 / (before * after))
 
 
 @compiled
@@ -253,7 +253,7 @@ def _barrier(edge: Array, hull: Array, way: Array) -> float:
     along = hull[:, 0] * way[0] + hull[:, 1] * way[1]
     lowest = (np.sin(clearly) * along - np.cos(clearly) * hull[:, 2]).max()
     if clearly <= 0.0 or lowest < inside * np.sin(clearly) + height * np.cos(clearly) + TOUCHING:
-        return radius - height
+        return float(radius - height)
     highest = lowest
     for angle in ROCKING:
         turned = clearly + angle
@@ -261,7 +261,7 @@ def _barrier(edge: Array, hull: Array, way: Array) -> float:
         if lifted <= highest:
             break
         highest = lifted
-    return highest - height
+    return float(highest - height)
 
 
 def base_normals(points: Array) -> list[Array]:

@@ -147,13 +147,10 @@ def pinches_at(contacts: Contacts, linkage: Linkage, angles: NDArray[np.float64]
     """
     gripper, axes, count = linkage.gripper, contacts.axes, angles.shape[1]
     depths = np.array(gripper.depths)
-    closing = np.array(gripper.axis)
-    side = np.cross(closing, [0.0, 0.0, 1.0])
-    basis = np.stack([side, closing, [0.0, 0.0, 1.0]], axis=1)  # columns: the tool's side, closing and approach axes
     u, v = sides(axes)
     approach = np.cos(angles)[:, :, None] * u[:, None] + np.sin(angles)[:, :, None] * v[:, None]
     y = np.repeat(axes[:, None], count, axis=1)
-    R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ basis.T
+    R = np.stack([np.cross(y, approach), y, approach], axis=-1) @ linkage.axes
     # How far the tool is beyond the contacts: swinging pads are not always where the tool is.
     shift = (depths - gripper.pad[2] / 2) - linkage.depth(contacts.widths)[:, None]
     each = count * len(depths)
@@ -188,9 +185,9 @@ def intrinsic_cost(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[
 def _pad_contact(workspace: Workspace, obj: str, pinches: Pinches) -> NDArray[np.float64]:
     """How much of the less covered pad meets surface, relative to the best pinch of the object, shape (n,)."""
     gripper = workspace.world.robot.spec.gripper
-    closing = np.array(gripper.axis)
+    side, closing, _ = workspace.world.robot.linkage.axes
     local = in_tool_frames(workspace.surface[obj], pinches.T_object_tool)
-    along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
+    along, across = local @ closing, local @ side
     beyond = local[:, :, 2] - workspace.world.robot.linkage.depth(pinches.widths)[:, None]
     on_pad = (np.abs(across) < gripper.pad[1] / 2) & (np.abs(beyond) < gripper.pad[2] / 2)
     touched = [

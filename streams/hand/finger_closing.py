@@ -107,12 +107,11 @@ def between_pads(
 
     What is within `edge` [m] of a pad's outline does not count; a negative one counts what is beside it as well.
     """
-    gripper = workspace.world.robot.spec.gripper
-    closing = np.array(gripper.axis)
-    local = (felt(workspace, obj) - T_object_tool[:3, 3]) @ T_object_tool[:3, :3]
-    along, across = local @ closing, local @ np.cross(closing, [0.0, 0.0, 1.0])
+    linkage = workspace.world.robot.linkage
+    gripper, R_object_pads = linkage.gripper, T_object_tool[:3, :3] @ linkage.axes.T
+    across, along, depth = ((felt(workspace, obj) - T_object_tool[:3, 3]) @ R_object_pads).T
     half = np.array(gripper.pad[1:]) / 2 - edge
-    beyond = local[:, 2] - workspace.world.robot.linkage.depth(width)
+    beyond = depth - linkage.depth(width)
     found: NDArray[np.float64] = along[(np.abs(across) < half[0]) & (np.abs(beyond) < half[1])]
     return found[np.abs(found) < width / 2 + WIDTH_RESOLUTION]
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tamp.world.geometry.half_spaces import Planes
 
     Array = NDArray[np.float64]
+    Indices = NDArray[np.int64]
 
     Between = tuple[Planes, Array, Array, float]
     """What lies between two pads: the planes of its convex parts; a centre and a radius for each, of a ball around it,
@@ -27,6 +28,55 @@ ROUNDING = 1e-9  # [m]
 TURN_STEP = 0.04  # between the angles looked at [rad]
 FARTHEST_TURN = 0.7  # it is enough to know that it turns this far [rad]
 MOST_STEPS = 18  # about one axis, at once
+
+
+@compiled
+def within(
+    vertices: Array, starts: Indices, planes: Planes, balls: Array, R: Array, t: Array, half: Array
+) -> tuple[Planes, Array]:
+    """Planes and balls of those convex parts that are, moved by R and t, in a box about the origin.
+
+    Args:
+        vertices: of all parts, shape (n, 3) [m].
+        starts: where each part's vertices begin among them, shape (parts,).
+        planes: of all parts.
+        balls: a centre and a radius for each part, of a ball around it, shape (parts, 4) [m].
+        R: shape (3, 3).
+        t: shape (3,) [m].
+        half: half the size of the box, shape (3,) [m].
+    """
+    A, b, ends = planes
+    turned, offsets = np.empty(A.shape), np.empty(len(b))
+    kept_ends, kept_balls = np.empty(len(ends), np.int64), np.empty(balls.shape)
+    count = parts = 0
+    for part in range(len(ends)):
+        last = starts[part + 1] if part + 1 < len(starts) else len(vertices)
+        if not _reaches(vertices[starts[part] : last], R, t, half):
+            continue
+        for m in range(ends[part - 1] if part else 0, ends[part]):
+            offsets[count] = b[m]
+            for i in range(3):
+                turned[count, i] = R[i, 0] * A[m, 0] + R[i, 1] * A[m, 1] + R[i, 2] * A[m, 2]
+                offsets[count] += turned[count, i] * t[i]
+            count += 1
+        for i in range(3):
+            kept_balls[parts, i] = R[i, 0] * balls[part, 0] + R[i, 1] * balls[part, 1] + R[i, 2] * balls[part, 2] + t[i]
+        kept_ends[parts], kept_balls[parts, 3] = count, balls[part, 3]
+        parts += 1
+    return (turned[:count].copy(), offsets[:count].copy(), kept_ends[:parts].copy()), kept_balls[:parts].copy()
+
+
+@compiled
+def _reaches(vertices: Array, R: Array, t: Array, half: Array) -> bool:
+    """Whether the box around a part, moved by R and t, reaches into one about the origin."""
+    for i in range(3):
+        low, high = np.inf, -np.inf
+        for v in range(len(vertices)):
+            at = R[i, 0] * vertices[v, 0] + R[i, 1] * vertices[v, 1] + R[i, 2] * vertices[v, 2] + t[i]
+            low, high = min(low, at), max(high, at)
+        if low >= half[i] or high <= -half[i]:
+            return False
+    return True
 
 
 @compiled
@@ -87,7 +137,7 @@ def _steps(
 @compiled
 def _energy(between: Between, force: float, pull: Array, turn: Array) -> float:
     """Of pads and object at a rotation [J]."""
-    return force * _apart_at(between, turn, np.zeros(3)) + (pull * turn).sum()
+    return float(force * _apart_at(between, turn, np.zeros(3)) + (pull * turn).sum())
 
 
 @compiled
@@ -102,7 +152,7 @@ def _about(axis: int, angle: float, turn: Array) -> Array:
 @compiled
 def _angle(turn: Array) -> float:
     """By how much a rotation (3, 3) turns [rad]."""
-    return np.arccos(min(1.0, max(-1.0, (turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0) / 2.0)))
+    return float(np.arccos(min(1.0, max(-1.0, (turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0) / 2.0))))
 
 
 @compiled

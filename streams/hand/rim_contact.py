@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.compiled import compiled
+from tamp.streams.hand.squeezed import in_pads
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
 from tamp.task.robot import PAD_FRICTION
@@ -47,13 +48,11 @@ def steepness(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     0 where the face of each pad meets the object; infinite where a pad meets none of it, as the other one does alone.
     """
     linkage, geometry = workspace.world.robot.linkage, workspace.world.geometries[obj]
-    closing = np.array(linkage.gripper.axis)
-    axes = np.stack([closing, np.cross([0.0, 0.0, 1.0], closing), [0.0, 0.0, 1.0]])
-    T = grasp.T_object_tool.inverse().matrix
-    R, t = axes @ T[:3, :3], axes @ T[:3, 3] - (0.0, 0.0, float(linkage.depth(grasp.width)))
+    R, t = (each[[1, 0, 2]] for each in in_pads(linkage, grasp))
     half = np.array([grasp.width / 2 + grasp.clearance, *np.array(linkage.gripper.pad[1:]) / 2])
     (A, b, ends), (first, last, edge_ends) = workspace.cache.value(("faces and edges", obj), lambda: _parts(geometry))
-    planes, edges = (A @ R.T, b + A @ R.T @ t, ends), (first @ R.T + t, last @ R.T + t, edge_ends)
+    normals = A @ R.T
+    planes, edges = (normals, b + normals @ t, ends), (first @ R.T + t, last @ R.T + t, edge_ends)
     least = grasp.width / 2 - MET
     return max(_pressed(planes, edges, half, side, least) for side in (1.0, -1.0))
 

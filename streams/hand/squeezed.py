@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.hand.pad_gap import apart, turned
+from tamp.streams.hand.pad_gap import apart, turned, within
 from tamp.streams.values import Grasp
 from tamp.streams.workspace import Workspace
 from tamp.task import Pose
@@ -129,26 +129,11 @@ class Pieces:
 
         The box is half as wide as `half`, shape (3,) [m].
         """
-        moved = self.vertices @ R.T + t
-        low, high = np.minimum.reduceat(moved, self.starts), np.maximum.reduceat(moved, self.starts)
-        near = (low < half).all(axis=1) & (high > -half).all(axis=1)
-        A, b, ends = self.planes
-        counts = np.diff(ends, prepend=0)
-        kept = np.repeat(near, counts)
-        turned = np.ascontiguousarray(A[kept] @ R.T)
-        planes = turned, b[kept] + turned @ t, np.cumsum(counts[near])
-        balls = np.column_stack([self.balls[near, :3] @ R.T + t, self.balls[near, 3]])
-        return planes, balls
-
-
-@lru_cache(maxsize=64)
-def _axes(closing: tuple[float, float, float]) -> Array:
-    """The pads' side, closing and approach directions as rows, shape (3, 3), in the tool's frame."""
-    return np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]])
+        return within(self.vertices, self.starts, self.planes, self.balls, np.ascontiguousarray(R), t, half)
 
 
 def in_pads(linkage: Linkage, grasp: Grasp) -> tuple[Array, Array]:
     """Rotation and translation from the object's frame to one whose axes are the pads' side, closing and approach."""
-    axes = _axes(linkage.gripper.axis)
-    T = grasp.T_object_tool.inverse().matrix
-    return axes @ T[:3, :3], axes @ T[:3, 3] - (0.0, 0.0, float(linkage.depth(grasp.width)))
+    T_object_tool = grasp.T_object_tool.matrix
+    R = linkage.axes @ T_object_tool[:3, :3].T
+    return R, -(R @ T_object_tool[:3, 3]) - (0.0, 0.0, float(linkage.depth(grasp.width)))

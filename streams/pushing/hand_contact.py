@@ -136,11 +136,9 @@ def _touching_at(
 
 def upright(workspace: Workspace, beside: Array) -> Array:
     """A tool at the origin, shape (4, 4), that points down, its closing axis level and across `beside` (2,)."""
-    closing, down = np.array(workspace.world.robot.spec.gripper.axis), np.array([0.0, 0.0, -1.0])
-    basis = np.stack([np.cross(closing, [0.0, 0.0, 1.0]), closing, [0.0, 0.0, 1.0]], axis=1)
-    level = np.append(beside, 0.0)
+    level, down = np.append(beside, 0.0), np.array([0.0, 0.0, -1.0])
     T = np.eye(4)
-    T[:3, :3] = np.stack([level, np.cross(down, level), down], axis=1) @ basis.T
+    T[:3, :3] = np.stack([level, np.cross(down, level), down], axis=1) @ workspace.world.robot.linkage.axes
     return T
 
 

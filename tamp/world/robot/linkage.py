@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +51,12 @@ class Linkage:
     drivers: Array
     depths: Array
     grid: Array
+
+    @cached_property
+    def axes(self) -> Array:
+        """The pads' side, closing and approach directions as rows, shape (3, 3), in the tool's frame."""
+        closing, approach = np.array(self.gripper.axis), np.array([0.0, 0.0, 1.0])
+        return np.stack([np.cross(closing, approach), closing, approach])
 
     def driver(self, opening: float) -> float:
         """The driver's position at an opening [m]; [rad or m]."""
