@@ -122,14 +122,12 @@ def _handling_contact(
 
 
 def _fall_contact(workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]) -> Contact | None:
-    for name, T in poses.items():
-        ends = (pose.matrix for pose in handling.fall[:: max(len(handling.fall) - 1, 1)])
-        near = any(workspace.world.separation(handling.object, end, name, T) <= BESIDE for end in ends)
+    world, obj, fall = workspace.world, handling.object, np.array([pose.matrix for pose in handling.fall])
+    for name, T in poses.items() if len(fall) else ():
+        near = world.overlaps(obj, fall[[0, -1]], name, T, tolerance=-BESIDE)
         depth = CONTACT_DEPTH if near else SCRAPED  # what it merely passes it does not graze
-        for pose in handling.fall:
-            if workspace.world.overlap(handling.object, pose.matrix, name, T, tolerance=depth):
-                distance = workspace.world.separation(handling.object, pose.matrix, name, T)
-                return Contact(handling.object, name, distance)
+        for k in world.overlapping(obj, fall, name, T, tolerance=depth):
+            return Contact(obj, name, world.separation(obj, fall[k], name, T))
     return None
 
 

@@ -50,7 +50,8 @@ def rubbed(world: World, obj: str, passed: Array, others: Mapping[str, Array]) -
     """
     ways = np.linalg.norm(np.diff(passed[:, :3, 3], axis=0), axis=1)
     for name in sorted(others):
-        presses = np.array([world.overlap(obj, T, name, others[name], tolerance=PRESSED) for T in passed])
+        presses = np.zeros(len(passed), bool)
+        presses[[*world.overlapping(obj, passed, name, others[name], tolerance=PRESSED)]] = True
         if ways[presses[1:] & presses[:-1]].sum() > RUBBED:
             return Contact(obj, name, -PRESSED)
     return None
@@ -62,7 +63,7 @@ def dragged_over(world: World, obj: str, passed: Array, others: Mapping[str, Arr
     for name in sorted(others) if len(aside) else ():
         _, normals = world.contacts(obj, passed[0], name, others[name], STOOD_UPON)
         level = len(normals) and (normals[:, 2] > LEVEL).all()
-        if level and any(world.overlap(obj, T, name, others[name], tolerance=IN) for T in aside):
+        if level and world.overlaps(obj, aside, name, others[name], tolerance=IN):
             return Contact(obj, name, -IN)
     return None
 
@@ -74,17 +75,17 @@ def wedged(world: World, obj: str, passed: Array, others: Mapping[str, Array]) -
     `passed` and `others` are as in `rubbed`, the rest first.
     """
     order = [*range(len(SHIFTS))]
-    for T in passed:
-        way = T[:3, 3] - passed[0][:3, 3]
-        length = float(np.linalg.norm(way))
-        for name in sorted(others) if length > OFF else ():
-            if not world.overlap(obj, T, name, others[name], tolerance=IN):
-                continue
-            ways_out = _aside(T, way / length, -world.separation(obj, T, name, others[name]), order)
-            free = (k for k, at in ways_out if not world.overlap(obj, at, name, others[name], tolerance=IN))
-            if (out := next(free, None)) is None:
-                return Contact(obj, name, -IN)
-            order.insert(0, order.pop(order.index(out)))  # a little further on, the same leads out again
+    ways = passed[:, :3, 3] - passed[0, :3, 3]
+    left = np.flatnonzero(np.linalg.norm(ways, axis=1) > OFF)
+    pressing = ((k, name) for name in others for k in world.overlapping(obj, passed[left], name, others[name], IN))
+    for k, name in sorted(pressing):
+        T, way = passed[left[k]], ways[left[k]]
+        depth = -world.separation(obj, T, name, others[name])
+        ways_out = _aside(T, way / float(np.linalg.norm(way)), depth, order)
+        free = (shift for shift, at in ways_out if not world.overlap(obj, at, name, others[name], tolerance=IN))
+        if (out := next(free, None)) is None:
+            return Contact(obj, name, -IN)
+        order.insert(0, order.pop(order.index(out)))  # a little further on, the same leads out again
     return None
 
 

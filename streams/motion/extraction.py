@@ -68,11 +68,8 @@ def meets(
     To those in `near` it may come as near as that says; negative is how deep it may be in them [m].
     """
     legs = [np.linspace(a, b, ceil(float(np.linalg.norm(b - a)) / STEP) + 1) for a, b in pairwise(shifts)] or [shifts]
-    return any(
-        world.overlap(obj, moved(T, shift), other, others[other], tolerance=-near.get(other, 0.0))
-        for shift in np.concatenate(legs)
-        for other in others
-    )
+    along = moved(T, np.concatenate(legs))
+    return any(world.overlaps(obj, along, other, at, tolerance=-near.get(other, 0.0)) for other, at in others.items())
 
 
 def _at(node: Node) -> Array:

@@ -85,10 +85,9 @@ def barred(workspace: Workspace, obj: str, placement: Placement, way: Way, other
     poses = {name: place.pose.matrix for name, place in others.items()}
     shift = np.append(way.shift, 0.0)
     shifts = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))[:, None] * shift
-    for name, T in poses.items():
-        along = (moved(placement.pose.matrix, each) for each in shifts)
-        if any(workspace.world.overlap(obj, at, name, T, tolerance=-ARM_MARGIN) for at in along):
-            return True
+    along = moved(placement.pose.matrix, shifts)
+    if any(workspace.world.overlaps(obj, along, name, T, tolerance=-ARM_MARGIN) for name, T in poses.items()):
+        return True
     among = workspace.world.free_hand(Scene(poses), ARM_MARGIN)
     hands = chain.from_iterable(hands_at(workspace, obj, placement, way, slim) for slim in (False, True))
     return all(any(among.hit(moved(T, each), opening) for each in shifts) for T, opening in hands)

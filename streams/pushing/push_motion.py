@@ -94,7 +94,7 @@ def push_hits(workspace: Workspace, slide: Slide, others: Mapping[str, Placement
     passed = _passed(workspace, slide)
     for name, T in poses.items():
         deep = sinks_into(workspace, obj, slide.start, name, T) if name in slide.start.on else nearest
-        if any(workspace.world.overlap(obj, at, name, T, tolerance=deep) for at in passed):
+        if workspace.world.overlaps(obj, passed, name, T, tolerance=deep):
             return f"{obj} would be pushed into {name}"
     beside = {name: T for name, T in poses.items() if name not in slide.start.on}
     contact = rubbed(workspace.world, obj, close_together(_ahead(workspace, slide)), beside)
@@ -106,13 +106,13 @@ def sinks_into(workspace: Workspace, obj: str, start: Placement, carrier: str, T
     return max(0.0, -workspace.world.separation(obj, start.pose.matrix, carrier, T)) + GRAZED
 
 
-def _passed(workspace: Workspace, slide: Slide) -> list[Array]:
-    """Poses (4, 4) of the object on its way before the hand, and as it falls after that."""
+def _passed(workspace: Workspace, slide: Slide) -> Array:
+    """Poses of the object on its way before the hand, and as it falls after that, shape (n, 4, 4)."""
     if slide.fall:
-        return [*_ahead(workspace, slide), *(pose.matrix for pose in slide.fall)]
+        return np.array([*_ahead(workspace, slide), *(pose.matrix for pose in slide.fall)])
     shift = np.subtract(slide.end.pose.xyz, slide.start.pose.xyz)
     shares = np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(shift) / STEP))
-    return [moved(slide.start.pose.matrix, share * shift) for share in shares]
+    return moved(slide.start.pose.matrix, shares[:, None] * shift)
 
 
 def _ahead(workspace: Workspace, slide: Slide) -> Array:

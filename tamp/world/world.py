@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -167,6 +167,20 @@ class World:
         """
         other, T_other = self._fixed_or_object(b, T_b)
         return convex_union.overlap(self._solids[a], other, convex_union.relative(T_a, T_other), -tolerance)
+
+    def overlapping(
+        self, a: str, T: Matrix, b: str, T_b: Matrix | None = None, tolerance: float = 0.003
+    ) -> Iterator[int]:
+        """Yield in their order which of some poses T of object `a`, shape (n, 4, 4), `overlap` says of."""
+        other, T_other = self._fixed_or_object(b, T_b)
+        one = self._solids[a]
+        for k in convex_union.near(one, T, other, T_other, -tolerance).tolist():
+            if convex_union.overlap(one, other, convex_union.relative(T[k], T_other), -tolerance):
+                yield k
+
+    def overlaps(self, a: str, T: Matrix, b: str, T_b: Matrix | None = None, tolerance: float = 0.003) -> bool:
+        """Whether `overlap` says so of any of some poses T of object `a`, shape (n, 4, 4)."""
+        return next(self.overlapping(a, T, b, T_b, tolerance), None) is not None
 
     def beside(self, a: str, T_a: Matrix, poses: Mapping[str, Matrix], gap: float) -> tuple[str, ...]:
         """Those of other objects, and "table", that object `a` at `T_a` is nearer to than a gap [m], sorted."""

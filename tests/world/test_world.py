@@ -4,6 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from benchmarks.collision import FclReference, _configurations, _scene
 from tamp.task import Box, Mesh
@@ -187,6 +190,21 @@ def test_objects_meet_the_table_and_the_base(box_world):
     assert not box_world.overlap("a", at(0.2, 0, 0.05), "robot")
     with pytest.raises(KeyError, match="no body 'd'"):
         box_world.overlap("a", np.eye(4), "d", np.eye(4))
+
+
+@given(seed=st.integers(0, 10_000), tolerance=st.sampled_from([0.003, 0.0, -0.01, -0.05]))
+@settings(max_examples=30, deadline=None)
+def test_many_poses_are_answered_as_each_by_itself(panda, seed, tolerance):
+    rng, bowl = np.random.default_rng(seed), [Box((0.2, 0.02, 0.1)), Box((0.02, 0.2, 0.1))]
+    parts = [part for shape in bowl for part in load_geometry(shape).parts]
+    world = World(panda, {"cross": geometry_of(parts), "stick": load_geometry(Box((0.02, 0.02, 0.2)))})
+    T = np.tile(np.eye(4), (40, 1, 1))
+    T[:, :3, :3] = Rotation.random(40, random_state=seed).as_matrix()
+    T[:, :3, 3] = rng.uniform(-0.3, 0.3, (40, 3))
+    for a, b, T_b in (("stick", "cross", at(0.05, 0.0, 0.1)), ("cross", "stick", T[0]), ("stick", "table", None)):
+        alone = [k for k in range(40) if world.overlap(a, T[k], b, T_b, tolerance)]
+        assert [*world.overlapping(a, T, b, T_b, tolerance)] == alone
+        assert world.overlaps(a, T, b, T_b, tolerance) == bool(alone)
 
 
 def test_a_model_of_many_parts_is_checked_by_its_parts(panda):

@@ -45,6 +45,17 @@ class Solid:
     center: Matrix
     half: Matrix
 
+    @cached_property
+    def box(self) -> tuple[Matrix, Matrix]:
+        """Lower and upper corner of the box round all parts, shape (3,) each [m], in the solid's frame."""
+        return (self.center - self.half).min(axis=0), (self.center + self.half).max(axis=0)
+
+    @cached_property
+    def ball(self) -> tuple[Matrix, float]:
+        """Centre, shape (3,), and radius of a ball round all parts [m], in the solid's frame."""
+        center = (self.box[0] + self.box[1]) / 2
+        return center, float(np.linalg.norm(self.outline.vertices - center, axis=1).max())
+
     @property
     def convex(self) -> bool:
         """Whether the solid is one convex part, and so its own hull."""
@@ -98,15 +109,27 @@ def overlap(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> bool:
     return False
 
 
+def near(a: Solid, T: Matrix, b: Solid, T_b: Matrix, margin: float) -> NDArray[np.int64]:
+    """Which of the poses T of `a`, shape (n, 4, 4), may bring it closer than `margin` [m] to `b` at `T_b`, ascending.
+
+    At all others the ball round the one is beyond the box round the other.
+    """
+    center, radius = a.ball
+    seen = (T[:, :3, :3] @ center + T[:, :3, 3] - T_b[:3, 3]) @ T_b[:3, :3]
+    beyond = np.maximum(np.maximum(b.box[0] - seen, seen - b.box[1]), 0.0)
+    reach = max(radius + margin, 0.0)
+    found: NDArray[np.int64] = np.flatnonzero(np.einsum("ni,ni->n", beyond, beyond) <= reach * reach)
+    return found
+
+
 def _parts_near(a: Solid, b: Solid, T_a_b: Matrix, margin: float) -> list[int]:
     """Parts of `b` whose boxes come within `margin` of the box round all of `a`."""
     if b.convex:
         return [0]
     center = b.center @ T_a_b[:3, :3].T + T_a_b[:3, 3]
     half = b.half @ np.abs(T_a_b[:3, :3]).T + margin
-    lower, upper = (a.center - a.half).min(axis=0), (a.center + a.half).max(axis=0)
-    near = ((center + half >= lower) & (center - half <= upper)).all(axis=1)
-    found: list[int] = np.flatnonzero(near).tolist()
+    lower, upper = a.box
+    found: list[int] = np.flatnonzero(((center + half >= lower) & (center - half <= upper)).all(axis=1)).tolist()
     return found
 
 
