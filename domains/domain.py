@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+import reprlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,16 +11,23 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from tamp.domains.skill import Fact, Question, Samplers, SceneChange, Skill, no_facts
+from tamp import plugins
+from tamp.domains.skill import Fact, FactChange, Question, Samplers, SceneChange, Skill, no_facts
 from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
 from tamp.errors import DomainError, SamplerError, TampError, meant, told
 from tamp.frozen import FrozenDict
 from tamp.language import Domain as PDDLDomain
 from tamp.language import Stream, StreamFile, atoms, parse_domain, parse_streams
+from tamp.language.sexpr import suggest
 from tamp.planning import GroundAction, Problem, StreamInfo
 from tamp.streams.values import Configuration, Placement
 from tamp.streams.workspace import Workspace
 from tamp.task import Action
+
+RETURNED: Mapping[str, type] = MappingProxyType(
+    {"affordances": Iterable, "steps": Action, "effect": SceneChange, "facts": FactChange}
+)
+"""What the functions of a skill return."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +98,7 @@ class Domain:
 
     def _rules(self, address: str) -> Mapping[str, Any]:
         module, _, name = address.partition(":")
-        try:
-            rules = getattr(importlib.import_module(module), name, None)
-        except ModuleNotFoundError as error:
-            raise DomainError(f"domain {self.name}: rules {address!r}: there is no module {error.name!r}") from None
+        rules = getattr(plugins.imported(module, f"domain {self.name}: rules {address!r}", DomainError), name, None)
         if not isinstance(rules, Mapping):
             found = "nothing" if rules is None else type(rules).__name__
             raise DomainError(
@@ -144,9 +148,7 @@ class Domain:
             samplers: one function for each stream.
             question: where the arm is, and what may move.
         """
-        affordances = chain.from_iterable(
-            self._asked(skill, "affordances", workspace, question) for skill in self.skills
-        )
+        affordances = chain.from_iterable(self._affordances(skill, workspace, question) for skill in self.skills)
         infos: Iterator[tuple[str, StreamInfo]] = chain.from_iterable(skill.info.items() for skill in self.skills)
         return Problem(
             domain=self._domain_files,
@@ -176,12 +178,12 @@ class Domain:
 
         Raises:
             NotFree: where a timed motion touches something.
+            DomainError: where a skill makes something else of an action, or a timed action that no skill has words for.
         """
         poses = {name: placement.pose.matrix for name, placement in workspace.start.items()}
         actions = []
         for ground in solution:
-            timing, skill = Timing(workspace, poses, speeds), self._of(ground.name)
-            actions.append(self._asked(skill, "steps", timing, ground))
+            actions.append(self._timed(Timing(workspace, poses, speeds), ground))
             for name, placement in self.effect(ground).placements.items():
                 if placement is None:
                     poses.pop(name, None)
@@ -213,15 +215,40 @@ class Domain:
             known = {fact: None for fact in known if fact not in change.deleted} | dict.fromkeys(change.added)
         return tuple(known)
 
+    def _affordances(self, skill: Skill, workspace: Workspace, question: Question) -> list[Fact]:
+        """Facts that say when a skill applies; DomainError for a predicate that the domain does not have."""
+        facts: list[Fact] = list(self._asked(skill, "affordances", workspace, question))
+        for predicate in {fact[0] for fact in facts if isinstance(fact, tuple) and fact}:
+            if str(predicate).lower() not in self.pddl.predicates:
+                near = suggest(str(predicate), self.pddl.predicates, "predicates")
+                raise DomainError(
+                    f"domain {self.name}: affordances of skill {skill.name}: no predicate {predicate!r}{near}"
+                )
+        return facts
+
+    def _timed(self, timing: Timing, ground: GroundAction) -> Action:
+        """One action of a solution as its skill carries it out."""
+        skill = self._of(ground.name)
+        action: Action = self._asked(skill, "steps", timing, ground)
+        if action.name not in self.words:
+            known = f"{meant(action.name, self.words)}there are words for {', '.join(sorted(self.words))}"
+            made = f"steps of skill {skill.name} make the action {action.name!r}"
+            raise DomainError(f"domain {self.name}: {made}, for which no skill has words; {known}")
+        return action
+
     def _asked(self, skill: Skill, part: str, *given: Any) -> Any:
-        """What a function of a skill returns; what it raises, as a DomainError that names it."""
+        """What a function of a skill returns; what it raises, or something else, as a DomainError that names it."""
+        what = f"domain {self.name}: {part} of skill {skill.name}"
         try:
             made = getattr(skill, part)(*given)
-            return list(made) if isinstance(made, Iterator) else made
+            made = list(made) if isinstance(made, Iterator) else made
         except (TampError, NotFree):
             raise
         except Exception as error:
-            raise DomainError(f"domain {self.name}: {part} of skill {skill.name}: {told(error)}") from error
+            raise DomainError(f"{what}: {told(error)}") from error
+        if not isinstance(made, RETURNED[part]) or isinstance(made, str):
+            raise DomainError(f"{what}: expected {RETURNED[part].__name__}, found {reprlib.repr(made)}")
+        return made
 
     @property
     def _domain_files(self) -> tuple[str | Path, ...]:

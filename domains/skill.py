@@ -6,12 +6,14 @@ Constructor (Goerner et al., ICRA 2019).
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tamp.domains.timing import Timing
+from tamp.errors import DomainError
 from tamp.frozen import FrozenDict
 from tamp.planning import GroundAction, StreamInfo
 from tamp.streams.values import Configuration, Grasp, Placement
@@ -66,15 +68,37 @@ class SceneChange:
 
 @dataclass(frozen=True)
 class FactChange:
-    """Symbolic facts that an action makes true and false; their arguments are names."""
+    """Symbolic facts that an action makes true and false; their arguments are names.
+
+    Raises:
+        DomainError: where these are something else.
+    """
 
     added: tuple[Fact, ...] = ()
     deleted: tuple[Fact, ...] = ()
 
+    def __post_init__(self) -> None:
+        for field_name in ("added", "deleted"):
+            facts = getattr(self, field_name)
+            if not isinstance(facts, tuple) or not all(_is_fact(fact) for fact in facts):
+                valid = "valid is a tuple of facts such as (('clean', 'mug'),)"
+                raise DomainError(f"FactChange: {field_name} is {reprlib.repr(facts)}; {valid}")
+
+
+def _is_fact(fact: Any) -> bool:
+    """Whether something is a predicate with names."""
+    return isinstance(fact, tuple) and bool(fact) and all(isinstance(part, str) for part in fact)
+
 
 def motionless(timing: Timing, action: GroundAction) -> Action:
-    """The timed form of an action that the arm takes no part in; its arguments are names."""
-    return Action(action.name, tuple(map(str, action.args)), ())
+    """The timed form of an action that the arm takes no part in; DomainError where an argument is no name."""
+    if values := [arg for arg in action.args if not isinstance(arg, str)]:
+        kind = type(values[0]).__name__
+        raise DomainError(
+            f"action {action.name}: an argument is a {kind}, which a stream made; a skill whose actions are about more "
+            "than names says by `steps` how they are carried out"
+        )
+    return Action(action.name, action.args, ())
 
 
 def no_affordances(workspace: Workspace, question: Question) -> Iterable[Fact]:
@@ -106,6 +130,9 @@ class Skill:
         rules: "module:NAME" of a mapping from timed actions to the checker's rules for them (`tamp.checking`), written
             without the code that plans them; None where another skill's rules cover them.
         words: name of each timed action -> what it does, for reports: "{0}" is the first argument.
+
+    Raises:
+        DomainError: where `actions` is no tuple of names; a text would be taken for the names of its letters.
     """
 
     name: str
@@ -122,5 +149,8 @@ class Skill:
     words: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.actions, tuple) or not all(isinstance(name, str) for name in self.actions):
+            valid = "valid is a tuple of names such as ('wipe',)"
+            raise DomainError(f"skill {self.name}: actions is {reprlib.repr(self.actions)}; {valid}")
         for name in ("samplers", "info", "words"):
             object.__setattr__(self, name, FrozenDict(getattr(self, name)))

@@ -22,10 +22,18 @@ class Configuration:
     Attributes:
         q: joint positions in the robot's order [rad].
         opening: distance between the pads [m].
+
+    Raises:
+        TypeError: where these are no finite numbers.
     """
 
     q: tuple[float, ...]
     opening: float
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.q, tuple) or not math.isfinite(sum(self.q) + self.opening):
+            found = f"{self.q!r} and {self.opening!r}"
+            raise TypeError(f"a Configuration is a tuple of finite joint positions and a finite opening, found {found}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +163,15 @@ class Slide:
 
 @dataclass(frozen=True, eq=False)
 class ArmPath:
-    """A collision-free path between two configurations; shape (n, joints) [rad], straight between its points."""
+    """A collision-free path between two configurations; shape (n, joints) [rad], straight between its points.
+
+    Raises:
+        TypeError: for another shape.
+    """
 
     points: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if (shape := getattr(self.points, "shape", None)) is None or len(shape) != 2 or shape[0] < 2:
+            found = type(self.points).__name__ if shape is None else f"shape {shape}"
+            raise TypeError(f"an ArmPath is an array of shape (n, joints) with two points at least, found {found}")

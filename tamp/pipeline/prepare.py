@@ -18,6 +18,7 @@ from tamp.errors import DomainError
 from tamp.execution.settling.cache import settle_once
 from tamp.execution.settling.settle import Settled, settle
 from tamp.execution.simulators import DEFAULT
+from tamp.language.read_formula import OPERATORS
 from tamp.language.sexpr import suggest
 from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.situation import already_there, placements, raised
@@ -198,6 +199,11 @@ def domain_of(task: Task, name: str | None) -> Domain:
     for section, facts in (("init", task.init), ("goal", task.goal)):
         for index, (predicate, *names) in enumerate(facts):
             signature = domain.pddl.predicates.get(predicate)
+            if predicate in OPERATORS:
+                own = "for anything else the domain needs a predicate of its own, which its skills tell of"
+                raise refusal(
+                    task, (section, index), f"{predicate!r} is no predicate: facts are listed that hold; {own}"
+                )
             if signature is None:
                 near = suggest(predicate, domain.pddl.predicates, "predicates")
                 raise refusal(task, (section, index), f"domain {domain.name} has no predicate {predicate!r}{near}")

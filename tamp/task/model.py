@@ -214,9 +214,15 @@ SymbolicFact = tuple[str, ...]
 """A predicate of the task's domain and the names of objects and regions that it is about, such as ("sink", "basin")."""
 
 
-def _facts(given: Iterable[Iterable[str]]) -> tuple[SymbolicFact, ...]:
-    """Facts as tuples, predicates in lower case as PDDL ignores case."""
-    return tuple((predicate.lower(), *names) for predicate, *names in given)
+def _facts(given: Iterable[Iterable[str]], field: str) -> tuple[SymbolicFact, ...]:
+    """Facts as tuples, predicates in lower case as PDDL ignores case; ModelError for what are none."""
+    facts = []
+    for fact in given:
+        if isinstance(fact, str) or not (parts := tuple(fact)) or not all(isinstance(part, str) for part in parts):
+            valid = f"valid is a predicate with names, as in {field}=(('Cleaned', 'mug'),)"
+            raise ModelError(f"{field}: {fact!r} is no fact; {valid}")
+        facts.append((parts[0].lower(), *parts[1:]))
+    return tuple(facts)
 
 
 @dataclass(frozen=True)
@@ -267,8 +273,8 @@ class Task:
     def __post_init__(self) -> None:
         object.__setattr__(self, "objects", tuple(self.objects))
         object.__setattr__(self, "regions", tuple(self.regions))
-        object.__setattr__(self, "init", _facts(self.init))
-        object.__setattr__(self, "goal", _facts(self.goal))
+        for name in ("init", "goal"):
+            object.__setattr__(self, name, _facts(getattr(self, name), name))
         object.__setattr__(self, "samplers", FrozenDict(self.samplers))
         if self.home is not None:
             object.__setattr__(self, "home", tuple(map(float, self.home)))

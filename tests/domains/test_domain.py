@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+import tamp
 from tamp.domains import kitchen, tabletop
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
-from tamp.domains.skill import FactChange, SceneChange, Skill, motionless
+from tamp.domains.skill import FactChange, Question, SceneChange, Skill, motionless
 from tamp.errors import DomainError
 from tamp.planning import GroundAction
 from tamp.streams.values import Configuration, Placement
@@ -117,3 +118,61 @@ def test_a_package_that_cannot_be_imported_is_said_with_its_line(tmp_path, monke
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(DomainError, match=r"'brokenbells' cannot be imported: AttributeError: .* at .*bells.py:2"):
         load_domain("brokenbells")
+
+
+@pytest.mark.parametrize(
+    ("part", "made", "said"),
+    [
+        ("steps", None, "steps of skill ring: expected Action, found None"),
+        ("steps", ("ring",), r"steps of skill ring: expected Action, found \('ring',\)"),
+        (
+            "steps",
+            Action("rings", ("b",), ()),
+            r"make the action 'rings', .* no skill has words; did you mean 'ring'\?",
+        ),
+        ("effect", {}, "effect of skill ring: expected SceneChange, found {}"),
+        ("facts", (("rung", "b"),), r"facts of skill ring: expected FactChange, found \(\('rung', 'b'\),\)"),
+    ],
+)
+def test_what_a_function_of_a_skill_returns_is_what_the_manual_says(part, made, said):
+    domain = tabletop.DOMAIN.extended(replace(BELL, **{part: lambda *given: made}), name="bells")
+    workspace = tamp.prepare(tamp.Task("bells", ()))
+    with pytest.raises(DomainError, match=said):
+        domain.facts_after((), domain.timed(workspace, [GroundAction("ring", ("b",))]))
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (None, "affordances of skill ring: expected Iterable, found None"),
+        ("(rung b)", r"affordances of skill ring: expected Iterable, found '\(rung b\)'"),
+        ([("Rungg", "b")], r"affordances of skill ring: no predicate 'Rungg'; did you mean 'rung'\?"),
+    ],
+)
+def test_affordances_are_facts_of_the_domain(made, said):
+    domain = tabletop.DOMAIN.extended(replace(BELL, affordances=lambda workspace, question: made), name="bells")
+    with pytest.raises(DomainError, match=said):
+        domain.problem(tamp.prepare(tamp.Task("bells", ())), {}, Question(HOME))
+
+
+@pytest.mark.parametrize("facts", [("rung", "b"), [("rung", "b")], (("rung", 1),), ((),)])
+def test_facts_that_change_are_tuples_of_names(facts):
+    with pytest.raises(DomainError, match=r"FactChange: added is .*; valid is a tuple of facts"):
+        FactChange(added=facts)
+
+
+def test_the_actions_of_a_skill_are_a_tuple():
+    with pytest.raises(DomainError, match=r"skill ring: actions is 'ring'; valid is a tuple"):
+        replace(BELL, actions="ring")
+
+
+def test_an_action_about_more_than_names_needs_steps():
+    with pytest.raises(DomainError, match=r"action ring: an argument is a Configuration, .* says by `steps`"):
+        motionless(None, GroundAction("ring", ("bell", HOME)))
+
+
+def test_rules_that_cannot_be_imported_are_said_with_their_line(tmp_path, monkeypatch):
+    (tmp_path / "brokenrules.py").write_text("class Ring\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(DomainError, match=r"domain bells: rules .* cannot be imported: SyntaxError: .*rules.py:1"):
+        _ = tabletop.DOMAIN.extended(replace(BELL, rules="brokenrules:RULES"), name="bells").rules

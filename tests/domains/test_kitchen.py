@@ -10,7 +10,8 @@ import pytest
 import tamp
 from tamp.domains import kitchen, tabletop
 from tamp.domains.skill import FactChange
-from tamp.errors import DomainError
+from tamp.errors import DomainError, TaskError
+from tamp.pipeline.prepare import domain_of
 from tamp.pipeline.solving.run import Run
 from tamp.pipeline.solving.solve import carry_out
 from tamp.task import Action, Task
@@ -68,3 +69,9 @@ def test_a_rule_and_its_skill_say_the_same_of_facts(task: Task, monkeypatch: pyt
     monkeypatch.setattr("tamp.pipeline.prepare.load_domain", lambda name: domain)
     with pytest.raises(DomainError, match=r"\(cleaned \w+\) holds by its rule and not by its `facts`"):
         tamp.plan(task, timeout=60.0)
+
+
+@pytest.mark.parametrize("fact", [("not", "egg"), ("AND", "egg")])
+def test_a_goal_that_is_no_list_of_facts_is_said(fact):
+    with pytest.raises(TaskError, match=f"'{fact[0].lower()}' is no predicate: facts are listed that hold"):
+        domain_of(Task("t", (), domain="kitchen", goal=(fact,)), None)

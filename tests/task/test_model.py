@@ -41,6 +41,12 @@ BOX, POSE = Box((0.05, 0.05, 0.05)), Pose((0.0, 0.0, 0.025))
         (lambda: Object("a", BOX, POSE, friction=1e300), r"object a: friction is 1e\+300"),
         (lambda: Object("a", BOX, POSE, mass="1"), "object a: mass is '1'"),  # type: ignore[arg-type]
         (lambda: Object("a", BOX, POSE, friction=math.nan), "object a: friction is nan"),
+        (lambda: Task("t", (), goal=("Wiped", "x")), "goal: 'Wiped' is no fact; valid is a predicate"),  # type: ignore[arg-type]
+        (
+            lambda: Task("t", (), init=(("not", ("Wet", "x")),)),
+            r"init: .* is no fact; .* as in init=\(\('Cleaned', 'mug'\),\)",
+        ),  # type: ignore[arg-type, list-item]
+        (lambda: Task("t", (), goal=((),)), r"goal: \(\) is no fact"),
     ],
 )
 def test_what_cannot_be_is_refused_where_it_is_made(make: Callable[[], object], said: str) -> None:
