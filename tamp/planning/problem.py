@@ -52,6 +52,9 @@ def check_samplers(streams: StreamFile, samplers: Mapping[str, Callable[..., Any
                     warnings.warn(f"{message}; {known}", DomainWarning, stacklevel=4)
                     continue
                 raise SamplerError(f"{kind} for unknown stream {name!r}; {known}")
+    for name, known in info.items():
+        if not isinstance(known, StreamInfo):
+            raise SamplerError(f"info for stream {name!r}: expected a StreamInfo, found {reprlib.repr(known)}")
     for name, external in externals.items():
         if name not in samplers:
             raise SamplerError(f"stream {name!r} has no sampler; given are: {', '.join(samplers) or 'none'}")

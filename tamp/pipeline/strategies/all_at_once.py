@@ -72,10 +72,12 @@ class AllAtOnce:
         Args:
             persistent: makes no difference here.
         """
+        refused = None
         while not self._asker.late:
             solution = self._answer()
             if solution.plan is None:
-                self.left = dict.fromkeys(self.left, reason(solution))
+                before = f"; the plan before was refused: {refused}" if refused else ""
+                self.left = dict.fromkeys(self.left, reason(solution) + before)
                 return
             refused = self._asker.refused(solution.plan) if solution.plan else None
             if refused is None:

@@ -70,6 +70,19 @@ def out_of_reach(
         return None
 
 
+def never_given(schema: Schema, knowledge: Knowledge, lost: Fact) -> tuple[str, ...]:
+    """Predicates without facts, and without anything that makes some, that a part of the goal would need; sorted.
+
+    None where there may be facts like that part, about something else.
+    """
+    rules = list(_relevant(list(_rules(schema)), {str(lost[0])}))
+    seen = _predicates(rules, knowledge)
+    if lost[0] in seen:
+        return ()
+    needed = {str(pattern[0]) for rule in rules if rule.head[0] not in seen for pattern in rule.body}
+    return tuple(sorted((needed or {str(lost[0])}) - seen - {str(rule.head[0]) for rule in rules}))
+
+
 def never_undone(schema: Schema, knowledge: Knowledge) -> Fact | None:
     """What the goal wants false though it holds and no action makes it false; None where there is no such fact."""
     undone = {str(e.atom[0]) for action in schema.actions for e in action.effects if not e.positive}
@@ -110,7 +123,10 @@ class _Relaxation:
         self._tick = tick
 
     def lost(self) -> tuple[Pattern, ...]:
-        """What is out of reach of the goal."""
+        """What is out of reach of the goal: what there can be no such fact of, or else these facts alone."""
+        seen = _predicates(self._rules, self._knowledge)
+        if never := tuple(pattern for pattern in self._goal if pattern[0] not in seen):
+            return never
         objects = [*self._knowledge.objects.real(), ANY, NEW]
         for fact in (*self._knowledge.real, *self._knowledge.state, *(("object", handle) for handle in objects)):
             self._add(_Hope(fact))
@@ -252,6 +268,14 @@ def _relevant(rules: list[_Rule], wanted: set[str]) -> Iterator[_Rule]:
     return (rule for rule in rules if rule.head[0] in wanted)
 
 
+def _predicates(rules: list[_Rule], knowledge: Knowledge) -> set[str]:
+    """The predicates of which there may be a fact some day, whatever it is about."""
+    found, size = {"object", *(str(fact[0]) for fact in (*knowledge.real, *knowledge.state))}, -1
+    while size < (size := len(found)):
+        found |= {str(rule.head[0]) for rule in rules if all(pattern[0] in found for pattern in rule.body)}
+    return found
+
+
 class Outlook:
     """Looks into the prospects again whenever twice as much was sampled, so that it costs little beside sampling."""
 
@@ -287,7 +311,9 @@ class Outlook:
         lost = out_of_reach(self._schema, self._knowledge, effort, self._tick)
         if lost is not None and not self._surprises.look():
             text = self._knowledge.objects.text(lost)
-            raise Ended("infeasible", f"{text} is out of reach, whatever streams may still give.")
+            missing = never_given(self._schema, self._knowledge, lost)
+            because = f": nothing gives {' or '.join(missing)}" if missing else ""
+            raise Ended("infeasible", f"{text} is out of reach, whatever streams may still give{because}.")
         gave_up = sorted({i.external.name for i in self._knowledge.instances() if i.exhausted and i.gave_up})
         if lost is not None or not gave_up:
             return

@@ -248,10 +248,15 @@ class Sampling:
 
     def told(self, name: str, inputs: tuple[int, ...], error: BaseException) -> BaseException:
         """What a sampler raised, or that it was interrupted, in a sentence that names it."""
-        sampler, shown = self._problem.samplers[name], ", ".join(map(self._knowledge.objects.name, inputs))
+        sampler, shown = self._problem.samplers[name], ", ".join(map(self._shown, inputs))
         if not isinstance(error, TimeUp):
             return faults.raised(name, sampler, shown, error)
         return error if repr(name) in str(error) else TimeUp(faults.late(name, sampler, shown, error))
+
+    def _shown(self, handle: int) -> str:
+        """An input of a sampler, and the stream that it comes from: that one may be to blame."""
+        source = self._knowledge.source(handle)
+        return self._knowledge.objects.name(handle) + (f" from {source.external.name}" if source else "")
 
     def _fitting(self, instance: Instance, read: Callable[[External, Any], T], given: Any) -> T:
         """What a sampler gave, read as its stream has it."""

@@ -10,6 +10,7 @@ import tamp
 from tamp.errors import PlanningFailure
 from tamp.pipeline.options.settings import Settings
 from tamp.pipeline.solving.solve import carry_out
+from tamp.pipeline.strategies.all_at_once import AllAtOnce
 from tamp.pipeline.strategies.named import STRATEGIES
 from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import NetBenefit, PlanningRun
@@ -106,3 +107,16 @@ def test_all_at_once_lets_objects_be_regrasped_where_single_grasps_bring_nothing
     plan = tamp.plan(Task("one", (RED,)), timeout=120.0, strategy="all-at-once")
     assert asked == [False, True]
     assert {action.name for action in plan.actions} == {"move", "pick", "place"}
+
+
+def test_all_at_once_says_what_was_wrong_with_a_plan_that_no_other_followed(monkeypatch):
+    answers = []
+
+    def answer(strategy, answer=AllAtOnce._answer):
+        answers.append(answer(strategy) if not answers else replace(answers[0], plan=None, status="timeout"))
+        return answers[-1]
+
+    monkeypatch.setattr(AllAtOnce, "_answer", answer)
+    monkeypatch.setattr(Asker, "refused", lambda asker, actions: "transit: too near")
+    with pytest.raises(PlanningFailure, match="red: timeout; the plan before was refused: transit: too near"):
+        tamp.plan(Task("one", (RED,)), timeout=60.0, strategy="all-at-once")

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from tamp.errors import DomainWarning
 from tamp.planning import Certified, Problem, StreamInfo, solve
 from tests.planning.oracles.exhaustive import search
 from tests.planning.problems import chance
@@ -164,3 +165,28 @@ def test_nothing_is_called_infeasible_that_has_a_plan(seed, algorithm):
         check(finite, solution)
     elif solution.status == "infeasible":
         assert search(finite, rounds=5, calls=3, limit=300)[0] is None
+
+
+def wiping(streams="(Spot ?b)", init=("Spot", "s")):
+    """Spots are wiped by motions, beside blocks on a table for which there is always more to sample."""
+    pddl = PICK_AND_PLACE.replace("(Done ?b))\n", "(Done ?b) (Spot ?b) (WipeMotion ?b ?m) (Wiped ?b))\n", 1)
+    wipe = "(:action wipe :parameters (?b ?m) :precondition (WipeMotion ?b ?m) :effect (Wiped ?b))\n"
+    more = f"(:stream wipes :inputs (?b) :domain {streams} :outputs (?m) :certified (WipeMotion ?b ?m))\n"
+    blocks = table()
+    return Problem(
+        domain=pddl.replace("(:action pick", wipe + "(:action pick"),
+        streams=SAMPLERS.replace("(:stream poses", more + "(:stream poses"),
+        samplers={**blocks.samplers, "wipes": lambda context, spot: [1]},
+        init=[*blocks.init, init],
+        goal=("Wiped", "s"),
+        info={"poses": StreamInfo(fresh=True)},
+    )
+
+
+def test_what_waits_for_facts_that_nothing_gives_is_out_of_reach_and_they_are_named():
+    with pytest.warns(DomainWarning, match="names 'spott'"):
+        solution = solve(wiping(streams="(Spott ?b)"), timeout=60.0)
+    said = "(wiped s) is out of reach, whatever streams may still give: nothing gives spott."
+    assert (solution.status, solution.report.message) == ("infeasible", said)
+    assert solve(wiping(init=("Block", "s")), timeout=60.0).report.message == said.replace("spott", "spot")
+    assert solve(wiping(), timeout=60.0).plan is not None

@@ -312,3 +312,11 @@ def test_tests_that_nothing_needs_are_not_asked_for_what_other_streams_bring(alg
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     assert solution.status == "solved", str(solution.report)
     assert len(solution.plan) == 12 and len(asked) <= 12
+
+
+def test_an_exception_tells_which_stream_gave_what_it_was_about():
+    def choosy(context, p):
+        return p.good
+
+    with pytest.raises(SamplerError, match=r"stream 'is-good' raised AttributeError: .* for \(3 from spots\)"):
+        solve(shelf(lambda context, obj: [3], is_good=choosy), timeout=20.0)
