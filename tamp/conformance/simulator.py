@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from typing import Any
+import reprlib
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any, cast
 
 from tamp.conformance.checks import Check, Fault, Said, asked, judged
 from tamp.conformance.findings import PartJudgement
 from tamp.errors import TampError
 from tamp.execution.simulator import GRAVITY, STEP, TABLE, Simulator, Touch, wait
-from tamp.execution.simulators import load_simulator, make_simulator
+from tamp.execution.simulators import load_simulator
 from tamp.task import Box, Object, Pose, RobotSpec
 from tamp.task.robot import DEFAULT_ROBOT
 from tamp.task.robots import load_robot
@@ -60,10 +62,18 @@ def _in(name: str, check: Callable[[Any], Said], robot: RobotSpec | None = None)
     """A check in a world of its own with two objects."""
 
     def tried() -> Said:
-        with make_simulator(name, (BOX, OTHER), robot=robot) as world:
+        with _made(name, (BOX, OTHER), robot=robot) as world:
             return check(world)
 
     return asked("", tried)
+
+
+def _made(
+    name: str, objects: tuple[Object, ...], poses: Mapping[str, Pose] = MappingProxyType({}), **of_robot: Any
+) -> Simulator:
+    """A world as its class makes it, without the guard that runs put before it."""
+    options = {"table": None, "robot": None, "q": None, **of_robot}
+    return cast("Simulator", load_simulator(name)(objects, poses, **options))
 
 
 def _objects(world: Simulator) -> Said:
@@ -73,6 +83,8 @@ def _objects(world: Simulator) -> Said:
     if world.robot is not None:
         raise Fault("robot must be None in a world that was made without one")
     poses = world.poses()
+    if odd := [pose for pose in poses.values() if not isinstance(pose, Pose)]:
+        raise Fault(f"poses() has {reprlib.repr(odd[0])}; valid is a tamp.Pose of each object, T_world_object")
     if sorted(poses) != sorted(given) or any(poses[thing] != world.pose(thing) for thing in given):
         raise Fault("poses() must have what pose(name) says of every object")
     for thing, item in given.items():
@@ -149,7 +161,7 @@ def _placed(world: Simulator) -> Said:
 
 def _repeated(name: str) -> Said:
     def run() -> dict[str, Pose]:
-        with make_simulator(name, (BOX, OTHER), {BOX.name: Pose.from_rpy((0.1, 0.2, 0.2), (0.3, 0.4, 0.5))}) as world:
+        with _made(name, (BOX, OTHER), {BOX.name: Pose.from_rpy((0.1, 0.2, 0.2), (0.3, 0.4, 0.5))}) as world:
             world.step(120)
             return world.poses()
 
@@ -170,8 +182,10 @@ def _robot(world: Simulator) -> Said:
     spec: RobotSpec = robot.spec
     if (off := _apart(robot.configuration(), spec.home)) > NEAR:
         raise Fault(f"the arm begins {off:.3f} rad from the robot's home")
-    if abs(robot.opening() - spec.gripper.stroke) > NEAR:
+    if _apart([robot.opening()], [spec.gripper.stroke]) > NEAR:
         raise Fault(f"the fingers begin {robot.opening():.4f} m apart; open is {spec.gripper.stroke:g} m")
+    if not math.isfinite(speed := robot.finger_speed()):
+        raise Fault(f"finger_speed() is {speed}; valid is the speed of the fastest finger [m/s]")
     if any(robot.touching(BOX.name)):
         raise Fault("touching() says that fingers touch an object far away")
     return "ok", f"{spec.name} begins at home with its hand open"
@@ -186,7 +200,7 @@ def _started(name: str, robot: RobotSpec) -> Said:
     q = _beside(robot)
 
     def off() -> float:
-        with make_simulator(name, (), robot=robot, q=q) as world:
+        with _made(name, (), robot=robot, q=q) as world:
             assert world.robot is not None
             return _apart(world.robot.configuration(), q)
 
@@ -224,7 +238,11 @@ def _hand(world: Simulator) -> Said:
 
 
 def _apart(a: Any, b: Any) -> float:
-    return max(abs(float(x) - float(y)) for x, y in zip(a, b, strict=True))
+    """How far two vectors are apart in the coordinate where they differ most; infinite where one is no number."""
+    if len(a) != len(b):
+        raise Fault(f"the arm has {len(a)} joint positions; its robot has {len(b)} joints")
+    off = [abs(float(x) - float(y)) for x, y in zip(a, b, strict=True)]
+    return max(off) if all(map(math.isfinite, off)) else math.inf
 
 
 def _at(pose: Pose) -> str:

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import cast
 
 from tamp.errors import TampError, TaskError, meant
+from tamp.execution.guard import GuardedSimulator
 from tamp.execution.renderer import Item, Rasterizer, Renderer, TexturedMesh
 from tamp.execution.simulator import Simulator
 from tamp.plugins import addresses, imported
@@ -107,13 +108,18 @@ def make_simulator(
     """A world in a simulator chosen by name; see tamp.execution.simulator for the arguments and what is raised.
 
     Raises:
-        TampError: where there is no such simulator.
+        TampError: where there is no such simulator; also later on, where a third party's raises or answers wrongly.
         TaskError: where an object's moments of inertia are so small that simulators throw it about.
     """
     objects = tuple(objects)
     for item in objects:
         _refuse_spinning(item)
-    return cast("Simulator", load_simulator(name)(objects, poses, table=table, robot=robot, q=q))
+    engine = load_simulator(name)
+
+    def make() -> Simulator:
+        return cast("Simulator", engine(objects, poses, table=table, robot=robot, q=q))
+
+    return make() if name in SIMULATORS else GuardedSimulator(name, make, robot is not None)
 
 
 def _refuse_spinning(item: Object) -> None:

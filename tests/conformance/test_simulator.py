@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
 from dataclasses import replace
@@ -168,6 +169,23 @@ class Weak(Base):
     robot_answers: ClassVar = {"squeeze": lambda force: None}
 
 
+class Lost(Base):
+    robot_answers: ClassVar = {"configuration": lambda: [math.nan] * 7}
+
+
+class Short(Base):
+    robot_answers: ClassVar = {"configuration": lambda: [0.0] * 3}
+
+
+class Vague(Base):
+    robot_answers: ClassVar = {"opening": lambda: math.nan}
+
+
+class Bare(Base):
+    def poses(self) -> Any:
+        return {name: pose.xyz for name, pose in super().poses().items()}
+
+
 class Speechless(Base):
     robot_answers: ClassVar = {"finger_speed": None}
 
@@ -192,6 +210,10 @@ class Speechless(Base):
         (Random, "repetition: the same world and the same steps end in other poses the second time"),
         (Robotless, "robot: robot is None in a world that was made with one"),
         (Speechless, "robot: its robot lacks finger_speed; tamp.execution.simulator.Robot says what they do"),
+        (Lost, "robot: the arm begins inf rad from the robot's home"),
+        (Short, "robot: the arm has 3 joint positions; its robot has 7 joints"),
+        (Vague, "robot: the fingers begin nan m apart"),
+        (Bare, r"objects: poses\(\) has \(.*\); valid is a tamp.Pose of each object"),
         (Homing, "start: the arm begins 0.020 rad from the configuration q"),
         (Paralysed, "arm: the arm is 0.020 rad from what was commanded, 1 s later"),
         (Stiff, r"hand: the fingers are 0.0\d+ m apart 2 s after open_to\(0.06\)"),
