@@ -14,7 +14,7 @@ from typing import Any
 from tamp import plugins
 from tamp.domains.skill import Fact, FactChange, Question, Samplers, SceneChange, Skill, no_facts
 from tamp.domains.timing import DEFAULT_SPEEDS, NotFree, Speeds, Timing
-from tamp.errors import DomainError, SamplerError, TampError, meant, told
+from tamp.errors import DomainError, PartError, SamplerError, TampError, meant, told
 from tamp.frozen import FrozenDict
 from tamp.language import Domain as PDDLDomain
 from tamp.language import Stream, StreamFile, atoms, parse_domain, parse_streams
@@ -178,7 +178,7 @@ class Domain:
 
         Raises:
             NotFree: where a timed motion touches something.
-            DomainError: where a skill makes something else of an action, or a timed action that no skill has words for.
+            PartError: where a skill makes something else of an action, or a timed action that no skill has words for.
         """
         poses = {name: placement.pose.matrix for name, placement in workspace.start.items()}
         actions = []
@@ -216,12 +216,12 @@ class Domain:
         return tuple(known)
 
     def _affordances(self, skill: Skill, workspace: Workspace, question: Question) -> list[Fact]:
-        """Facts that say when a skill applies; DomainError for a predicate that the domain does not have."""
+        """Facts that say when a skill applies; PartError for a predicate that the domain does not have."""
         facts: list[Fact] = list(self._asked(skill, "affordances", workspace, question))
         for predicate in {fact[0] for fact in facts if isinstance(fact, tuple) and fact}:
             if str(predicate).lower() not in self.pddl.predicates:
                 near = suggest(str(predicate), self.pddl.predicates, "predicates")
-                raise DomainError(
+                raise PartError(
                     f"domain {self.name}: affordances of skill {skill.name}: no predicate {predicate!r}{near}"
                 )
         return facts
@@ -233,11 +233,11 @@ class Domain:
         if action.name not in self.words:
             known = f"{meant(action.name, self.words)}there are words for {', '.join(sorted(self.words))}"
             made = f"steps of skill {skill.name} make the action {action.name!r}"
-            raise DomainError(f"domain {self.name}: {made}, for which no skill has words; {known}")
+            raise PartError(f"domain {self.name}: {made}, for which no skill has words; {known}")
         return action
 
     def _asked(self, skill: Skill, part: str, *given: Any) -> Any:
-        """What a function of a skill returns; what it raises, or something else, as a DomainError that names it."""
+        """What a function of a skill returns; what it raises, or something else, as a PartError that names it."""
         what = f"domain {self.name}: {part} of skill {skill.name}"
         try:
             made = getattr(skill, part)(*given)
@@ -245,9 +245,9 @@ class Domain:
         except (TampError, NotFree):
             raise
         except Exception as error:
-            raise DomainError(f"{what}: {told(error)}") from error
+            raise PartError(f"{what}: {told(error)}") from error
         if not isinstance(made, RETURNED[part]) or isinstance(made, str):
-            raise DomainError(f"{what}: expected {RETURNED[part].__name__}, found {reprlib.repr(made)}")
+            raise PartError(f"{what}: expected {RETURNED[part].__name__}, found {reprlib.repr(made)}")
         return made
 
     @property

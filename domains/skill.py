@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tamp.domains.timing import Timing
-from tamp.errors import DomainError
+from tamp.errors import DomainError, PartError
 from tamp.frozen import FrozenDict
 from tamp.planning import GroundAction, StreamInfo
 from tamp.streams.values import Configuration, Grasp, Placement
@@ -71,7 +71,7 @@ class FactChange:
     """Symbolic facts that an action makes true and false; their arguments are names.
 
     Raises:
-        DomainError: where these are something else.
+        PartError: where these are something else.
     """
 
     added: tuple[Fact, ...] = ()
@@ -82,7 +82,7 @@ class FactChange:
             facts = getattr(self, field_name)
             if not isinstance(facts, tuple) or not all(_is_fact(fact) for fact in facts):
                 valid = "valid is a tuple of facts such as (('clean', 'mug'),)"
-                raise DomainError(f"FactChange: {field_name} is {reprlib.repr(facts)}; {valid}")
+                raise PartError(f"FactChange: {field_name} is {reprlib.repr(facts)}; {valid}")
 
 
 def _is_fact(fact: Any) -> bool:
@@ -91,10 +91,10 @@ def _is_fact(fact: Any) -> bool:
 
 
 def motionless(timing: Timing, action: GroundAction) -> Action:
-    """The timed form of an action that the arm takes no part in; DomainError where an argument is no name."""
+    """The timed form of an action that the arm takes no part in; PartError where an argument is no name."""
     if values := [arg for arg in action.args if not isinstance(arg, str)]:
         kind = type(values[0]).__name__
-        raise DomainError(
+        raise PartError(
             f"action {action.name}: an argument is a {kind}, which a stream made; a skill whose actions are about more "
             "than names says by `steps` how they are carried out"
         )

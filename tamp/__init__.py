@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tamp.checking import Verdict
     from tamp.errors import (
         DomainError,
+        PartError,
         PlanError,
         PlanningFailure,
         PlanRefusedError,
@@ -68,8 +69,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "tamp.checking": ("Verdict",),
     "tamp.errors": (
-        "DomainError", "PlanError", "PlanRefusedError", "PlanningFailure", "RobotError", "SamplerError", "TampError",
-        "TaskError",
+        "DomainError", "PartError", "PlanError", "PlanRefusedError", "PlanningFailure", "RobotError", "SamplerError",
+        "TampError", "TaskError",
     ),
     "tamp.execution.log": ("Execution",),
     "tamp.pipeline.check": ("check",),
@@ -92,10 +93,10 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Action", "At", "Box", "Capsule", "Cylinder", "DomainError", "Execution", "Fall", "Grasp", "Grip", "In", "Limits",
-    "Mesh", "Move", "Object", "On", "Plan", "PlanError", "PlanRefusedError", "PlanningFailure", "Pose", "Region",
-    "Release", "Result", "RobotError", "SamplerError", "Score", "Sphere", "Table", "TampError", "Task", "TaskError",
-    "Trajectory", "Verdict", "check", "execute", "load_plan", "load_task", "plan", "prepare", "sampler_context",
-    "save_plan", "save_task", "score", "solve",
+    "Mesh", "Move", "Object", "On", "PartError", "Plan", "PlanError", "PlanRefusedError", "PlanningFailure", "Pose",
+    "Region", "Release", "Result", "RobotError", "SamplerError", "Score", "Sphere", "Table", "TampError", "Task",
+    "TaskError", "Trajectory", "Verdict", "check", "execute", "load_plan", "load_task", "plan", "prepare",
+    "sampler_context", "save_plan", "save_task", "score", "solve",
 ]  # fmt: skip
 
 

@@ -69,6 +69,10 @@ class SamplerError(TampError):
     """A sampler's signature or its outputs do not fit its stream."""
 
 
+class PartError(TampError):
+    """Code of somebody's own, such as a skill, a strategy or a simulator, raises or answers wrongly: says which."""
+
+
 class PlanError(TampError):
     """A plan file cannot be read: says file and field, and what would be valid."""
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tamp.errors import ModelError, SamplerError, TampError
+from tamp.errors import ModelError, PartError, SamplerError, TampError
 from tamp.results import Result, Status
 from tamp.versions import versions
 
@@ -29,7 +29,7 @@ def solve_file(
     robot: str | None = None,
     **options: Any,
 ) -> Mapping[str, Any]:
-    """Solve a task file; a mistake in the input makes a result of status "invalid".
+    """Solve a task file; a mistake in the input makes a result of status "invalid", one in code of the user's "error".
 
     Args:
         name: the task's name.
@@ -55,8 +55,8 @@ def solve_file(
     except ModelError:  # files are read already: whoever makes such a value now has a bug
         raise
     except TampError as error:
-        # Whose samplers go wrong while they run has a bug in them, not a mistake in the task.
-        status: Status = "error" if isinstance(error, SamplerError) else "invalid"
+        # Whose own code goes wrong while it runs has a bug in it, not a mistake in the task.
+        status: Status = "error" if isinstance(error, SamplerError | PartError) else "invalid"
         log.info("%s, seed %d: %s", name, seed, status, exc_info=error)
         return Result(name, seed, status, message=str(error), versions=versions(), task_path=path).as_dict()
     run = replace(run, result=replace(run.result, task_path=path, load=load))

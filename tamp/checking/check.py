@@ -12,7 +12,7 @@ from tamp.checking.scene import ROBOT, TABLE, Scene, State
 from tamp.checking.start_and_goals import check_continued, check_goals, check_home, check_start, note_stayed
 from tamp.checking.tolerances import DEFAULT, Tolerances
 from tamp.checking.verdict import Verdict
-from tamp.errors import DomainError, PlanError, TampError, TaskError, told
+from tamp.errors import PartError, PlanError, TampError, TaskError, told
 from tamp.task.robots import task_robot
 from tamp.task.validate import check_sizes
 
@@ -60,7 +60,7 @@ def check(
     Raises:
         PlanError: where the plan is for another task or robot.
         TaskError, RobotError: where a shape, a mesh or the robot cannot be used.
-        DomainError: where a rule raises something.
+        PartError: where a rule raises something.
     """
     _refuse_misfit(task, plan, start)
     scene = Scene.of(task)
@@ -89,7 +89,7 @@ def _ruled(rule: ActionRule, replay: Replay, action: Action) -> None:
     except TampError:
         raise
     except Exception as error:
-        raise DomainError(f"the checker's rule for {action.name!r}: it raised {told(error)}") from error
+        raise PartError(f"the checker's rule for {action.name!r}: it raised {told(error)}") from error
 
 
 def begin(task: Task, start: Mapping[str, Pose], facts: Iterable[SymbolicFact]) -> State:

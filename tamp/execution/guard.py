@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from tamp.errors import ModelError, TampError, told
+from tamp.errors import ModelError, PartError, TampError, told
 from tamp.execution.simulator import Robot, Simulator, Touch
 from tamp.task import Object, Pose, RobotSpec
 
@@ -32,7 +32,7 @@ class _Asked:
         self._name = name
 
     def _ask(self, method: str, ask: Callable[[], Answer]) -> Answer:
-        """An answer; what is raised instead, as a TampError that says by what."""
+        """An answer; what is raised instead, as a PartError that says by what."""
         try:
             return ask()
         except ModelError as error:
@@ -42,8 +42,8 @@ class _Asked:
         except (Exception, SystemExit) as error:
             raise self._fault(method, f"raised {told(error)}") from error
 
-    def _fault(self, method: str, complaint: str) -> TampError:
-        return TampError(f"simulator {self._name!r}: {method} {complaint}")
+    def _fault(self, method: str, complaint: str) -> PartError:
+        return PartError(f"simulator {self._name!r}: {method} {complaint}")
 
     def _expect(self, fits: bool, method: str, valid: str, found: object) -> None:
         if not fits:
@@ -120,7 +120,7 @@ class GuardedSimulator(_Asked):
         with_robot: whether one was asked for.
 
     Raises:
-        TampError: where it cannot be made, or has no robot though one was asked for.
+        PartError: where it cannot be made, or has no robot though one was asked for.
     """
 
     def __init__(self, name: str, make: Callable[[], Simulator], with_robot: bool) -> None:

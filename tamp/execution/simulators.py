@@ -108,7 +108,8 @@ def make_simulator(
     """A world in a simulator chosen by name; see tamp.execution.simulator for the arguments and what is raised.
 
     Raises:
-        TampError: where there is no such simulator; also later on, where a third party's raises or answers wrongly.
+        TampError: where there is no such simulator.
+        PartError: where a third party's raises or answers wrongly, now or later on.
         TaskError: where an object's moments of inertia are so small that simulators throw it about.
     """
     objects = tuple(objects)

@@ -45,6 +45,7 @@ def execute(
         PlanRefusedError: where the checker rejects the plan; nothing has moved.
         PlanError: where the plan is for another task or robot.
         TaskError, RobotError: where a mesh or the robot cannot be used.
+        PartError: where a simulator of one's own raises or answers wrongly, or a checker's rule raises.
     """
     expect_both(task, plan)
     if unchecked:

@@ -41,6 +41,7 @@ def plan(task: Task, *, seed: int = 0, timeout: float = 60.0, **options: Unpack[
 
     Raises:
         TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
+        PartError: where a strategy, a skill or another part of one's own raises or answers wrongly.
         TampError: where seed, timeout or an option is not valid, or poses are to be perceived.
         PlanningFailure: where no plan reaches all goals; carries the planner's report.
     """

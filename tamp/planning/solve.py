@@ -7,7 +7,7 @@ import reprlib
 from dataclasses import replace
 from typing import Any
 
-from tamp.errors import DomainError, TampError, told
+from tamp.errors import DomainError, PartError, TampError, told
 from tamp.planning.constraints import Constraints
 from tamp.planning.keywords import (
     SERIALIZED,
@@ -113,7 +113,7 @@ def solve(
         raise DomainError(f"search: {reprlib.repr(search)} {wrong}")
     solution: Solution = _answered(strategy, problem, Settings(algorithm_of(algorithm), search, options))
     if wrong := _unfit(solution, problem):
-        raise DomainError(f"strategy {strategy.name!r}: {wrong}")
+        raise PartError(f"strategy {strategy.name!r}: {wrong}")
     solution = replace(solution, report=replace(solution.report, strategy=record(strategy)))
     if keywords.get("verbose", False):
         print(solution.report)
@@ -124,7 +124,7 @@ def _answered(strategy: Strategy, problem: Problem, settings: Settings) -> Any:
     """What a strategy answers.
 
     Raises:
-        DomainError: where one from outside raises something that is no sentence to the user.
+        PartError: where one from outside raises something that is no sentence to the user.
     """
     try:
         return strategy(problem, settings)
@@ -133,7 +133,7 @@ def _answered(strategy: Strategy, problem: Problem, settings: Settings) -> Any:
     except (Exception, SystemExit) as error:
         if type(strategy) in STRATEGIES.values():
             raise
-        raise DomainError(f"strategy {strategy.name!r} raised {told(error)}") from error
+        raise PartError(f"strategy {strategy.name!r} raised {told(error)}") from error
 
 
 def _unfit(solution: Any, problem: Problem) -> str:

@@ -9,7 +9,7 @@ from tamp.domains import kitchen, tabletop
 from tamp.domains.catalog import load_domain
 from tamp.domains.domain import Domain
 from tamp.domains.skill import FactChange, Question, SceneChange, Skill, motionless
-from tamp.errors import DomainError
+from tamp.errors import DomainError, PartError
 from tamp.planning import GroundAction
 from tamp.streams.values import Configuration, Placement
 from tamp.task import Action, Pose
@@ -109,7 +109,7 @@ def test_what_a_skill_raises_is_said_with_its_line():
         raise KeyError("bell")
 
     domain = tabletop.DOMAIN.extended(replace(BELL, effect=lambda ground: steps(None, ground)), name="bells")
-    with pytest.raises(DomainError, match=r"bells: effect of skill ring: KeyError: 'bell' at .*test_domain.py:\d+"):
+    with pytest.raises(PartError, match=r"bells: effect of skill ring: KeyError: 'bell' at .*test_domain.py:\d+"):
         domain.effect(GroundAction("ring", ("b",)))
 
 
@@ -137,7 +137,7 @@ def test_a_package_that_cannot_be_imported_is_said_with_its_line(tmp_path, monke
 def test_what_a_function_of_a_skill_returns_is_what_the_manual_says(part, made, said):
     domain = tabletop.DOMAIN.extended(replace(BELL, **{part: lambda *given: made}), name="bells")
     workspace = tamp.prepare(tamp.Task("bells", ()))
-    with pytest.raises(DomainError, match=said):
+    with pytest.raises(PartError, match=said):
         domain.facts_after((), domain.timed(workspace, [GroundAction("ring", ("b",))]))
 
 
@@ -151,13 +151,13 @@ def test_what_a_function_of_a_skill_returns_is_what_the_manual_says(part, made, 
 )
 def test_affordances_are_facts_of_the_domain(made, said):
     domain = tabletop.DOMAIN.extended(replace(BELL, affordances=lambda workspace, question: made), name="bells")
-    with pytest.raises(DomainError, match=said):
+    with pytest.raises(PartError, match=said):
         domain.problem(tamp.prepare(tamp.Task("bells", ())), {}, Question(HOME))
 
 
 @pytest.mark.parametrize("facts", [("rung", "b"), [("rung", "b")], (("rung", 1),), ((),)])
 def test_facts_that_change_are_tuples_of_names(facts):
-    with pytest.raises(DomainError, match=r"FactChange: added is .*; valid is a tuple of facts"):
+    with pytest.raises(PartError, match=r"FactChange: added is .*; valid is a tuple of facts"):
         FactChange(added=facts)
 
 
@@ -167,7 +167,7 @@ def test_the_actions_of_a_skill_are_a_tuple():
 
 
 def test_an_action_about_more_than_names_needs_steps():
-    with pytest.raises(DomainError, match=r"action ring: an argument is a Configuration, .* says by `steps`"):
+    with pytest.raises(PartError, match=r"action ring: an argument is a Configuration, .* says by `steps`"):
         motionless(None, GroundAction("ring", ("bell", HOME)))
 
 

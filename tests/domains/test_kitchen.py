@@ -10,7 +10,7 @@ import pytest
 import tamp
 from tamp.domains import kitchen, tabletop
 from tamp.domains.skill import FactChange
-from tamp.errors import DomainError, TaskError
+from tamp.errors import PartError, TaskError
 from tamp.pipeline.prepare import domain_of
 from tamp.pipeline.solving.run import Run
 from tamp.pipeline.solving.solve import carry_out
@@ -67,7 +67,7 @@ def test_a_rule_and_its_skill_say_the_same_of_facts(task: Task, monkeypatch: pyt
     forgetful = replace(kitchen.COOK_AND_CLEAN, facts=lambda action: FactChange())
     domain = tabletop.DOMAIN.extended(forgetful, name="kitchen", strategy="all-at-once")
     monkeypatch.setattr("tamp.pipeline.prepare.load_domain", lambda name: domain)
-    with pytest.raises(DomainError, match=r"\(cleaned \w+\) holds by its rule and not by its `facts`"):
+    with pytest.raises(PartError, match=r"\(cleaned \w+\) holds by its rule and not by its `facts`"):
         tamp.plan(task, timeout=60.0)
 
 

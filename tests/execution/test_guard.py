@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tamp.errors import RobotError, TampError
+from tamp.errors import PartError, RobotError
 from tamp.execution.guard import GuardedSimulator
 from tamp.execution.simulator import Touch
 from tamp.execution.simulators import make_simulator
@@ -136,7 +136,7 @@ def test_answers_that_fit_are_passed_on() -> None:
 def test_an_answer_of_the_world_that_fits_nothing_is_told(given: Any, method: str, said: str) -> None:
     made = world()
     made._world.given = given
-    with pytest.raises(TampError, match=rf"simulator '{__name__}:Still': {said}") as refused:
+    with pytest.raises(PartError, match=rf"simulator '{__name__}:Still': {said}") as refused:
         getattr(made, method)()
     assert "\n" not in str(refused.value)
 
@@ -154,7 +154,7 @@ def test_an_answer_of_the_world_that_fits_nothing_is_told(given: Any, method: st
     ],
 )
 def test_what_a_simulator_raises_is_told(ask: Any, said: str) -> None:
-    with pytest.raises(TampError, match=rf"simulator '{__name__}:Still': {said}"):
+    with pytest.raises(PartError, match=rf"simulator '{__name__}:Still': {said}"):
         ask(world(robot=PANDA))
 
 
@@ -163,16 +163,16 @@ def test_an_arm_is_where_finite_numbers_say(q: Any, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(Arm, "configuration_is", q)
     monkeypatch.setattr(Arm, "opening_is", q)
     made = world(robot=PANDA)
-    with pytest.raises(TampError, match=r"robot.configuration gave .*; valid is 7 finite joint positions"):
+    with pytest.raises(PartError, match=r"robot.configuration gave .*; valid is 7 finite joint positions"):
         made.robot.configuration()
-    with pytest.raises(TampError, match=r"robot.opening gave .*; valid is a finite number"):
+    with pytest.raises(PartError, match=r"robot.opening gave .*; valid is a finite number"):
         made.robot.opening()
 
 
 def test_a_world_that_cannot_be_made_is_told() -> None:
-    with pytest.raises(TampError, match=r"Unlicensed': its construction raised OSError: no licence at "):
+    with pytest.raises(PartError, match=r"Unlicensed': its construction raised OSError: no licence at "):
         world(Unlicensed)
-    with pytest.raises(TampError, match=r"Robotless': robot gave None; valid is one exactly where"):
+    with pytest.raises(PartError, match=r"Robotless': robot gave None; valid is one exactly where"):
         world(Robotless, robot=PANDA)
     with pytest.raises(RobotError, match=r"^robot panda: no mesh$"):
         world(Unmeshed)

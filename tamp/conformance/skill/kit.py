@@ -281,10 +281,6 @@ class _Trial:
     def _is_timed(self, ground: GroundAction, timed: Sequence[Any]) -> None:
         place = next(n for n, action in self._mine() if action is ground)
         made = timed[place]
-        if not isinstance(made, Action):
-            raise Fault(f"steps of {ground.name} must be an Action, found {short(made)}")
-        if made.name not in self.domain.words:
-            raise Fault(f"steps makes an action {made.name!r}, for which there are no words: the skill's `words`")
         if strange := [a for a in made.arguments if not isinstance(a, str)]:
             raise Fault(f"steps of {ground.name}: the arguments of an Action are names, found {short(strange[0])}")
 

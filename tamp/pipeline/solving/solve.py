@@ -48,6 +48,7 @@ def solve(
 
     Raises:
         TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
+        PartError: where a strategy, a skill or another part of one's own raises or answers wrongly.
         TampError: where seed, timeout or an option is not valid.
     """
     return carry_out(task, seed=seed, timeout=timeout, settings=settings_of(options), execute=execute).result
@@ -72,6 +73,7 @@ def carry_out(
 
     Raises:
         TaskError, DomainError, RobotError, SamplerError: where the input cannot be used.
+        PartError: where a strategy, a skill or another part of one's own raises or answers wrongly.
         TampError: where seed or timeout is not valid.
     """
     expect_task(task)

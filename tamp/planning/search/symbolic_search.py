@@ -6,7 +6,7 @@ import reprlib
 from dataclasses import replace
 from typing import Any
 
-from tamp.errors import TampError, told
+from tamp.errors import PartError, TampError, told
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.task_builder import Blame, Scope, TaskBuilder
@@ -109,11 +109,11 @@ class SymbolicSearch:
         except TampError:
             raise
         except (Exception, SystemExit) as error:
-            raise TampError(f"{search} raised {told(error)}") from error
+            raise PartError(f"{search} raised {told(error)}") from error
         if not isinstance(result, SearchResult):
-            raise TampError(f"{search}: expected a SearchResult, found {reprlib.repr(result)}")
+            raise PartError(f"{search}: expected a SearchResult, found {reprlib.repr(result)}")
         if not valid:
-            raise TampError(f"{search}: its plan does not lead from what is initial in the task to the task's goal")
+            raise PartError(f"{search}: its plan does not lead from what is initial in the task to the task's goal")
         return result
 
     def _searched(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:

@@ -14,7 +14,7 @@ from tamp.checking.scene import State
 from tamp.domains.samplers import resolve_samplers
 from tamp.domains.skill import Fact, Question
 from tamp.domains.timing import NotFree
-from tamp.errors import DomainError
+from tamp.errors import PartError
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
@@ -163,7 +163,7 @@ class Progress:
         `near`: whether it brings something merely near its goal; see `rehearsal`.
 
         Raises:
-            DomainError: where a skill and its rule have different facts hold after it.
+            PartError: where a skill and its rule have different facts hold after it.
         """
         try:
             piece = self.now.timed(solution, seed, {})
@@ -190,7 +190,7 @@ class Progress:
         What the checker knows after it is noted in `judged`.
 
         Raises:
-            DomainError: where a skill and its rule have different facts hold after it.
+            PartError: where a skill and its rule have different facts hold after it.
         """
         verdict = self.now.checked(piece)
         judged.note(verdict.state)
@@ -205,7 +205,7 @@ class Progress:
         for fact in sorted(verdict.facts ^ {*facts}):
             sides = ("its rule", "its `facts`") if fact in verdict.facts else ("its `facts`", "its rule")
             told = f"({' '.join(fact)}) holds by {sides[0]} and not by {sides[1]}"
-            raise DomainError(f"domain {domain.name}: after {piece.actions[-1]}, or an action before it, {told}")
+            raise PartError(f"domain {domain.name}: after {piece.actions[-1]}, or an action before it, {told}")
         return None
 
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
