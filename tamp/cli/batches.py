@@ -95,7 +95,7 @@ def batch(
         settings: fields of `Settings`, in place of what the options say.
 
     Raises:
-        SamplerError: for a stream or a function that does not exist, before anything runs.
+        DomainError, SamplerError: for a domain, a stream or a function that does not exist, before anything runs.
     """
     from tamp.batch import Batch
     from tamp.batch.work import PRELOAD
@@ -104,7 +104,7 @@ def batch(
     if "tuning" in settings:
         given["tuning"] = {**dict(options.tuning), **settings["tuning"]}
     Settings(**given)
-    _refuse_unknown_samplers(tasks, samplers, given.get("domain"))
+    _refuse_unknown_parts(tasks, samplers, given.get("domain"))
     longest = max((options.timeout or t.limits.planning_s) + t.limits.execution_sim_s for t in tasks)
     longest += PERCEIVING_S if given.get("perceive") or any(task.perceive for task in tasks) else 0.0
     return Batch(
@@ -156,9 +156,9 @@ def _executor(options: argparse.Namespace, output: Path | None) -> Callable[...,
     return run_jobs
 
 
-def _refuse_unknown_samplers(tasks: Sequence[Task], replaced: Mapping[str, str], domain: str | None) -> None:
-    """Before anything runs; the domain is imported only where somebody names a sampler."""
-    if not replaced and not any(task.samplers for task in tasks):
+def _refuse_unknown_parts(tasks: Sequence[Task], replaced: Mapping[str, str], domain: str | None) -> None:
+    """Before anything runs; a domain is imported only where somebody names one, or a sampler."""
+    if not (replaced or domain or any(task.samplers for task in tasks)):
         return
     from tamp.domains.catalog import load_domain
     from tamp.domains.samplers import resolve_samplers

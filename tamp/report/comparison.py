@@ -9,8 +9,9 @@ from typing import Any
 from tamp.report.statistics import Estimate, mean
 from tamp.results import Result
 
-FEW_TASKS = 3
-"""Fewer tasks than these say nothing of others."""
+FEW_TASKS = 6
+"""Fewer tasks than these say nothing of others: that all differ in the same direction is chance in 2 / 2^n of the cases
+(sign test), which is more than 5 % for less than 6, and the bootstrap's interval then lies on one side of zero."""
 
 
 @dataclass(frozen=True)

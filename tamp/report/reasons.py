@@ -22,7 +22,9 @@ def reasons(results: Iterable[Result]) -> list[tuple[str, int]]:
     for result in results:
         if not result.solved:
             names = sorted({*result.goals_met, *(o["name"] for o in result.objects)}, key=len, reverse=True)
-            parts = {_general(part, names) for part in result.message.split("; ") if part}
+            whole = result.status in ("error", "invalid")  # one sentence; of others each goal's reason is a part
+            said = [result.message] if whole else result.message.split("; ")
+            parts = {_general(part, names) for part in said if part}
             counts.update(parts or {result.status})
     return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
 

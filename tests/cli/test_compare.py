@@ -41,8 +41,11 @@ def test_a_difference_is_told_from_chance() -> None:
     assert row.difference.lower == pytest.approx(0.5), "paired: the tasks' own differences are no noise"
 
 
-def test_two_tasks_are_too_few_whatever_they_show() -> None:
-    (few,) = compare({"a": results(0.0, 2), "b": results(9.0, 2)})
+@pytest.mark.parametrize("tasks", [2, 5])
+def test_what_may_be_chance_in_more_than_5_of_100_has_no_verdict(tasks: int) -> None:
+    """That all of five tasks differ in one direction has a chance of 2 / 2^5, that all of six do 2 / 2^6."""
+    (few,) = compare({"a": results(0.0, tasks), "b": results(9.0, tasks)})
+    assert compare({"a": results(0.0, 6), "b": results(9.0, 6)})[0].rows[2].verdict == "worse"
     assert {row.verdict for row in few.rows if row.difference.count} == {"too few tasks"}
     assert json.dumps(few.as_dict(), allow_nan=False)
 
@@ -138,11 +141,12 @@ def test_a_load_that_differs_is_said() -> None:
         (["default"], "at least two --contender or --sampler"),
         (["default", "default"], "the same contender twice"),
         (["default", "sample-grasps=a:b"], "did you mean 'sample-grasp'"),
+        (["default", "mine:domain=kichen"], "unknown domain 'kichen' .*; did you mean 'kitchen'"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(
     tmp_path: Path, samplers: list[str], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    named = [part for sampler in samplers for part in ("--sampler", sampler)]
+    named = [part for one in samplers for part in ("--contender" if one.startswith("mine:") else "--sampler", one)]
     assert main(["compare", str(ONE), *named, "--output", str(tmp_path / "out"), "--no-execute"]) == 2
-    assert said in capsys.readouterr().err
+    assert re.search(said, capsys.readouterr().err)

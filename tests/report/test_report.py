@@ -203,6 +203,8 @@ def test_reasons_are_counted_without_names_and_numbers() -> None:
     )
     assert reasons([unlisted]) == [("an object: no time was left", 1), ("no plan (timeout)", 1)]
     assert reasons([Result("bug", 0, "error", message="ValueError: a bug")]) == [("ValueError: a bug", 1)]
+    meant = "no stream 'a'; did you mean 'b'? the domain has b"
+    assert reasons([Result("typo", 0, "invalid", message=meant)]) == [(meant, 1)]
 
 
 def test_results_as_a_table_and_as_a_line() -> None:
