@@ -190,10 +190,14 @@ class Problem:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "soft_goals", tuple(self.soft_goals))
-        object.__setattr__(self, "init", tuple(self.init))
+        if isinstance(self.init, Iterable) and not isinstance(self.init, str):
+            object.__setattr__(self, "init", tuple(self.init))
         if isinstance(self.samplers, str):
             object.__setattr__(self, "samplers", debug_map(self.samplers, self.parsed_streams))
         for name in ("samplers", "info"):
+            if not isinstance(getattr(self, name), Mapping):
+                found = reprlib.repr(getattr(self, name))
+                raise SamplerError(f"{name}: expected a mapping from streams' names, found {found}")
             lowered = {key.lower(): value for key, value in getattr(self, name).items()}
             lowered = with_components(self.parsed_streams, lowered) if name == "samplers" else lowered
             object.__setattr__(self, name, FrozenDict(lowered))

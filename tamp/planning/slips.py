@@ -1,11 +1,11 @@
-"""Likely slips of the pen: predicates that a stream certifies for nobody or waits for in vain, unknown costs."""
+"""Likely slips of the pen: predicates that are certified or given for nobody, or waited for in vain; unknown costs."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
 
-from tamp.errors import DomainWarning
+from tamp.errors import DomainWarning, nearest
 from tamp.language import FunctionTerm, atoms
 from tamp.language.sexpr import suggest
 from tamp.planning.problem import Problem
@@ -33,17 +33,19 @@ def unpriced(problem: Problem) -> Iterator[str]:
 def slips(problem: Problem) -> Iterator[str]:
     """A sentence for each predicate that is certified and never read, or asked for and never given.
 
-    What the domain declares is as its author means it: streams often certify more than one problem needs.
+    What the domain declares is as its author means it: streams often certify more than one problem needs. Facts at the
+    start may be of predicates that nothing reads; of those only one that is nearly another is told.
     """
     domain, streams = problem.parsed_domain, problem.parsed_streams
-    if not streams.mentions:
-        return
     conditions = (problem.goal_formula, *(action.precondition for action in domain.actions.values()))
     read = {m.predicate for m in streams.mentions if not m.certified} | domain.predicates.keys()
     read |= {atom.predicate for condition in conditions for atom in atoms(condition)}
     read |= {name for stream in streams.streams for name in stream.fluents}
     given = {m.predicate for m in streams.mentions if m.certified} | domain.predicates.keys()
     given |= {atom.predicate for atom in problem.initial_state.facts} | {p.name for p in streams.predicates}
+    for predicate in dict.fromkeys(atom.predicate for atom in problem.initial_state.facts):
+        if predicate not in read and (near := nearest(predicate, read)) is not None:
+            yield f"init has {predicate!r}, which nothing reads; did you mean {near!r}?"
     first = {(m.predicate, m.certified): m for m in reversed(streams.mentions)}
     for mention in reversed(first.values()):
         if mention.certified and mention.predicate not in read:

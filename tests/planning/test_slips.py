@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import pytest
 
-from tamp.errors import DomainWarning
+from tamp.errors import DomainWarning, TampError
 from tamp.planning import PlanningRun, Problem, solve
 
 DOMAIN = """
@@ -91,3 +92,27 @@ def test_a_wild_stream_may_give_what_no_file_names():
                 "(:wild-stream is-near :inputs (?o ?p) :domain (and (odd ?o)",
             )
         )
+
+
+def test_a_fact_at_the_start_that_is_nearly_one_that_is_read_is_warned_of():
+    problem = shelf()
+    with pytest.warns(DomainWarning, match="^init has 'thng', which nothing reads; did you mean 'thing'"):
+        solve(replace(problem, init=[*problem.init, ("Thng", "cup")]), timeout=5.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert solve(replace(problem, init=[*problem.init, ("Comment", "cup")]), timeout=5.0).solved
+
+
+@pytest.mark.parametrize(
+    ("field", "given", "said"),
+    [
+        ("init", None, "init: expected a list of facts such as .* found None"),
+        ("init", "thing", "init: expected a list of facts such as .* found 'thing'"),
+        ("samplers", None, "samplers: expected a mapping from streams' names, found None"),
+        ("info", ["spots"], r"info: expected a mapping from streams' names, found \['spots'\]"),
+        ("info", {"spots": "fresh"}, "info for stream 'spots': expected a StreamInfo, found 'fresh'"),
+    ],
+)
+def test_a_problem_is_made_of_facts_and_mappings(field, given, said):
+    with pytest.raises(TampError, match=said):
+        replace(shelf(), **{field: given})
