@@ -128,8 +128,20 @@ def _names_code(options: argparse.Namespace) -> bool:
     return (
         any(getattr(options, name, None) for name in named)
         or any(":" in (getattr(options, name, None) or "") for name in addressed)
-        or "." in (getattr(options, "domain", None) or "")
+        or _is_outside(getattr(options, "domain", None))
     )
+
+
+def _is_outside(domain: str | None) -> bool:
+    """Whether a domain is named that is no installed one: by its package, or an address."""
+    if domain is None:
+        return False
+    from tamp.domains.catalog import domain_names
+
+    try:
+        return domain not in domain_names()
+    except TampError:  # whoever uses the domains says that they cannot be listed
+        return False
 
 
 def _log(quiet: bool, verbose: int) -> None:

@@ -110,3 +110,15 @@ def test_its_sampler_may_be_replaced(folder: Path) -> None:
     swapped = ["--sampler", "plan-press=mine:plan_press", "--no-execute", "--output", "swapped", "--json", "-"]
     (result,) = json.loads(tamp(folder, "solve", "ring.yaml", "--trust-task-code", *swapped).stdout)
     assert result["status"] == "planned"
+
+
+@pytest.mark.usefixtures("solved")
+def test_a_domain_that_the_user_names_is_found_where_they_stand(folder: Path) -> None:
+    """By its package alone, by the installed command, which does not look there by itself."""
+    (plan,) = (folder / "runs").glob("*/plan-0.json")
+    command = [sys.executable, "-P", "-c", "from tamp.cli import run; run()"]
+    for arguments in (["check", "../ring.yaml", str(plan)], ["execute", "../ring.yaml", str(plan)]):
+        done = subprocess.run(
+            [*command, *arguments, "--domain", "buttons"], capture_output=True, text=True, cwd=folder / "elsewhere"
+        )
+        assert done.returncode == 0, done.stderr

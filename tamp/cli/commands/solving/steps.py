@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from tamp.execution.log import Execution
     from tamp.task import Action, Plan, Task
 
+DOMAIN = "whose rules hold, in place of the task's own: as for `tamp plan`"
+
 
 def add(commands: Commands) -> None:
     """`plan`, `check`, `execute`."""
@@ -39,6 +41,7 @@ def add(commands: Commands) -> None:
     add_planning_options(parser)
     add_json(parser)
     parser = command(commands, "check", check, "judge a plan independently of the planner", "task", "plan")
+    parser.add_argument("--domain", metavar="NAME", help=DOMAIN)
     add_trust(parser)
     add_json(parser)
     parser = command(commands, "execute", execute, "carry a plan out in the simulator", "task", "plan")
@@ -46,6 +49,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--seed", type=natural, default=0, metavar="N")
     add_simulator(parser, f"in which it is carried out; default {DEFAULT}", DEFAULT)
     controller = "let a robot's controller carry it out, not a simulator: dry-run, or package.module:Class"
+    parser.add_argument("--domain", metavar="NAME", help=DOMAIN)
     parser.add_argument("--controller", metavar="NAME", help=controller)
     unchecked = "carry out what the checker rejects too: for experiments in simulation only"
     parser.add_argument("--unchecked", action="store_true", help=unchecked)
@@ -103,7 +107,7 @@ def check(options: argparse.Namespace) -> int:
     from tamp.task.files.plan_file import load_plan
 
     task = load(options.task, options)
-    verdict = check_plan(task, load_plan(options.plan), trust_task_code=options.trust_task_code)
+    verdict = check_plan(task, load_plan(options.plan), domain=options.domain, trust_task_code=options.trust_task_code)
     if not to_stdout(options):
         print(verdict, file=options.out)
     write_json(options, {"accepted": verdict.accepted, "problems": [asdict(p) for p in verdict.problems]})
@@ -126,7 +130,7 @@ def execute(options: argparse.Namespace) -> int:
         run = execute_unchecked(task, made, **how)
     else:
         try:
-            run = execute_plan(task, made, trust_task_code=options.trust_task_code, **how)
+            run = execute_plan(task, made, domain=options.domain, trust_task_code=options.trust_task_code, **how)
         except PlanRefusedError as refused:
             print(f"tamp: {refused}\n--unchecked carries it out all the same", file=sys.stderr)
             write_json(options, {"status": "refused", "message": str(refused)})
@@ -155,7 +159,7 @@ def _by_controller(task: Task, made: Plan, options: argparse.Namespace) -> int:
     if options.unchecked or options.output is not None:
         raise TampError("--unchecked and -o are for simulators; a --controller carries out what the checker accepts")
     controller = make_controller(options.controller, task_robot(task))
-    verdict = check_plan(task, made, trust_task_code=options.trust_task_code)
+    verdict = check_plan(task, made, domain=options.domain, trust_task_code=options.trust_task_code)
     if not verdict.accepted:
         print(f"tamp: the plan is not carried out: {verdict}", file=sys.stderr)
         write_json(options, {"status": "refused", "message": str(verdict)})
