@@ -148,8 +148,9 @@ class State:
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         rubbed: object -> how far in all things have slid on it that pressed on it within tolerance [m].
-        pressed: (what moves, object) -> how it went on, shape (n, 3), and may have gone farther as it turned, (n,) [m],
-            while it pressed on the object, as it does to the end of the last motion.
+        pressed: (what moves, whether that is astray, object, and that) -> how it went on, shape (n, 3), and may have
+            gone farther as it turned, (n,) [m], while it pressed on the object, as it does to the end of the last
+            motion.
         gripped: where what is held was when the fingers closed on it, T_world_object, or None.
         given: object -> how it gave way within tolerance when something left, until the hand moves it.
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
@@ -169,7 +170,7 @@ class State:
     turned: dict[str, float] = field(default_factory=dict)
     nudged: dict[str, float] = field(default_factory=dict)
     rubbed: dict[str, float] = field(default_factory=dict)
-    pressed: dict[tuple[str, str], tuple[Array, Array]] = field(default_factory=dict)
+    pressed: dict[tuple[str, bool, str, bool], tuple[Array, Array]] = field(default_factory=dict)
     gripped: Array | None = None
     given: dict[str, Given] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)

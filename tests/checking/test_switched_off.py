@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.checking.actions import arm_motion, fall
+from tamp.checking.actions import arm_motion, fall, pairs
 from tamp.checking.physics.round_bodies import perching
 from tests.checking.handmade import two_boxes
 from tests.checking.mutations.handling import hangs_lower_than_said, met_where_it_was_let_go, rocks_over_its_foot
@@ -20,10 +20,10 @@ from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half
     ("mutation", "where", "switched_off", "answers"),
     [
         (rocks_over_its_foot, fall, "tips_on", None),
-        (hangs_lower_than_said, arm_motion, "hanging", None),
+        (hangs_lower_than_said, pairs, "_hanging", None),
         (rolls_along_a_groove, perching, "_rolls_down", False),
         (rolls_off_half_a_rim, perching, "_rolls_down", False),
-        (met_where_it_was_let_go, arm_motion, "met_as_stayed", ()),
+        (met_where_it_was_let_go, arm_motion, "astray", []),
     ],
 )
 @pytest.mark.parametrize("seed", [2, 3])

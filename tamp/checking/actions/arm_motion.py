@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
-from tamp.checking.actions.strike import SLIDING, hanging, may_meet, met_as_stayed, pushed_over, set_off
+from tamp.checking.actions.pairs import SLIDING, astray, grazing, pressing
+from tamp.checking.actions.strike import pushed_over, set_off
 from tamp.checking.actions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
 EMPTY = ("transit", "approach", "retreat", "push")
 HOLDING = ("transfer", "lift", "lower")
-FREE = ("transit", "transfer")
 MAX_LOOKS = 100_000
 RUBBED = 0.01  # how far things may slide in all on an object that they press on within tolerance [m]
 JAMS = 5e-4  # how much deeper than they began fingers that swing may press into the table [m]
@@ -88,16 +88,15 @@ def check_move(
         met.update(touch.bodies)
         after = 0.0 if found is None else float(found.times[touch.sample])
         report("collision", sentence_of(touch), bodies=touch.bodies, depth=touch.depth, after=after)
-    truth = None if found is None else taken or hanging(scene, state, found)
-    in_truth = [] if truth is None else may_meet(scene, state, move, truth, allow)
-    grazed = pressed if found is None else [*pressed, *_grazing(in_truth, found, allow)]
+    in_truth = [] if found is None else astray(scene, state, move, found, taken, allow)
+    grazed = pressed if found is None else [*pressed, *grazing(in_truth, found)]
     for link, name in _rubbing(state, grazed, met, allow):
         report("collision", f"{link} presses on {name} as it slides over it, and takes it along", bodies=(link, name))
-    for link, name in () if found is None else pushed_over(scene, state, grazed, met, found.times, allow):
+    over = () if found is None else pushed_over(scene, state, grazed, met, found.times, allow)
+    for link, name in dict.fromkeys(over):
         report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
-    stayed = () if found is None else met_as_stayed(scene, state, move, found, allow)
-    taken_along = () if found is None else sorted({touch.bodies for touch in touches(in_truth, found.swing)})
-    for link, name in (*stayed, *taken_along):
+    for still, mover in () if found is None else sorted({touch.bodies for touch in touches(in_truth, found.swing)}):
+        link, name = (mover, still) if still in state.stayed else (still, mover)
         where = "which is where the task has it, pads have turned it, or it was let go, and not where the plan says"
         report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
@@ -246,33 +245,6 @@ def look(scene: Scene, move: Move, carried: Attachment | None, step: float) -> L
     return looks(move.trajectory, movers, step, reach, MAX_LOOKS)
 
 
-def pressing(
-    scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances
-) -> list[tuple[Mover, Mover, float]]:
-    """Pairs of bodies that are in each other at some look by more than rounding, and how deep they may be [m]."""
-    carried = state.held or move.pushed
-    moving = {body.solid.name: body for body in found.bodies[: len(scene.links.solids)]}
-    taken = found.bodies[-1] if carried is not None else None
-    others = standing(
-        scene.solids, {o: T for o, T in state.standing(scene).items() if carried is None or o != carried.object}
-    )
-    near = passed(found.bodies, others)  # of a full table most are far from one motion
-    pairs = list(_pairs(scene, move, moving, taken, near, allow))
-    slight = touches(((a, b, min(depth, SLIDING)) for a, b, depth in pairs), found.swing)
-    named = {touch.bodies for touch in slight}
-    return [pair for pair in pairs if (pair[0].solid.name, pair[1].solid.name) in named]
-
-
-def _grazing(
-    pairs: list[tuple[Mover, Mover, float]], found: Looks, allow: Tolerances
-) -> list[tuple[Mover, Mover, float]]:
-    """Those of pairs that are in each other, by no more than rounding, though they are not to touch."""
-    free = [pair for pair in pairs if pair[2] <= allow.collision]
-    named = {touch.bodies for touch in touches(((a, b, SLIDING) for a, b, _ in free), found.swing)}
-    named -= {touch.bodies for touch in touches(free, found.swing)}
-    return [pair for pair in free if (pair[0].solid.name, pair[1].solid.name) in named]
-
-
 def _rubbing(
     state: State, pressed: list[tuple[Mover, Mover, float]], met: set[str], allow: Tolerances
 ) -> Iterator[tuple[str, str]]:
@@ -332,25 +304,6 @@ def _wedged(scene: Scene, state: State, move: Move, found: Looks, allow: Toleran
             yield state.held.object, name
 
 
-def _pairs(
-    scene: Scene, move: Move, moving: dict[str, Mover], taken: Mover | None, others: list[Mover], allow: Tolerances
-) -> Iterator[tuple[Mover, Mover, float]]:
-    robot = scene.links
-    for other in others:
-        for solid in robot.solids:
-            if other.solid.name != TABLE or solid.name not in robot.fixed:
-                pressed = solid.name in robot.gripper and _claimed(move, ROBOT, other.solid.name)
-                yield other, moving[solid.name], allow.contact if pressed else allow.collision
-        if taken is not None:
-            sliding = _claimed(move, taken.solid.name, other.solid.name)
-            yield other, taken, _resting_depth(move, other, taken, allow) if sliding else allow.collision
-    for a, b in robot.pairs:
-        yield moving[a.name], moving[b.name], allow.collision
-    if taken is not None:
-        for solid in robot.solids:
-            yield moving[solid.name], taken, allow.contact if solid.name in robot.gripper else allow.collision
-
-
 def sensible(scene: Scene, state: State, move: Move, touched: str, allow: Tolerances) -> Move:
     """The motion with a word on contacts only that makes sense.
 
@@ -378,18 +331,3 @@ def _gap(scene: Scene, a: str, T_a: Array, b: str, T_b: Array, allow: Tolerances
     if float(np.linalg.norm(apart)) > first.radius + second.radius + allow.standing:
         return np.inf
     return clearance(first, second, inverse(T_a) @ T_b, allow.contact)
-
-
-def _claimed(move: Move, body: str, other: str) -> bool:
-    """Whether a motion's word that two bodies may touch counts: on a free motion it never does."""
-    return move.phase not in FREE and bool({(body, other), (other, body)} & move.contacts)
-
-
-def _resting_depth(move: Move, other: Mover, taken: Mover, allow: Tolerances) -> float:
-    """Depth to which what is taken along may enter a body that it touches: no deeper than where it rests on it.
-
-    It rests where a motion begins, but for one that lowers it.
-    """
-    T = inverse(other.T[0]) @ taken.T[-1 if move.phase == "lower" else 0]
-    resting = -clearance(other.solid, taken.solid, T, allow.contact)
-    return float(min(max(resting, 0.0) + allow.collision, allow.contact))

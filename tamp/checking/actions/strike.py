@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.blow import HELD, inertia
+from tamp.checking.actions.pairs import SLIDING
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.round_bodies.perching import ASIDE, rolls_on, tilting_axes
 from tamp.checking.physics.support import carriers
 from tamp.checking.physics.tilting import tilted_off
-from tamp.checking.robot.sweep import Looks, Mover, passed, pressed_looks, standing, touches
+from tamp.checking.robot.sweep import Mover, pressed_looks, touches
 from tamp.checking.scene import GRAVITY
 
 if TYPE_CHECKING:
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
-    from tamp.task.plan import Move
 
     Array = NDArray[np.float64]
 
@@ -35,8 +35,6 @@ REBOUND = 1.5
 """How many times as fast as what strikes it something goes that is struck, at most."""
 TOWARDS = 0.5
 """Cosine between a blow and a way from which on it tips over that way."""
-SLIDING = 2e-4
-"""What is deeper than that presses [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +83,7 @@ def pushed_over(
     """What moves, and objects that it pushes, though within tolerance, and that roll on by themselves, or tip over.
 
     What it leaves, or comes to, it pushes where it is deeper in it than at rest. Where it pressed on something as the
-    last motion ended, it goes on from there.
+    last motion ended, it goes on from there. What is astray is asked about where all that is so is.
 
     Args:
         scene: the world.
@@ -96,51 +94,21 @@ def pushed_over(
         allow: tolerances.
     """
     before, state.pressed = state.pressed, {}
+    truth = state.as_stayed()
     for still, mover, depth in pressed:
         name, deep = still.solid.name, depth - allow.collision + SLIDING
         if name not in state.poses or name in met:
             continue
-        push = _push(still, mover, deep, times, allow, before.get((mover.solid.name, name)))
+        pair, there = (mover.solid.name, mover.astray, name, still.astray), truth if still.astray else state
+        push = _push(still, mover, deep, times, allow, before.get(pair))
         if push is not None and push.lasts:
-            state.pressed[mover.solid.name, name] = push.ways[push.throughout], push.turns[push.throughout]
-        moved = set_off(scene, state, still, mover, deep, allow) or (
-            push is not None and _knocks_over(scene, state, name, push, allow)
+            state.pressed[pair] = push.ways[push.throughout], push.turns[push.throughout]
+        moved = set_off(scene, there, still, mover, deep, allow) or (
+            push is not None and _knocks_over(scene, there, name, push, allow)
         )
-        tilted = push is not None and any(True for _ in tilted_off(scene, state, name, push.points, depth, allow))
+        tilted = push is not None and any(True for _ in tilted_off(scene, there, name, push.points, depth, allow))
         if moved or tilted:
             yield mover.solid.name, name
-
-
-def met_as_stayed(scene: Scene, state: State, move: Move, found: Looks, allow: Tolerances) -> Iterator[tuple[str, str]]:
-    """What meets an object, or pushes it over, where that stays at the start though it is said to stand elsewhere."""
-    carried = state.held or move.pushed
-    still = {name: T for name, T in state.stayed.items() if carried is None or name != carried.object}
-    near = passed(found.bodies, standing(scene.solids, still)) if still else []
-    pairs = [(other, mover, allow.collision) for other in near for mover in found.bodies]
-    met = {(touch.bodies[1], touch.bodies[0]) for touch in touches(pairs, found.swing)}
-    yield from sorted(met)
-    grazed = [pair for pair in pairs if (pair[1].solid.name, pair[0].solid.name) not in met]
-    yield from pushed_over(scene, state.as_stayed(), grazed, set(), found.times, allow)
-
-
-def hanging(scene: Scene, state: State, found: Looks) -> Mover | None:
-    """What is held where it hangs in truth: aside, lower, or turned, as it stood; None where that is as said."""
-    if state.held is None or state.held.object not in state.stayed:
-        return None
-    said = found.bodies[-1]
-    return Mover(said.solid, np.ascontiguousarray(said.T @ inverse(said.T[0]) @ state.stayed[said.solid.name]))
-
-
-def may_meet(
-    scene: Scene, state: State, move: Move, truth: Mover, allow: Tolerances
-) -> list[tuple[Mover, Mover, float]]:
-    """What stands and may meet what is taken along where that is in truth, as `pushed_over` is told."""
-    name = truth.solid.name
-    claimed = {other for pair in move.contacts if name in pair for other in pair}
-    if move.pushed is not None:  # it slides on what carries it, whether the plan says so or not
-        claimed |= {*carriers(scene, state, name, allow).bodies}
-    others = passed([truth], standing(scene.solids, state.without(name).standing(scene)))
-    return [(other, truth, allow.contact if other.solid.name in claimed else allow.collision) for other in others]
 
 
 def set_off(scene: Scene, state: State, still: Mover, mover: Mover, deep: float, allow: Tolerances) -> bool:

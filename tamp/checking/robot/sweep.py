@@ -38,11 +38,13 @@ FAR = 0.02
 class Mover:
     """A body with its pose T_world_body at each sample, shape (n, 4, 4); one that stands still has n = 1.
 
-    The poses are in C order and not read-only, as compiled loops want them.
+    The poses are in C order and not read-only, as compiled loops want them. `astray` is a body where it is in truth,
+    which is not where the plan says.
     """
 
     solid: Solid
     T: Array
+    astray: bool = False
 
     @cached_property
     def center(self) -> Array:
@@ -249,6 +251,6 @@ def _halfway(T: Array) -> Array:
     return mean
 
 
-def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array]) -> list[Mover]:
-    """Bodies that stand still, by name in order."""
-    return [Mover(solids[name], np.array(poses[name][None])) for name in sorted(poses)]
+def standing(solids: Mapping[str, Solid], poses: Mapping[str, Array], *, astray: bool = False) -> list[Mover]:
+    """Bodies that stand still, by name in order; `astray` where that is not where the plan says."""
+    return [Mover(solids[name], np.array(poses[name][None]), astray) for name in sorted(poses)]

@@ -140,7 +140,7 @@ def sliding(
     slides = path.copy()
     slides[:, 2, 3] -= np.clip(min(gaps, default=0.0), 0.0, allow.standing)
     slides[:, :2, 3] += (state.stayed.get(name, path[-1]) - path[-1])[:2, 3]
-    return Mover(body, slides) if np.abs(slides - path).max() > ASIDE else None
+    return Mover(body, slides, astray=True) if np.abs(slides - path).max() > ASIDE else None
 
 
 def _note_beside(scene: Scene, state: State, name: str, path: Array) -> None:
