@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.task import Action, At, Box, Move, Object, Plan, Pose, Task, Trajectory, load_robot
+from tamp.checking.actions.fall import check_fall
+from tamp.checking.scene import Scene, State
+from tamp.checking.tolerances import DEFAULT
+from tamp.task import Action, At, Box, Fall, Move, Object, Plan, Pose, Task, Trajectory, load_robot
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
+from tests.checking.mutations.editing import shifted
 from tests.checking.test_carried_astray import calm, let_go_aside
 
 HOME = load_robot("panda").home
@@ -81,4 +85,44 @@ def test_what_is_astray_in_the_hand_meets_what_is_astray_whatever_a_plan_says_th
     plan = Plan("astray", "panda", 0, {"domino": stood, "box": first}, HOME, {"box": goal}, calm(actions))
     found = [problem.sentence for problem in check(task, plan).problems]
     assert any(" meets " in sentence for sentence in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(("by", "gap", "wrong"), [(1.9e-3, 1.5e-3, True), (0.0, 1.5e-3, False), (1.9e-3, 6e-3, False)])
+def test_what_drops_is_met_on_its_way_down_where_it_is_in_truth(by, gap, wrong):
+    """A box drops by 12 mm beside a low slab, and onto its edge: 73 and 72 mm off in two simulators."""
+    hand, box, first, goal = Hand(HOME), Box((0.04, 0.05, 0.1)), Pose((0.05, -0.25, 0.05)), Pose((0.05, 0.0, 0.05))
+    actions, said = let_go_aside(hand, "box", first, -by, grip_height=0.03)
+    *before, place = carry(hand, "box", said, above(goal, 0.012), 0.05, ("table", "table"), grip_height=0.03)
+    lower, release, leave = place.steps
+    actions += [*before, replace(place, steps=(lower, replace(release, pose=goal), leave))]
+    slab = Object("slab", Box((0.06, 0.1, 0.008)), Pose((0.05 + 0.02 + gap + 0.03, 0.0, 0.004)), mass=0.3)
+    starts = {"slab": slab.pose, "box": first}
+    plan = Plan("drop", "panda", 0, starts, HOME, {"box": goal}, calm(actions))
+    found = [p.sentence for p in check(Task("drop", (slab, Object("box", box, first, At(goal)))), plan).problems]
+    assert any("box drops through slab" in sentence for sentence in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(("astray", "gap", "wrong"), [("domino", 2e-3, True), ("box", 2e-3, True), (None, 2e-3, False)])
+def test_what_turns_over_is_met_where_it_is_in_truth(astray, gap, wrong):
+    """A box turns over its edge, and down beside a domino: one of them is nearer to the other than it is said to be."""
+    half, tall = 0.03, 0.16
+    box = Object("box", Box((0.06, 0.06, tall)), Pose((0.0, 0.0, tall / 2)))
+    domino = Object("domino", Box((0.05, 0.01, 0.05)), Pose((half + 0.08, half + gap + 0.005, 0.025)))
+    tipped = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.5, 0.0))
+    state = State({"domino": domino.pose.matrix}, np.array(HOME), OPEN)
+    edge = np.array([half, 0.0, 0.0])
+    state.poses["box"] = tipped.matrix @ shifted(box.pose, -edge).matrix
+    state.poses["box"][:3, 3] += edge
+    for name, by in (("domino", -4e-3), ("box", 4e-3)):
+        if name == astray:
+            state.stayed[name] = state.poses[name].copy()
+            state.stayed[name][1, 3] += by
+    lies, found = Pose.from_rpy((half + tall / 2, 0.0, 0.03), (0.0, np.pi / 2, 0.0)), list[str]()
+    scene = Scene.of(Task("over", (box, domino)))
+    check_fall(
+        scene, state, Fall("box", lies), DEFAULT, lambda _, sentence, **about: found.append(sentence), toppled=True
+    )
+    assert any("mm into domino" in sentence for sentence in found) == wrong, found
     assert bool(found) == wrong, found

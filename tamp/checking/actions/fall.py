@@ -64,47 +64,68 @@ def check_fall(
     turning = _not_turning(scene, state, name, after, farthest, allow)
     for sentence in _not_dropping(name, before, after, allow) if straight else turning:
         report("fall", sentence, bodies=(name,))
-    ahead = scene.center_of_mass(name, after) - scene.center_of_mass(name, before)
-    for other in () if straight else pushed_back(scene, state, name, ahead, allow):
-        report("fall", f"{other} tips over backwards as {name} turns over on it", bodies=(other, name))
     if straight:
         check_strayed(scene, state, name, before, after, allow, report)
     touched = set(carriers(scene, state, name, allow).patches)
     landed = replace(state, poses={**state.poses, name: after})
-    met = carriers(scene, landed, name, allow).without(*touched)
+    met = carriers(scene, landed, name, allow).without(*touched).patches
     path = _turned(before, after)
     while (step := travelled(scene.solids[name], path).max(initial=0.0)) > allow.step:
         if len(path) > MOST_LOOKS:
             report("fall", f"{name} is said to fall so far that nobody can look at its way", bodies=(name,), depth=step)
             return
         path = _turned(before, after, 2 * len(path))
-    for touch in met_on_the_way(scene, state, name, path, {*touched, *met.patches}, allow):
-        sentence = f"{name} falls {1000 * touch.depth:.1f} mm into {touch.bodies[0]}"
-        report("fall", sentence, bodies=touch.bodies, depth=touch.depth)
     body, placed = Mover(scene.solids[name], path), scene.links.tree.forward(state.q[None], state.opening or 0.0)
     for touch in touches((Mover(link, placed[link.name]), body, allow.collision) for link in scene.links.solids):
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
-    state.poses[name] = after
+    lay, state.poses[name] = state.stayed.get(name, before), after
     if straight:
         note_lies(scene, state, name, before, allow)
+    else:
+        note_turned_over(scene, state, name, lay, before, after)
+    for touch in met_on_the_way(scene, state, name, path, {*touched, *met}, allow):
+        sentence = f"{name} falls {1000 * touch.depth:.1f} mm into {touch.bodies[0]}"
+        report("fall", sentence, bodies=touch.bodies, depth=touch.depth)
+    if straight:
         check_righted(scene, state, name, before, allow, report)
         for other in jammed(scene, state, name, before, allow):
             report("fall", f"{name} gets stuck in {other}, which has no room for it to fall into", bodies=(name, other))
-    else:
-        note_turned_over(scene, state, name, state.stayed.get(name, before), before, after)
     check_rest(scene, state, name, allow, report)
+    blows = list(_blows(scene, state, name, before, after, allow))
+    if state.stayed.keys() & {name, *touched, *met}:
+        lies = state.stayed.get(name, after)
+        blows += _blows(scene, state.as_stayed(), name, lies @ inverse(after) @ before, lies, allow)
+    for sentence, bodies in dict.fromkeys(blows):
+        report("fall", sentence, bodies=bodies)
+
+
+def _blows(
+    scene: Scene, state: State, name: str, before: Array, after: Array, allow: Tolerances
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What does not stay where it is as an object falls from one pose to the other, where it now lies, itself among it.
+
+    Sentence, bodies.
+    """
+    straight = falls_straight(before, after)
+    stood = replace(state, poses={**state.poses, name: before}, touching={})
+    touched = set(carriers(scene, stood, name, allow).patches)
+    met = carriers(scene, state, name, allow).without(*touched)
+    ahead = scene.center_of_mass(name, after) - scene.center_of_mass(name, before)
+    for other in () if straight else pushed_back(scene, stood, name, ahead, allow):
+        yield f"{other} tips over backwards as {name} turns over on it", (other, name)
     drop = float(-ahead[2])
     if max(drop, _landing(met, before, after)) <= allow.dropped:
         return
     if drop > allow.drop and rolls_away(scene, state, name, None if straight else ahead, allow):
-        report("fall", f"{name} rolls on where it falls {1000 * drop:.0f} mm", bodies=(name,))
-    turned = _upset_turning(scene, state, name, before, touched, met, drop, allow)
+        yield f"{name} rolls on where it falls {1000 * drop:.0f} mm", (name,)
+    if straight:
+        yield from _upset_straight(scene, state, name, drop, allow)
+        return
     axis, angle = _turn(before, after)
-    tipped = None if straight else tips_on(scene, state, name, drop, (axis, _pivot(before, after, axis, angle)), allow)
+    tipped = tips_on(scene, state, name, drop, (axis, _pivot(before, after, axis, angle)), allow)
     if tipped is not None:
-        report("fall", f"{name} tips on over the edge of {tipped} as it comes down on it", bodies=(name, tipped))
-    for sentence, bodies in _upset_straight(scene, state, name, drop, allow) if straight else turned:
-        report("fall", sentence, bodies=bodies)
+        yield f"{name} tips on over the edge of {tipped} as it comes down on it", (name, tipped)
+    yield from _upset_turning(scene, state, name, before, touched, met, drop, allow)
 
 
 def _landing(met: Contacts, before: Array, after: Array) -> float:

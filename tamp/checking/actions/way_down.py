@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.geometry.solids import clearance
+from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.sweep import Mover, Touch, standing, touches, travelled
 
@@ -25,12 +27,28 @@ def met_on_the_way(
 ) -> list[Touch]:
     """What stands in the way of an object at poses `path`, shape (n, 4, 4), deeper than it may be.
 
-    `near` names the bodies that it touches at one of the ends.
+    `near` names the bodies that it touches at one of the ends. Where it, or what stands there, is elsewhere in truth it
+    is asked about there too, and may be no deeper in those than it is where the plan has them at the ends.
     """
     body = Mover(scene.solids[name], path)
-    others = [mover for mover in standing(scene.solids, state.standing(scene)) if mover.solid.name != name]
-    depths = (allow.contact if other.solid.name in near else allow.collision for other in others)
-    return touches((other, body, depth) for other, depth in zip(others, depths, strict=True))
+    others = standing(scene.solids, {o: T for o, T in state.standing(scene).items() if o != name})
+    elsewhere = standing(scene.solids, {o: T for o, T in state.stayed.items() if o != name}, astray=True)
+    resting = {o.solid.name: _deepest(o, body, allow) for o in others if o.solid.name in near}
+    pairs = [(other, body, allow.contact if other.solid.name in near else allow.collision) for other in others]
+    movers = [body]
+    if name in state.stayed:
+        there = state.stayed[name] @ inverse(path[-1]) @ path
+        movers.append(Mover(body.solid, np.ascontiguousarray(there), astray=True))
+    for mover in movers:
+        beside = [*elsewhere, *(others if mover.astray else [])]
+        pairs += [(other, mover, allow.collision + resting.get(other.solid.name, 0.0)) for other in beside]
+    return touches(pairs)
+
+
+def _deepest(other: Mover, body: Mover, allow: Tolerances) -> float:
+    """How deep a body is in another at the ends of its way [m]."""
+    ends = (inverse(other.T[0]) @ body.T[k] for k in (0, -1))
+    return max(0.0, *(-clearance(other.solid, body.solid, T, allow.contact) for T in ends))
 
 
 def dropped_through(scene: Scene, state: State, name: str, held: Array, allow: Tolerances) -> list[Touch]:

@@ -18,6 +18,7 @@ from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.actions.pushes.push import aslant, check_force, founded, touched_behind, unfollowed, watch
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.support import carriers
+from tamp.checking.robot.sweep import Mover
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
 
 if TYPE_CHECKING:
@@ -54,7 +55,9 @@ def check_topple(scene: Scene, state: State, move: Move, pushed: Attachment, all
     check_force(scene, move, name, seen, _push_over(scene, move, name, path, allow), allow.push, allow, report)
     for sentence in (*_astray(scene, name, path, swing, allow), *_loose(scene, state, move, name, path, allow)):
         report("push", sentence, bodies=(name,))
-    check_move(scene, state, move, allow, report, seen)
+    lies = state.stayed.get(name)
+    turning = None if lies is None else Mover(scene.solids[name], lies @ inverse(path[-1]) @ path, astray=True)
+    check_move(scene, state, move, allow, report, seen, turning)
     state.poses[name] = path[-1]
 
 
