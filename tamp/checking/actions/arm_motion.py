@@ -37,6 +37,7 @@ HOLDING = ("transfer", "lift", "lower")
 MAX_LOOKS = 100_000
 RUBBED = 0.01  # how far things may slide in all on an object that they press on within tolerance [m]
 JAMS = 5e-4  # how much deeper than they began fingers that swing may press into the table [m]
+ROUNDING = 1e-5  # of depths at which things rest [m]
 SAME_PLACE = 1e-9  # what rounding leaves of equal poses [m, or cosine]
 TOO_WILD = "the {} motion is too wild or too long to be judged"
 
@@ -255,7 +256,7 @@ def _rubbing(
     farthest = dict[str, tuple[float, str]]()
     for still, mover, depth in pressed:
         name = still.solid.name
-        if name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision:
+        if name in state.poses and name not in met and len(still.T) == 1 and depth <= allow.collision + ROUNDING:
             rubs = slid(still, mover, SLIDING), mover.solid.name
             farthest[name] = max(farthest.get(name, rubs), rubs)
     for name, (far, link) in farthest.items():

@@ -85,9 +85,9 @@ def astray(scene: Scene, state: State, move: Move, found: Looks, taken: Mover | 
     def depth(other: Mover, mover: Mover) -> float:
         if mover.solid.name != name or other.solid.name not in touched:
             return allow.collision
-        as_planned = _resting_depth(move, planned[other.solid.name], found.bodies[-1], allow)
         if move.phase != "lower":
-            return max(as_planned, _resting_depth(move, other, mover, allow))
+            return _resting_depth(move, other, mover, allow)
+        as_planned = _resting_depth(move, planned[other.solid.name], found.bodies[-1], allow)
         return min(as_planned + _lower(found.bodies[-1], mover), allow.contact)
 
     return [(other, mover, depth(other, mover)) for other, mover in pairs]

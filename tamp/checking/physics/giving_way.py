@@ -36,7 +36,7 @@ def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     """
     if not convex(scene, state, name, allow):
         return False
-    lowered = _come_down(scene, state, name, allow.standing, allow)
+    lowered = lowered_onto(scene, state, name, allow.standing, allow)
     return _gives(scene, lowered, name, allow.strayed, allow) == "tips"
 
 
@@ -71,7 +71,7 @@ def _gives(scene: Scene, state: State, name: str, most: float, allow: Tolerances
     for _ in range(LOOKS):
         touching = carriers(scene, there, name, tight)
         if not touching.patches:
-            there = _come_down(scene, there, name, most, allow)
+            there = lowered_onto(scene, there, name, most, allow)
             touching = carriers(scene, there, name, tight)
         if balanced(scene, there, name, touching, allow, 0.0) >= -allow.balance:
             return ""
@@ -83,7 +83,7 @@ def _gives(scene: Scene, state: State, name: str, most: float, allow: Tolerances
     return "tips"
 
 
-def _come_down(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> State:
+def lowered_onto(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> State:
     """The same with an object straight down where it first touches something, if it is no higher than `most` [m]."""
     gap = min(gaps(scene, state, name, allow).values(), default=np.inf)
     if not 0.0 < gap <= most:

@@ -7,6 +7,7 @@ same, as friction under the object grows less than the push does.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ from tamp.checking.actions.pushes.push import (
     watch,
 )
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.giving_way import lowered_onto
 from tamp.checking.physics.stacks import Pushed, Stack, off_balance, stack_of
 from tamp.checking.physics.support import balanced, carriers
 from tamp.checking.scene import GRAVITY, TABLE, Scene, State
@@ -42,6 +44,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+LOOK = 0.001
+"""How far an object goes between two looks at what carries it closely [m]."""
 SLIDES = 0.96
 """Share of friction that a linearised cone bears in each direction, and at which something as good as slides."""
 
@@ -66,6 +70,8 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
         report("push", sentence, bodies=(name,))
     touching = touched_behind(scene, move, name, path[0], direction(path), allow.nudge, allow).points
     check_move(scene, state, move, allow, report, seen, sliding(scene, state, name, under, path, allow))
+    for sentence in _tips_in(scene, state, name, path, touching, under, allow):
+        report("push", sentence, bodies=(name, *under))
     _check_way(scene, state, name, path, touching, allow, report)
     check_rest(scene, state, name, allow, report)
 
@@ -78,6 +84,46 @@ def check_nudge(scene: Scene, state: State, move: Move, pushed: Attachment, allo
     after = carriers(scene, state, name, allow).bodies
     if not {*after} & {*under}:
         report("push", f"{name} is nudged off {' and '.join(under) or 'nothing'}", bodies=(name, *under))
+
+
+def _tips_in(
+    scene: Scene, state: State, name: str, path: Array, touching: Array, under: tuple[str, ...], allow: Tolerances
+) -> Iterator[str]:
+    """Why an object would tip into a notch or a gap on its way, and not slide over it.
+
+    What carries it is what it touches there as closely as where it began; that bears its weight, and the moment of a
+    finger that touches it at places of shape (n, 3) and of the friction that it overcomes. (Contacts within what counts
+    as standing would carry it over the bottom of a notch as deep as that.)
+    """
+    if not len(touching):
+        return
+    friction = scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
+    low = (scene.solids[name].hull.part.vertices @ path[0, 2, :3] + path[0, 2, 3]).min()
+    shift = friction * float(touching[:, 2].min() - low) * direction(path)
+    closely = np.arange(allow.firm, allow.standing + allow.firm / 2, allow.firm)
+    tight = next((float(t) for t in closely if _carried(scene, state, name, path[0], shift, float(t), allow)), None)
+    if tight is None:
+        return
+    for far in np.arange(LOOK, float(np.linalg.norm(path[-1, :3, 3] - path[0, :3, 3])), LOOK):
+        T = path[0].copy()
+        T[:3, 3] += far * direction(path)
+        if not _carried(scene, state, name, T, shift, tight, allow):
+            yield f"{name} would tip into what is lower {1000 * far:.0f} mm on its way, and catch there"
+            return
+
+
+def _carried(scene: Scene, state: State, name: str, T: Array, shift: Array, within: float, allow: Tolerances) -> bool:
+    """Whether an object at T, come down on what it first touches, is carried by what is within a distance of it [m].
+
+    With its centre of mass there, and as far ahead of that as a push, and friction, in effect `shift` it, shape (3,).
+    """
+    there = replace(state, poses={**state.poses, name: T}, touching={})
+    there = lowered_onto(scene, there, name, allow.standing, allow)
+    near = carriers(scene, there, name, replace(allow, standing=within))
+    if not near.points or balanced(scene, there, name, near, allow, 0.0) < 0.0:
+        return False
+    reach = np.concatenate(list(near.points.values())) - scene.center_of_mass(name, there.poses[name])
+    return float((reach @ shift).max()) >= float(shift @ shift)
 
 
 def _check_way(

@@ -132,13 +132,13 @@ def sliding(
 ) -> Mover | None:
     """What was pushed along poses, shape (n, 4, 4), where it slides in truth; None where that is as said.
 
-    That is on what carries it, and not by a gap that counts as standing above what lies in its way; and as much to the
-    side of its path as it is in the end.
+    That is on what carries it, and not by a gap that counts as standing above what lies in its way, nor by a depth that
+    counts as touching in what it would have to climb; and as much to the side of its path as it is in the end.
     """
     body, standing_on = scene.solids[name], {on: T for on, T in state.standing(scene).items() if on in under}
-    gaps = [clearance(scene.solids[on], body, inverse(T) @ path[0], 0.0) for on, T in standing_on.items()]
+    gaps = [clearance(scene.solids[on], body, inverse(T) @ path[0], allow.contact) for on, T in standing_on.items()]
     slides = path.copy()
-    slides[:, 2, 3] -= np.clip(min(gaps, default=0.0), 0.0, allow.standing)
+    slides[:, 2, 3] -= np.clip(min(gaps, default=0.0), -allow.contact, allow.standing)
     slides[:, :2, 3] += (state.stayed.get(name, path[-1]) - path[-1])[:2, 3]
     return Mover(body, slides, astray=True) if np.abs(slides - path).max() > ASIDE else None
 

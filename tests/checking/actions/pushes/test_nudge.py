@@ -3,9 +3,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from tamp.checking import check
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Box, Move, Object, Pose
+from tamp.task import At, Box, Mesh, Move, Object, Plan, Pose, Task
+from tests.checking.handmade import Hand
+from tests.checking.test_carried_astray import HOME, calm, pushed_on
+from tests.task.meshes import parts_obj
 
 SCENARIO = Path(__file__).parents[4] / "scenarios" / "nudge_in_crate.yaml"
 
@@ -98,3 +103,34 @@ def test_on_the_table_nothing_is_nudged_off(task, plan):
     x, y, _ = plan.goals["slab"].xyz
     shorter = replace(task, table=replace(task.table, size=(0.05, 0.05), center=(x, y)))
     assert "slab" in said(shorter, moved(plan, 0.3, 0.0))
+
+
+def over(tmp_path, parts, sunk=0.0):
+    """What is said of a nudge by 4.8 cm of a box of 6 cm along y, over a slab 3 cm high of (from y, to y, high)."""
+    mesh = tmp_path / "slab.obj"
+    mesh.write_text(parts_obj([((-0.05, a, 0.0), (0.05, b, high)) for a, b, high in parts]))
+    start = Pose((0.05, -0.032, 0.03 + 0.02 - sunk))
+    actions, end = pushed_on(Hand(HOME), ("nudge", "box", "slab"), start, 0.048, 0.04)
+    slab = Object("slab", Mesh(mesh), Pose((0.05, 0.0, 0.0)), mass=2.0)
+    box = Object("box", Box((0.06, 0.06, 0.04)), start, At(end), mass=0.1)
+    starts = {"slab": slab.pose, "box": start}
+    plan = Plan("over", "panda", 0, starts, HOME, {"box": end}, calm(actions))
+    return " ".join(problem.sentence for problem in check(Task("over", (slab, box)), plan).problems)
+
+
+@pytest.mark.parametrize(
+    ("deep", "wide", "tips"), [(2.8e-3, 0.036, True), (1.2e-3, 0.036, True), (0.0, 0.036, False), (2.8e-3, 0.01, False)]
+)
+def test_nothing_is_nudged_over_a_notch_that_it_tips_into(tmp_path, deep, wide, tips):
+    """In two simulators it caught there, and took the slab along: the box was 13 to 16 mm off, the slab 7 mm."""
+    found = over(tmp_path, [(-0.15, 0.15, 0.03 - deep), (-0.15, -0.01, 0.03), (wide - 0.01, 0.15, 0.03)])
+    assert ("box would tip into what is lower" in found) == tips, found
+    assert bool(found) == tips, found
+
+
+@pytest.mark.parametrize(("up", "sunk", "climbs"), [(6e-4, 0.0, True), (6e-4, 5e-4, True), (0.0, 5e-4, False)])
+def test_what_is_sunk_within_tolerance_climbs_no_step(tmp_path, up, sunk, climbs):
+    """In two simulators the slab came along, by 35 mm in one."""
+    found = over(tmp_path, [(-0.15, 0.01, 0.03), (0.01, 0.15, 0.03 + up)], sunk)
+    assert ("box presses on slab as it slides over it" in found) == climbs, found
+    assert bool(found) == climbs, found
