@@ -314,6 +314,15 @@ def test_fingers_hold_in_mujoco_what_is_ten_times_as_heavy_as_they_are(mass, fri
     assert math.dist(done.final_poses["red"].xyz, end.xyz) < 0.0025
 
 
+def test_what_sticks_as_nothing_real_does_stays_in_the_hand_in_mujoco():
+    """It was thrown 63 m away, by the cone of a friction that tasks may have."""
+    pytest.importorskip("mujoco")
+    start, end = Pose((0.05, -0.1, 0.04)), Pose((0.05, 0.1, 0.04))
+    task, plan = alone(Box((0.05, 0.05, 0.08)), start, end, 0.05, 0.01, mass=0.3, friction=1e6)
+    done = execute(task, plan, monitor=None, simulator="mujoco")
+    assert math.dist(done.final_poses["red"].xyz, end.xyz) < 0.0025
+
+
 def test_what_slides_down_a_ramp_in_mujoco_stays_on_it_and_gets_as_fast_as_friction_lets_it(tmp_path):
     """The friction of two objects is the product of their coefficients."""
     pytest.importorskip("mujoco")

@@ -38,6 +38,9 @@ That of two objects in the physics that plans are made for; a real patch has a t
 ROLLING_FRICTION = 1e-4
 """Resistance against rolling [m]: what lets a lying can come to rest."""
 
+STICKS = 30.0
+"""Coefficient of friction from which on nothing slips: with the cone of 10,000 a held box is thrown 60 m away."""
+
 MOVING, ROBOT = 1, 2
 """Collision groups: the robot meets what is of the first one, not itself."""
 
@@ -125,7 +128,7 @@ def add_object(spec: Any, item: Object, name: str, pose: Pose) -> None:
     if item.inertia is not None:
         frame, moments = item.inertia.frame, item.inertia.moments
     set_inertia(body, item.mass, frame, moments)
-    add_geoms(spec, body, item.shape, Friction(item.friction))
+    add_geoms(spec, body, item.shape, Friction(min(item.friction, STICKS)))
 
 
 def set_inertia(body: Any, mass: float, frame: Pose, moments: tuple[float, ...]) -> None:
