@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.checking.actions.closing_pads import note_lies
 from tamp.checking.actions.fall import check_fall
+from tamp.checking.actions.grip_and_release import check_strayed
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Action, At, Box, Fall, Move, Object, Plan, Pose, Task, Trajectory, load_robot
@@ -126,3 +128,22 @@ def test_what_turns_over_is_met_where_it_is_in_truth(astray, gap, wrong):
     )
     assert any("mm into domino" in sentence for sentence in found) == wrong, found
     assert bool(found) == wrong, found
+
+
+@pytest.mark.parametrize(
+    ("aside", "turn", "times"), [(9e-5, 0.0, 40), (0.0, 5e-4, 40), (9e-5, 0.0, 1), (1e-8, 0.0, 40)]
+)
+def test_the_least_ways_aside_and_turns_add_up(aside, turn, times):
+    """Something long is let go where it lies, time and again, and said to lie by so little aside, or turned."""
+    plank = Object("plank", Box((0.3, 0.05, 0.06)), Pose((0.05, 0.0, 0.03)))
+    scene, said = Scene.of(Task("creeps", (plank,))), list[str]()
+    state = State({"plank": plank.pose.matrix}, np.array(HOME), OPEN)
+    for _ in range(times):
+        held = state.poses["plank"]
+        lies = Pose((aside, 0.0, 0.0)).matrix @ held @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, turn)).matrix
+        check_strayed(scene, state, "plank", held, lies, DEFAULT, lambda _, sentence, **about: said.append(sentence))
+        state.poses["plank"] = lies
+        note_lies(scene, state, "plank", held)
+    truth = state.stayed.get("plank", state.poses["plank"])
+    assert not said
+    assert scene.displacement("plank", truth, plank.pose.matrix) < 2e-4

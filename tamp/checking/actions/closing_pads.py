@@ -36,7 +36,10 @@ MOST_LOOKS = 200
 UP = np.array([0.0, 0.0, 1.0])
 
 ASIDE = 1e-4
-"""By less an object is aside nowhere [m]."""
+"""By less, in all that nothing explains, an object is aside nowhere [m]."""
+
+ROUNDING = 1e-6
+"""Of poses [m]."""
 
 CARRIES = 0.5
 """Vertical component of a contact normal from which on an object stands on what it touches, or in it."""
@@ -90,14 +93,14 @@ def is_elsewhere(scene: Scene, name: str, said: Array, lies: Array, allow: Toler
     return _turn(said, lies)[1] > allow.grasp_angle or scene.swing(name, said, lies) > allow.grasp
 
 
-def note_lies(scene: Scene, state: State, name: str, held: Array, allow: Tolerances) -> None:
+def note_lies(scene: Scene, state: State, name: str, held: Array) -> None:
     """Note where an object lies that was let go where it was `held`, if that is not where the plan says.
 
-    So that small ways aside do not add up unseen, the least that is no rounding is noted.
+    So that small ways aside do not add up unseen, the least that is no rounding is noted, as are small turns.
     """
     said, carried = state.poses[name], state.stayed.get(name, held)
     lies = come_down(scene, name, carried, said)
-    if name in state.stayed or is_aside(scene, name, said, lies) or is_elsewhere(scene, name, said, lies, allow):
+    if name in state.stayed or is_off(scene, state, name, said, lies):
         state.stayed[name] = lies
 
 
@@ -110,20 +113,26 @@ def note_turned_over(scene: Scene, state: State, name: str, lay: Array, before: 
     veered = _veered(before, lay)
     lies = _beside(scene, name, after, veered, scene.center_of_mass(name, lay) + rotation(UP, veered) @ way)
     state.stayed.pop(name, None)
-    if is_aside(scene, name, after, lies):
+    if is_aside(scene, state, name, after, lies):
         state.stayed[name] = lies
 
 
-def is_aside(scene: Scene, name: str, said: Array, lies: Array) -> bool:
+def is_aside(scene: Scene, state: State, name: str, said: Array, lies: Array) -> bool:
     """Whether an object lies beside where it is said to."""
     off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, said)
-    return float(np.hypot(off[0], off[1])) > ASIDE
+    return float(np.hypot(off[0], off[1])) > _least(scene, state, name)
 
 
-def is_off(scene: Scene, name: str, said: Array, lies: Array) -> bool:
-    """Whether an object is elsewhere in the hand than it is said to be: aside, higher or lower, or turned."""
+def is_off(scene: Scene, state: State, name: str, said: Array, lies: Array) -> bool:
+    """Whether an object is elsewhere than it is said to be: aside, higher or lower, or turned."""
     off = scene.center_of_mass(name, lies) - scene.center_of_mass(name, said)
-    return max(float(np.linalg.norm(off)), scene.swing(name, said, lies)) > ASIDE
+    return max(float(np.linalg.norm(off)), scene.swing(name, said, lies)) > _least(scene, state, name)
+
+
+def _least(scene: Scene, state: State, name: str) -> float:
+    """How far an object must be elsewhere to be noted [m]: at all, once it is by a tenth of a millimetre in all."""
+    crept = state.strayed.get(name, 0.0) + state.turned.get(name, 0.0) * scene.solids[name].radius
+    return ASIDE if crept <= ASIDE else ROUNDING
 
 
 def come_down(scene: Scene, name: str, carried: Array, said: Array) -> Array:

@@ -80,7 +80,7 @@ def check_fall(
         report("fall", f"{name} falls onto {touch.bodies[0]}", bodies=touch.bodies, depth=touch.depth)
     lay, state.poses[name] = state.stayed.get(name, before), after
     if straight:
-        note_lies(scene, state, name, before, allow)
+        note_lies(scene, state, name, before)
     else:
         note_turned_over(scene, state, name, lay, before, after)
     for touch in met_on_the_way(scene, state, name, path, {*touched, *met}, allow):

@@ -81,7 +81,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     check_strayed(scene, state, name, state.poses[name], gripped, allow, report)
     lies = laid_between(scene, name, T_tool_object, grip.width, opening)
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
-    if name not in state.stayed and is_off(scene, name, gripped, state.poses[name]):
+    if name not in state.stayed and is_off(scene, state, name, gripped, state.poses[name]):
         state.stayed[name] = state.poses[name]
     state.held = grip.attachment
     state.nudged.pop(name, None)
@@ -151,7 +151,7 @@ def check_release(
     state.held = None
     state.opening = release.opening
     state.poses[name] = held if falls else T
-    note_lies(scene, state, name, held, allow)
+    note_lies(scene, state, name, held)
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
     if not falls:

@@ -152,7 +152,7 @@ def _note_beside(scene: Scene, state: State, name: str, path: Array) -> None:
     ahead = direction(path)
     aside = path[-1].copy()
     aside[:2, 3] += (off - off @ ahead * ahead)[:2]
-    if is_aside(scene, name, path[-1], aside):
+    if is_aside(scene, state, name, path[-1], aside):
         state.stayed[name] = aside
 
 
