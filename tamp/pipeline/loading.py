@@ -18,6 +18,7 @@ from tamp.pipeline.options.settings import DEFAULT_SETTINGS, Settings
 from tamp.pipeline.prepare import domain_of
 from tamp.planning import Context
 from tamp.streams.affordances.stable_poses import outline
+from tamp.streams.affordances.tilts import tilts
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.values import Placement
@@ -78,6 +79,7 @@ def warm_up(nothing: Task) -> None:
     workspace = Workspace(task, World(robot, {"cube": geometry_of_object(cube)}, task.table), {"cube": place}, {})
     context = Context(workspace, lambda: np.random.default_rng(0), math.inf)
     outline(np.eye(3, 2))
+    tilts(workspace, "cube", place)
     for grasp in islice(sample_grasp(context, "cube"), 1):
         next(inverse_kinematics(context, "cube", place, grasp), None)
     home = np.array(robot.spec.home)

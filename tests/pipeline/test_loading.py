@@ -6,7 +6,9 @@ from numba.core.dispatcher import Dispatcher
 import tamp
 from tamp.pipeline.loading import load_samplers
 from tamp.pipeline.options.settings import Settings
+from tamp.streams.affordances.tilts import tips_on
 from tamp.task import At, Box, Object, Pose, Task
+from tamp.world.geometry.object_geometry import geometry_of_object
 
 BOOK = Box((0.16, 0.1, 0.02))
 LYING = Object("lying", BOOK, Pose((0.0, 0.2, 0.01)), At(Pose((0.0, -0.2, 0.01))))
@@ -25,4 +27,5 @@ def test_what_is_compiled_is_compiled_before_any_limit_runs(monkeypatch: pytest.
 
     monkeypatch.setattr(Dispatcher, "compile", noted)
     tamp.plan(task)
+    tips_on(geometry_of_object(UPON), Pose.from_rpy(UPON.pose.xyz, (0.3, 0.0, 0.0)), UPON.pose)
     assert not late
