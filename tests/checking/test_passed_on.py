@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.checking.actions.blow import pushed_back
+from tamp.checking.actions.collisions.blow import pushed_back
+from tamp.checking.actions.collisions.strike import pushed_over
 from tamp.checking.actions.fall import check_fall
-from tamp.checking.actions.strike import pushed_over
 from tamp.checking.robot.sweep import Mover
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.checking.actions import arm_motion, fall, pairs
+from tamp.checking.actions import arm_motion, fall
+from tamp.checking.actions.collisions import pairs
 from tamp.checking.physics.round_bodies import perching
 from tests.checking.handmade import two_boxes
 from tests.checking.mutations.handling import hangs_lower_than_said, met_where_it_was_let_go, rocks_over_its_foot

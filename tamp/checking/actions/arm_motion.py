@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions import dynamics
-from tamp.checking.actions.pairs import SLIDING, astray, grazing, pressing
-from tamp.checking.actions.strike import pushed_over, set_off
-from tamp.checking.actions.wedging import wedged
+from tamp.checking.actions.collisions.pairs import SLIDING, astray, grazing, pressing
+from tamp.checking.actions.collisions.strike import pushed_over, set_off
+from tamp.checking.actions.collisions.wedging import wedged
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise, takewhile
 from typing import TYPE_CHECKING
 
+from tamp.checking.actions.collisions.pairs import FREE
 from tamp.checking.actions.fall import falls_straight
-from tamp.checking.actions.pairs import FREE
 from tamp.checking.actions.rule import carry_out, has_steps, named_apart, needs_empty_hand, needs_in_hand, stands_on
 from tamp.checking.geometry.pad_region import between_pads
 from tamp.checking.geometry.transforms import inverse

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.pairs import SLIDING
-from tamp.checking.actions.strike import pushed_over
+from tamp.checking.actions.collisions.pairs import SLIDING
+from tamp.checking.actions.collisions.strike import pushed_over
 from tamp.checking.geometry.pad_region import between_pads, laid_flush
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation, turned

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.blow import (
+from tamp.checking.actions.closing_pads import note_lies, note_turned_over
+from tamp.checking.actions.collisions.blow import (
     jolted,
     knocked_over,
     pushed_back,
@@ -20,11 +21,10 @@ from tamp.checking.actions.blow import (
     tips_on,
     upset_by_fall,
 )
-from tamp.checking.actions.closing_pads import note_lies, note_turned_over
+from tamp.checking.actions.collisions.way_down import met_on_the_way
+from tamp.checking.actions.collisions.wedging import jammed
 from tamp.checking.actions.grip_and_release import check_righted, check_strayed
 from tamp.checking.actions.left_standing import check_rest
-from tamp.checking.actions.way_down import met_on_the_way
-from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.round_bodies.perching import rolls_away

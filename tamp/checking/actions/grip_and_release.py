@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.actions.arm_motion import finger_touches, sentence_of
-from tamp.checking.actions.blow import upset_by_fall
 from tamp.checking.actions.closing_pads import (
     UP,
     check_drawn,
@@ -18,10 +17,11 @@ from tamp.checking.actions.closing_pads import (
     laid_between,
     note_lies,
 )
+from tamp.checking.actions.collisions.blow import upset_by_fall
+from tamp.checking.actions.collisions.way_down import dropped_through
+from tamp.checking.actions.collisions.wedging import jammed
 from tamp.checking.actions.dynamics import unheld
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
-from tamp.checking.actions.way_down import dropped_through
-from tamp.checking.actions.wedging import jammed
 from tamp.checking.geometry.pad_region import TURN, between_pads, laid_flush, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, turned

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import tamp
 from tamp.checking import check
-from tamp.checking.actions import blow
+from tamp.checking.actions.collisions import blow
 from tamp.checking.actions.fall import _turn, _turned, check_fall
 from tamp.checking.geometry.solids import Solid
 from tamp.checking.geometry.transforms import rotation, tilt

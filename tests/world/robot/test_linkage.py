@@ -55,7 +55,7 @@ def test_the_checker_has_the_pads_in_the_same_place_by_its_own_means(spec: Robot
 
 
 @given(ANGLES)
-def test_way_of_the_hand_are_where_kinematics_have_them(swinging: RobotModel, angle: float) -> None:
+def test_bodies_of_the_hand_are_where_kinematics_have_them(swinging: RobotModel, angle: float) -> None:
     way, wide = _way(swinging), opening(angle)
     for k, T in enumerate(reversed(hand_poses(swinging, wide))):
         at_once, alone = way.all_at(wide), way.at(np.array([wide]), k)

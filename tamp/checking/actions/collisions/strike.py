@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.checking.actions.blow import HELD, inertia
-from tamp.checking.actions.pairs import SLIDING
+from tamp.checking.actions.collisions.blow import HELD, inertia
+from tamp.checking.actions.collisions.pairs import SLIDING
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.contacts import contacts
 from tamp.checking.physics.round_bodies.perching import ASIDE, rolls_on, tilting_axes

@@ -37,8 +37,7 @@ def pressing(scene: Scene, state: State, move: Move, found: Looks, allow: Tolera
         scene.solids, {o: T for o, T in state.standing(scene).items() if carried is None or o != carried.object}
     )
     near = passed(found.bodies, others)  # of a full table most are far from one motion
-    pairs = list(_pairs(scene, move, moving, taken, near, allow))
-    return _slight(pairs, found)
+    return _slight(list(_pairs(scene, move, moving, taken, near, allow)), found)
 
 
 def grazing(pairs: list[Pair], found: Looks) -> list[Pair]:
@@ -48,6 +47,7 @@ def grazing(pairs: list[Pair], found: Looks) -> list[Pair]:
 
 
 def _slight(pairs: list[Pair], found: Looks) -> list[Pair]:
+    """Those that are in each other by more than rounding, or deeper than they may be where that is less."""
     slight = touches(((a, b, min(depth, SLIDING)) for a, b, depth in pairs), found.swing)
     named = {touch.bodies for touch in slight}
     return [pair for pair in pairs if (pair[0].solid.name, pair[1].solid.name) in named]

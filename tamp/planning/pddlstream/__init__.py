@@ -18,16 +18,15 @@ from typing import Any
 from tamp.errors import DomainError
 from tamp.language import PDDL, parse_domain, parse_problem
 from tamp.planning.keywords import WILD, PDDLProblem, PlanConstraints, problem_of
-from tamp.planning.not_ported import NOT_PORTED
-from tamp.planning.problem import Certificate, Problem, Solution, StreamInfo
-from tamp.planning.satisfaction import (
+from tamp.planning.pddlstream.not_ported import NOT_PORTED
+from tamp.planning.pddlstream.satisfaction import (
     Minimize,
     SatisfactionProblem,
     constraint_satisfaction,
     dump_assignment,
     solve_pddlstream_satisfaction,
 )
-from tamp.planning.scripts import (
+from tamp.planning.pddlstream.scripts import (
     AND,
     EQ,
     EXISTS,
@@ -93,6 +92,7 @@ from tamp.planning.scripts import (
     value_or_id,
     write,
 )
+from tamp.planning.problem import Certificate, Problem, Solution, StreamInfo
 from tamp.planning.solve import solve
 from tamp.planning.wrappers import (
     DEBUG,

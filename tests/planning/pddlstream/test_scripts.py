@@ -8,7 +8,6 @@ import pytest
 
 from tamp.errors import DomainWarning
 from tamp.planning import pddlstream
-from tamp.planning.not_ported import NOT_PORTED
 from tamp.planning.pddlstream import (
     And,
     DebugValue,
@@ -24,6 +23,7 @@ from tamp.planning.pddlstream import (
     solve_exhaustive,
     solve_immediate,
 )
+from tamp.planning.pddlstream.not_ported import NOT_PORTED
 
 DOMAIN = """
 (define (domain shelf)
