@@ -170,12 +170,10 @@ class Walk:
 
     def bound_steps(self) -> Iterator[BoundStep]:
         """The actions of the whole skeleton with the values found, connectors included."""
-        late = any(isinstance(item, Rewind) for item in self.items)
+        last_pass = max((i for i, item in enumerate(self.items) if isinstance(item, Rewind)), default=0)
         for position, item in enumerate(self.items):
-            if isinstance(item, Rewind):
-                late = False
             if isinstance(item, Connect):
                 yield from self.frames[position].moves
-            if isinstance(item, Apply) and not late:
+            if isinstance(item, Apply) and position >= last_pass:
                 step = self.skeleton.steps[item.step]
                 yield BoundStep(step.schema, self.values.binding(step.binding))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, replace
 
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.model.analysis.transit_actions import Connectors
+from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.schema import Schema
@@ -47,7 +48,7 @@ class Connect:
 
 @dataclass(frozen=True)
 class Rewind:
-    """Begin again at the initial state, for what was deferred."""
+    """Begin again at the initial state, for the next pass."""
 
 
 Item = Choose | Check | Apply | Connect | Rewind
@@ -73,7 +74,10 @@ class Skeleton:
 def make_skeleton(
     steps: Iterable[GroundOperator], schema: Schema, knowledge: Knowledge, connectors: Connectors
 ) -> Skeleton:
-    """Order a plan's choices and checks: in plan order, each check as soon as its objects are known, deferred last."""
+    """Order a plan's choices and checks: in plan order, each check as soon as its objects are known, in three passes.
+
+    What looks at whole states is asked once all else is chosen, and moves are made where nothing more can bar the plan.
+    """
     steps = tuple(_one_choice_each(tuple(steps), knowledge))
     planner = _Planner(schema, knowledge, connectors, steps)
     return Skeleton(steps, tuple(planner.items()))
@@ -118,6 +122,12 @@ def renamed(step: GroundOperator, handles: dict[int, int]) -> GroundOperator:
     )
 
 
+# The passes through a plan.
+AT_ONCE = 0
+OF_STATES = 1  # what is told of the state, but of nothing that moves change
+WITH_MOVES = 2  # all else that is deferred
+
+
 class _Planner:
     def __init__(
         self, schema: Schema, knowledge: Knowledge, connectors: Connectors, steps: tuple[GroundOperator, ...]
@@ -126,9 +136,11 @@ class _Planner:
         self.knowledge = knowledge
         self.connectors = connectors
         self.steps = steps
+        self.moved = {connectors.fluent, *connectors.spent} if connectors.fluent else set()
         self.needs = [self._with_hoped_state(step) for step in steps]
-        self.deferred = self._deferred()
-        self.late = {h for instance in self.deferred for h in instance.placeholders}
+        self.passes = dict.fromkeys(self._deferred(), OF_STATES)
+        self._put_off()
+        self.late = {h: self.passes[instance] for instance in self.passes for h in instance.placeholders}
         self.chosen: set[Instance] = set()
         self.known: set[int] = set()
 
@@ -152,33 +164,59 @@ class _Planner:
                 return late
             late -= early
 
+    def _put_off(self) -> None:
+        """Leave to the last pass what looks at anything that is known only there, and what is no question of states."""
+        while True:
+            last = {i for i, when in self.passes.items() if when == WITH_MOVES}
+            late = {h for instance in last for h in instance.placeholders}
+            put_off = [
+                instance
+                for instance in self.passes.keys() - last
+                if last.intersection(instance.supports) or self._sees(instance.external, late)
+            ]
+            if not put_off:
+                return
+            self.passes.update(dict.fromkeys(put_off, WITH_MOVES))
+
+    def _sees(self, external: External, late: Container[int]) -> bool:
+        """Whether a stream is told of what moves change, or of objects that are chosen late; so is one without states.
+
+        Without moves there is nothing to be asked before them.
+        """
+        if not external.fluents or not self.moved:
+            return True
+        if any(self.schema.influences(name) & self.moved for name in external.fluents):
+            return True
+        told = (e.atom for step in self.steps for e in step.effects if e.atom[0] in external.fluents)
+        return any(h in late for atom in told for h in atom[1:])
+
     def items(self) -> Iterable[Item]:
-        for k, step in enumerate(self.steps):
-            yield from self._step(k, step, late=False)
-            yield Apply(k)
         end = len(self.steps)
         literals = [(f, True) for f in self.schema.goal.positive] + [(f, False) for f in self.schema.goal.negative]
         goal: list[tuple[Fact, bool]] = [(ground(f, {}), positive) for f, positive in literals]
-        yield from (Check(f, positive, end) for f, positive in goal if not self._hidden(f) and not self._is_late(f))
-        if not self.deferred and not self.connectors.fluent and not self.schema.state_tests:
-            return
-        yield Rewind()
-        for k, step in enumerate(self.steps):
-            yield from self._step(k, step, late=True)
-            yield Apply(k)
-        yield from (Connect(f, end) for f, positive in goal if positive and self._hidden(f))
-        yield from (Check(f, positive, end) for f, positive in goal if self._is_late(f))
+        for turn in (AT_ONCE, OF_STATES, WITH_MOVES):
+            made: list[Item] = []
+            for k, step in enumerate(self.steps):
+                made += [*self._step(k, step, turn), Apply(k)]
+            if turn == WITH_MOVES:
+                made += [Connect(f, end) for f, positive in goal if positive and self._hidden(f)]
+            made += [Check(f, p, end) for f, p in goal if not self._hidden(f) and self._pass_of(f) == turn]
+            if turn == AT_ONCE:
+                yield from made
+            elif any(not isinstance(item, Apply) for item in made):
+                yield Rewind()
+                yield from made
 
     def _hidden(self, fact: Fact) -> bool:
         return bool(self.connectors.fluent) and fact[0] == self.connectors.fluent
 
-    def _step(self, k: int, step: GroundOperator, late: bool) -> Iterable[Item]:
+    def _step(self, k: int, step: GroundOperator, turn: int) -> Iterable[Item]:
         waiting = list(self._literals(step))
-        if late:
+        if turn == WITH_MOVES:
             yield from (Connect(f, k) for f, positive in waiting if positive and self._hidden(f))
-        mine = [(f, p) for f, p in waiting if not self._hidden(f) and late == self._is_late(f)]
+        mine = [(f, p) for f, p in waiting if not self._hidden(f) and self._pass_of(f) == turn]
         needs = [i for i in self.needs[k] if i not in self.chosen and not i.external.is_test]
-        groups: list[Instance | None] = [None, *(i for i in needs if (i in self.deferred) == late)]
+        groups: list[Instance | None] = [None, *(i for i in needs if self.passes.get(i, AT_ONCE) == turn)]
         for instance in groups:
             if instance is not None:
                 self.chosen.add(instance)
@@ -189,9 +227,12 @@ class _Planner:
             yield from (Check(f, p, k) for f, p in sorted(ready, key=self._difficulty))
         assert not mine, f"{step.schema.name}: no stream gives the objects of {mine}"
 
-    def _is_late(self, fact: Fact) -> bool:
-        """Whether a literal can be checked only with what is deferred: it is of such objects, or of a whole state."""
-        return fact[0] in self.schema.state_tests or any(h in self.late for h in fact[1:])
+    def _pass_of(self, fact: Fact) -> int:
+        """The first pass in which a literal can be checked: its objects, and the states it is about, are known."""
+        latest = max((self.late.get(h, AT_ONCE) for h in fact[1:]), default=AT_ONCE)
+        tests = self.schema.state_tests.get(str(fact[0]), ())
+        last = {h for h, when in self.late.items() if when == WITH_MOVES} if tests else set()
+        return max([latest, *(WITH_MOVES if self._sees(test, last) else OF_STATES for test in tests)])
 
     def _is_known(self, handle: int) -> bool:
         return handle in self.known or self.knowledge.objects.is_real(handle)
