@@ -33,6 +33,7 @@ LOWERINGS = 48  # steps on the way down
 SETTLING_S = 3.0  # an object that moves longer than this has no place there
 PUSHED = 0.004  # what the others move at most, and turn, when an object settles among them (EDE) [m]
 SUNK = 4  # release heights at most above where an object comes to rest, to be clear of what it sinks into there
+DRIFT = 0.01  # what they move so far at most by themselves, as what rolls does, is not that object's doing (EDE) [m]
 AROUND = 0.05  # an object may meet others this far beside it as it comes to rest [m]
 
 
@@ -76,14 +77,22 @@ def settled(workspace: Workspace, name: str, place: Placement, simulator: str = 
     """
     poses = {other: workspace.start[other].pose for other in _company(workspace, name, place)}
     after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S, simulator=simulator)
-    edges = {other: mean_edge(workspace.task.object(other).shape) for other in poses}
-    pushed = any(ede(edges[other], after.poses[other], pose) > PUSHED for other, pose in poses.items())
     low, _ = workspace.bounds(name, after.poses[name])
-    if pushed or not after.resting or low[2] < -workspace.task.table.thickness:
+    if not after.resting or low[2] < -workspace.task.table.thickness:
         return None
+    if _moved(workspace, poses, after.poses) > PUSHED:
+        alone = settle(workspace.task, poses, limit_s=SETTLING_S, simulator=simulator).poses
+        if _moved(workspace, alone, after.poses) > PUSHED or _moved(workspace, poses, alone) > DRIFT:
+            return None
     rest = placements(after.poses, after.supports)[name]
     above = (raised(rest, steps * RELEASE_HEIGHT) for steps in range(1, SUNK + 1))
     return next((place for place in above if not _overlaps(workspace, name, place, poses)), None)
+
+
+def _moved(workspace: Workspace, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> float:
+    """The farthest that any of some objects moves, and turns (EDE) [m]."""
+    edges = {name: mean_edge(workspace.task.object(name).shape) for name in before}
+    return max((ede(edges[name], after[name], pose) for name, pose in before.items()), default=0.0)
 
 
 def _overlaps(workspace: Workspace, name: str, place: Placement, others: Iterable[str]) -> bool:

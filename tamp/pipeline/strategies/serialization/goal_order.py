@@ -66,7 +66,7 @@ class Ordering:
         self._early = Early(self._prospects)
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
-        self._rested: dict[str, Placements] = {}
+        self._rested: dict[tuple[str, Effort], Placements] = {}
         self._fallen: dict[str, Placements] = {}
         self._tries = Counter[str]()
 
@@ -250,7 +250,7 @@ class Ordering:
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
         if bar is None and self._uncertain(name):
-            if self._brought_to_rest(name, turned):
+            if self._brought_to_rest(name, turned, effort):
                 return self._ledger.reach_near([name])
             if self._fallen.get(name) == self._surroundings(name):
                 self._left[name] = "it does not stay there before others come"
@@ -273,7 +273,7 @@ class Ordering:
         if sent_back:
             self._prospects.mislead(name)
         unsteady = name in workspace.goals and (sent_back or tips_with(workspace, name, workspace.goals[name]))
-        if unsteady and self._brought_to_rest(name, turned):
+        if unsteady and self._brought_to_rest(name, turned, effort):
             return self._ledger.reach_near([name])
         if solution.plan is None:
             if not effort.others_move:
@@ -301,17 +301,17 @@ class Ordering:
         goal, geometry = workspace.goals[name], workspace.world.geometries[name]
         return rolls(geometry, goal.pose.matrix[:3, :3]) or not stands_on(workspace, name, goal, under)
 
-    def _brought_to_rest(self, name: str, turned: Collection[str]) -> bool:
+    def _brought_to_rest(self, name: str, turned: Collection[str], effort: Effort) -> bool:
         """Put an object to where it comes to rest from its goal, if that is near; whether it was.
 
-        That is tried once for each way in which others stand there. What falls waits for a change of it.
+        That is tried once with each effort for each way in which others stand there. What falls waits for a change.
         """
         here = self._surroundings(name)
-        if self._rested.get(name) == here:
+        if self._rested.get((name, effort)) == here:
             return False
-        self._rested[name] = here
+        self._rested[name, effort] = here
         there = rest_from_goal(self._asker, name)
-        if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned):
+        if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
             return there is not None
         if away(there, name) > FALLS or not _is_held(there, name):
             self._fallen[name] = here

@@ -20,7 +20,7 @@ from tamp.pipeline.strategies.serialization.goal_graph import (
     farthest_first,
     nearly_there,
 )
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.serialization.subproblem import Asker, Effort
 from tamp.planning import Context
 from tamp.planning.context import generator_for
 from tamp.streams.affordances.falls import drops
@@ -221,7 +221,9 @@ def rest_from_goal(asker: Asker, name: str) -> Workspace | None:
     return None if place is None else replace(workspace, start={**workspace.start, name: place})
 
 
-def bring_to_rest(asker: Asker, name: str, there: Workspace, kept: Collection[str], regrasped: Collection[str]) -> bool:
+def bring_to_rest(
+    asker: Asker, name: str, there: Workspace, kept: Collection[str], regrasped: Collection[str], effort: Effort
+) -> bool:
     """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
     Args:
@@ -230,10 +232,12 @@ def bring_to_rest(asker: Asker, name: str, there: Workspace, kept: Collection[st
         there: the scene with the object at rest; see `rest_from_goal`.
         kept: objects that must stay at their goals.
         regrasped: the object, where it reaches its goal only by way of another placement and grasp.
+        effort: how hard it is tried.
     """
     if away(there, name) <= RELEASE_HEIGHT or not nearly_there(there, name):
         return False
-    return _put(asker, name, there.start[name], kept, (), ITERATIONS, regrasped)
+    movable = None if effort.others_move else ()
+    return _put(asker, name, there.start[name], kept, (), effort.iterations, regrasped, movable)
 
 
 def _put_near(asker: Asker, name: str, grips: Grips, kept: Collection[str], free: Collection[str]) -> bool:
@@ -325,8 +329,12 @@ def _put(
     serving: Sequence[Grasp],
     iterations: int = ITERATIONS,
     regrasped: Collection[str] = (),
+    movable: Collection[str] | None = frozenset(),
 ) -> bool:
-    """Plan to put an object to a place while all others stay; with the grasps that serve there, or else with any."""
+    """Plan to put an object to a place; with the grasps that serve there, or else with any.
+
+    `movable`: what may be moved besides; None for all others, which stay elsewhere then unless they are `kept`.
+    """
     workspace = asker.workspace
     stay = {other: workspace.start[other] for other in workspace.goals}
     near = replace(workspace, goals={**stay, name: place})
@@ -335,5 +343,6 @@ def _put(
         yield from serving
 
     samplers = {"sample-grasp": grasps} if serving else {}
-    solution = asker.ask(asking_for(near, {*kept, name}), iterations, {name}, samplers, regrasped, about=name)
+    moved = None if movable is None else {name, *movable}
+    solution = asker.ask(asking_for(near, {*kept, name}), iterations, moved, samplers, regrasped, about=name)
     return solution.plan is not None and asker.refused(solution.plan, name, near=True) is None

@@ -69,12 +69,14 @@ def test_where_it_falls_off_the_table_or_pushes_others_it_has_no_place(workspace
     assert settled(workspace, "block", above) is None
 
 
-def settling_with(monkeypatch, **changes):
-    """Let scenes come to rest with these entries changed of what is found."""
+def settling_with(monkeypatch, with_block=None, **changes):
+    """Let scenes come to rest with these entries changed of what is found; all scenes, or those with a block or not."""
     settle = resting.settle
 
-    def changed(*scene, **options):
-        after = settle(*scene, **options)
+    def changed(task, poses, **options):
+        after = settle(task, poses, **options)
+        if with_block not in (None, "block" in poses):
+            return after
         return replace(after, **{field: {**getattr(after, field), **entries} for field, entries in changes.items()})
 
     monkeypatch.setattr(resting, "settle", changed)
@@ -85,7 +87,17 @@ def settling_with(monkeypatch, **changes):
 )
 def test_what_moves_or_tilts_by_more_than_a_little_is_pushed(workspace, monkeypatch, shift, tilt, pushed):
     there = Pose((shift, 0.0, 0.0)) @ workspace.start["base"].pose @ Pose.from_rpy((0.0, 0.0, 0.0), (tilt, 0.0, 0.0))
-    settling_with(monkeypatch, poses={"base": there})
+    settling_with(monkeypatch, with_block=True, poses={"base": there})
+    assert (settled(workspace, "block", down(workspace, (0.1, 0.0, 0.3))) is None) == pushed
+
+
+@pytest.mark.parametrize(
+    ("alone", "together", "pushed"), [(0.006, 0.007, False), (0.006, 0.012, True), (0.02, 0.02, True)]
+)
+def test_what_moves_a_little_by_itself_is_not_pushed(workspace, monkeypatch, alone, together, pushed):
+    for with_block, shift in ((False, alone), (True, together)):
+        there = Pose((shift, 0.0, 0.0)) @ workspace.start["base"].pose
+        settling_with(monkeypatch, with_block=with_block, poses={"base": there})
     assert (settled(workspace, "block", down(workspace, (0.1, 0.0, 0.3))) is None) == pushed
 
 

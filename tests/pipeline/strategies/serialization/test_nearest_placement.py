@@ -21,7 +21,7 @@ from tamp.pipeline.strategies.serialization.nearest_placement import (
     rest_from_goal,
 )
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
-from tamp.pipeline.strategies.serialization.subproblem import Asker
+from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, Asker
 from tamp.scoring.ede import ede, mean_edge
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Mesh, Object, Pose, Task, load_robot
@@ -136,9 +136,21 @@ def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from
     tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.025 + 0.025 * tilt), (tilt, 0.0, 0.0)), ("table",))
     asker.progress.now = replace(now, workspace=replace(now.workspace, goals={"red": tilted}))
     there = rest_from_goal(asker, "red")
-    assert there is not None and bring_to_rest(asker, "red", there, set(), set()) == brought
+    assert there is not None and bring_to_rest(asker, "red", there, set(), set(), EFFORTS[0]) == brought
     assert (nearly_there(asker.workspace, "red"), bool(asker.progress.actions)) == (brought, brought)
     assert asker.workspace.start["red"].pose.matrix[2, 2] > 0.9999
+
+
+@pytest.mark.parametrize("effort", EFFORTS[:2])
+def test_what_is_in_its_way_there_moves_with_the_greater_efforts_only(effort):
+    """A cube on top keeps the other from being taken to where it comes to rest from a tilted goal."""
+    asker = asker_of(replace(RED, goal=At(Pose((0.1, -0.2, 0.025)))), TOP)
+    now = asker.progress.now
+    tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.0265), (0.06, 0.0, 0.0)), ("table",))
+    asker.progress.now = replace(now, workspace=replace(now.workspace, goals={"red": tilted}))
+    there = rest_from_goal(asker, "red")
+    assert bring_to_rest(asker, "red", there, set(), set(), effort) == effort.others_move
+    assert nearly_there(asker.workspace, "red") == effort.others_move
 
 
 def test_what_nothing_comes_of_leaves_time_to_the_others(monkeypatch):
