@@ -75,9 +75,9 @@ def _tips(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, pu
     return workspace.cache.value(("upset", obj, put, pile_at(obj, around)), found)
 
 
-def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement]) -> None:
-    """Have the pile that an object is put on be taken for upset by that; `around` is where all stand then."""
-    workspace.cache.learn(("upset", obj, True, pile_at(obj, around)), True)
+def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, put: bool = True) -> None:
+    """Have the pile that an object is put on, or taken from, count as upset by that; `around` is where all stand."""
+    workspace.cache.learn(("upset", obj, put, pile_at(obj, around)), True)
 
 
 def pile_at(obj: str, around: Mapping[str, Placement]) -> tuple[tuple[str, Placement], ...]:

@@ -79,13 +79,18 @@ def righted(scene: Scene, state: State, name: str, allow: Tolerances) -> float:
 
     0 where it stands on anything else, and where it only rolls over facets, which stand for something round.
     """
+    return scene.displacement(name, state.poses[name], lain(scene, state, name, allow))
+
+
+def lain(scene: Scene, state: State, name: str, allow: Tolerances) -> Array:
+    """Where an object is that has righted itself on the level face that it stands on, or lain down, shape (4, 4)."""
     T = state.poses[name]
     if not on_level_face(scene, state, name, allow):
-        return 0.0
+        return T
     for tip in tips(scene, name, T):
         T = tip.pose
     fallen = scene.center_of_mass(name, state.poses[name])[2] - scene.center_of_mass(name, T)[2]
-    return scene.displacement(name, state.poses[name], T) if fallen > FALLS else 0.0
+    return T if fallen > FALLS else state.poses[name]
 
 
 def on_level_face(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:

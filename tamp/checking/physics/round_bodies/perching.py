@@ -9,6 +9,7 @@ What is no higher after it is tilted rolls: on when a hand that pushed it stops,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics import equilibrium
-from tamp.checking.physics.righting import righted
+from tamp.checking.physics.righting import lain
 from tamp.checking.physics.round_bodies.rolling import rolls_down
 from tamp.checking.physics.support import carriers
 from tamp.checking.scene import TABLE
@@ -70,19 +71,25 @@ def perched(
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Why an object does not stay on what carries it, since one of them rolls or it rights itself: sentence, bodies.
 
-    It may come `down` so far as it rights itself [m]; as a gap may be wide below what stands where that is None.
+    It may come `down` so far as it rights itself [m], and must stay where that takes it; as a gap may be wide below
+    what stands where that is None.
     """
     under = carriers(scene, state, name, allow).bodies
     if (below := _rolling(scene, state, name, allow)) is not None:
         yield f"{name} does not stay on {under[0]}, which rolls on {below}", (name, *under)
-    elif _rolls_down(scene, state, name, allow):
+        return
+    if _rolls_down(scene, state, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it rolls down", (name, *under)
-    elif _tilts_off(scene, state, name, allow):
+        return
+    end = lain(scene, state, name, allow)
+    far = scene.displacement(name, state.poses[name], end)
+    let = down is not None and far <= down
+    if _tilts_off(scene, replace(state, poses={**state.poses, name: end}) if let else state, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it tilts, or rolls, and comes down", (name, *under)
     elif _outweighs(scene, state, name, allow):
         sentence = f"{name}, which rolls, does not stay on {under[0]}, which is so much lighter that it tilts"
         yield sentence, (name, *under)
-    elif (far := righted(scene, state, name, allow)) > (allow.standing if down is None else down):
+    elif not let and far > allow.standing:
         yield f"{name} does not stay tilted on {under[0]}: it comes down by {1000 * far:.0f} mm", (name, *under)
 
 

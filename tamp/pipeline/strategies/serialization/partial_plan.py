@@ -209,13 +209,17 @@ class Progress:
         return None
 
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
-        """Let no question end again with an object put, or let fall, where the checker says that this upsets a pile."""
+        """Let no question end again with an object put, let fall or taken where the checker says this upsets a pile."""
         wrong, after = verdict.problems[0], self.now.setup.domain.after
-        if wrong.kind not in ("support", "release", "fall") or wrong.action is None:
+        if wrong.kind not in ("support", "release", "fall", "precondition") or wrong.action is None:
             return
         last = wrong.action
         before, then = (after(self.start, self.now.configuration, solution[:n])[0] for n in (last, last + 1))
         workspace = replace(self.now.workspace, start=then)
+        if wrong.kind == "precondition":
+            for name in before.keys() - then.keys():
+                learn_upset(workspace, name, before, put=False)
+            return
         for name in then.keys() - before.keys():
             way = solution[last].args[-1]
             if wrong.kind == "support":

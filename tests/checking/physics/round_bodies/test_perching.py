@@ -2,14 +2,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tamp.checking.actions.left_standing import check_rest
-from tamp.checking.physics.round_bodies.perching import LADEN, on_rollers, rolls_on
+from tamp.checking.geometry.transforms import rotation
+from tamp.checking.physics.righting import lain
+from tamp.checking.physics.round_bodies.perching import LADEN, on_rollers, perched, rolls_on
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Box, Cylinder, Object, Pose, Sphere, Task
+from tamp.task import Box, Cylinder, Mesh, Object, Pose, Sphere, Task
 from tests.checking.physics.heaps import said, turned
 
 R = 0.02
@@ -91,3 +94,27 @@ def test_what_is_round_stays_on_what_is_level_and_not_much_lighter(yaw, radius, 
     ball = Object("it", Sphere(radius), Pose((x, 0.0, 0.02 + radius)), mass=0.2)
     sentences = said(check_rest, turned((slab, ball), yaw))
     assert bool(sentences) == (share < 1.0 / LADEN), sentences
+
+
+def chisel(folder, tilt):
+    """A tapering tool that lies on one of its facets, turned by `tilt` about a level axis aslant, on the table."""
+    angles = np.arange(12) * np.pi / 6 + np.pi / 12
+    rings = [(-0.1, 0.015), (0.1, 0.004)]
+    corners = [(x, r * np.cos(a), r * np.sin(a)) for x, r in rings for a in angles]
+    trimesh.convex.convex_hull(np.array(corners)).export(folder / "chisel.obj")
+    lying = np.arctan2(0.011 * np.cos(np.pi / 12), 0.2)
+    turn = rotation(np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0]), -tilt) @ rotation(np.array([0.0, 1.0, 0.0]), lying)
+    T = np.eye(4)
+    T[:3, :3] = turn
+    T[2, 3] = -(np.array(corners) @ turn[2]).min()
+    task = Task("tool", (Object("tool", Mesh(str(folder / "chisel.obj")), Pose.from_matrix(T)),))
+    return Scene.of(task), State({"tool": T}, np.zeros(7))
+
+
+@pytest.mark.parametrize(("tilt", "stays"), [(0.0, True), (0.05, True), (-0.05, True), (-0.12, True), (-0.3, False)])
+def test_what_lies_down_by_less_than_things_slump_stays_where_it_does_not_roll_then(tmp_path, tilt, stays):
+    scene, state = chisel(tmp_path, tilt)
+    far = scene.displacement("tool", state.poses["tool"], lain(scene, state, "tool", DEFAULT))
+    assert (far <= DEFAULT.slump) == stays
+    assert (not list(perched(scene, state, "tool", DEFAULT, DEFAULT.slump))) == stays
+    assert (not list(perched(scene, state, "tool", DEFAULT))) == (tilt == 0.0)
