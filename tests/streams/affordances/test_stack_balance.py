@@ -73,6 +73,15 @@ def test_what_is_learnt_of_a_pile_holds_for_that_alone():
     assert any(True for _ in balance_with(context, "a", beside))
 
 
+def test_what_is_learnt_of_taking_a_thing_says_nothing_of_putting_it_there():
+    workspace, places = scales((0.01, 0.05))
+    context = ToldContext(workspace, fluents=facts(places))
+    assert any(True for _ in balance_without(context, "a", places["a"]))
+    learn_upset(workspace, "a", places, put=False)
+    assert not any(True for _ in balance_without(context, "a", places["a"]))
+    assert any(True for _ in balance_with(context, "a", places["a"]))
+
+
 def test_where_a_thing_is_taken_from_counts_though_all_else_stands_alike():
     """Asked first of a weight that never was in balance, then of the counterweight that keeps the other one up."""
     workspace, places = scales((-0.12, 1.0), (0.12, 1.0))
