@@ -12,7 +12,7 @@ from tamp.planning.binding.attempt import BoundStep
 from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.normal_form import ActionSchema
-from tamp.planning.model.objects import Fact
+from tamp.planning.model.objects import Fact, Pattern
 from tamp.planning.model.stream_instances import Instance, ground
 from tamp.planning.sampling.stream_calls import Sampling
 
@@ -95,13 +95,13 @@ class Costs:
             total += term if isinstance(term, int | float) else self._function(fact) if sure else self._bound(fact[0])
         return total
 
-    def searched(self, steps: Iterable[BoundStep]) -> int:
-        """The cost of a plan as the search sees it where plans must be cheap."""
-        return sum(self._rounded(self._expected(step)) for step in steps)
+    def searched(self, steps: Iterable[BoundStep], pairs: bool = False) -> int:
+        """The cost of a plan as the search sees it where plans must be cheap; `pairs`: as `of_move_between` prices."""
+        return sum(self._rounded(self._expected(step, pairs)) for step in steps)
 
-    def _expected(self, step: BoundStep) -> float:
+    def _expected(self, step: BoundStep, pairs: bool) -> float:
         """What an action of a plan costs, or is guessed to where it is a move that the search leaves out."""
-        if self._guessing and step.schema.name in self._hidden:
+        if not pairs and self._guessing and step.schema.name in self._hidden:
             return self._guessed(step.schema)
         return self._of(step.schema, step.binding)
 
@@ -128,6 +128,22 @@ class Costs:
             return self._rounded(self._guessed(schema))
         least = sum(term if isinstance(term, int | float) else self._least(str(term[0])) for term in schema.cost or ())
         return self._rounded(least)
+
+    def of_move_between(self, schema: ActionSchema, binding: dict[str, int]) -> int:
+        """What the search pays for an action of which only some arguments are known."""
+        return self._rounded(sum(self._term_between(term, binding) for term in schema.cost or ()))
+
+    def _term_between(self, term: int | float | Pattern, binding: dict[str, int]) -> float:
+        if isinstance(term, int | float):
+            return float(term)
+        name, functions = str(term[0]), self._knowledge.schema.functions
+        if not all(t in binding for t in term[1:] if isinstance(t, str)):
+            return self._guess(name)
+        fact = ground(term, binding)
+        if name not in functions or all(map(self._knowledge.objects.is_real, fact[1:])):
+            return self._function(fact) if self._has_value(fact) else self._guess(name)
+        known = self._among_given(functions[name], fact[1:], least=1)
+        return self._guess(name) if known is None else max(known, self._bound(name))
 
     def _guessed(self, schema: ActionSchema) -> float:
         """What an action is guessed to cost, whatever its arguments are."""
@@ -197,19 +213,20 @@ class Costs:
         known = self._among_given(functions[name], handles) if self._fine else None
         return self._guess(name) if known is None else max(known, self._bound(name))
 
-    def _among_given(self, function: FunctionStream, handles: tuple[int, ...]) -> float | None:
+    def _among_given(self, function: FunctionStream, handles: tuple[int, ...], least: int = LIKELY) -> float | None:
         """The mean of a function for values that streams have given, in place of those that they may give.
 
-        None where a stream has given none yet, or the function has no value for one.
+        None where there are fewer than `least` of its values yet, of the `LIKELY` that are looked at.
         """
-        total = 0.0
+        values: list[float] = []
         for number in range(LIKELY):
             given = tuple(self._given(handle, number) for handle in handles)
             real = tuple(handle for handle in given if handle is not None)
-            if len(real) < len(given) or not self._has_value((function.name, *real)):
+            if len(real) == len(given) and self._has_value((function.name, *real)):
+                values.append(self._function((function.name, *real)))
+            elif len(values) + LIKELY - 1 - number < least:
                 return None
-            total += self._function((function.name, *real))
-        return total / LIKELY
+        return sum(values) / len(values)
 
     def _given(self, handle: int, number: int) -> int | None:
         """What a stream has given for a placeholder, the results taken in turn; None where it has given nothing."""

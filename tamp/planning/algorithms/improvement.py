@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 
+from tamp.planning.algorithms.first_values import ask_for_first_values
 from tamp.planning.algorithms.preview import Preview
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
@@ -69,6 +70,8 @@ def improve(session: Session) -> None:
         _try_again(session, sampling.calls + again)
         if session.found.cost < cost:
             _choose_anew(session, sampling.calls + anew)
+        if not session.moves_cost_alike():
+            _reorder(session, session.searching + worth, sampling.calls + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
 
@@ -109,17 +112,20 @@ def _draw_below(session: Session, enough: int, most: int) -> None:
         _search_below(session, enough, sure=True)
 
 
-def _search_below(session: Session, enough: int, sure: bool = False) -> None:
+def _search_below(session: Session, enough: int, sure: bool = False, pairs: bool = False) -> None:
     """Try skeletons below the cost of the best plan, while there is less work of searches than `enough` in all.
 
     Where the search sees none but one that was tried, it looks past streams that failed. What one value fails for is
-    asked of its like, for as many calls as the search was work. `sure`: of values that are real alone.
+    asked of its like, for as many calls as the search was work. `sure`: of values that are real alone;
+    `pairs`: with what each move costs that is left to binding.
     """
     tried = {session.found.skeleton}
     for novel in (False, True):
         while session.searching < enough:
             searching, refuted = session.searching, len(session.knowledge.refuted)
-            skeleton = session.cheaper(enough, Scope(sure=sure, novel=novel))
+            if pairs:
+                session.costs.guess(True)  # until a cheaper plan is found
+            skeleton = session.cheaper(enough, Scope(sure=sure, novel=novel, pairs=pairs))
             if skeleton is None:
                 return
             if skeleton in tried:
@@ -127,6 +133,19 @@ def _search_below(session: Session, enough: int, sure: bool = False) -> None:
             tried.add(skeleton)
             if session.attempt(skeleton, BRIEF).steps is None:
                 session.rounds.ask_alike(refuted, most=session.searching - searching)
+
+
+def _reorder(session: Session, enough: int, most: int) -> None:
+    """Search below the cost of the best plan with what each move costs that is left to binding, and choose values anew.
+
+    What actions are near each other tells which should follow each other. There is less work of searches than `enough`
+    in all, and there are less than `most` calls of streams before values are chosen anew.
+    """
+    cost, calls = session.found.cost, session.sampling.calls
+    ask_for_first_values(session, most)
+    _search_below(session, enough, pairs=True)
+    if session.found.cost < cost:
+        _choose_anew(session, session.sampling.calls + most - calls)
 
 
 def _choose_anew(session: Session, most: int) -> None:

@@ -73,12 +73,13 @@ class Found:
         known = self._knowledge
         return Basis(tuple(known.real), tuple(known.state), tuple(known.brought))
 
-    def bound(self) -> int | None:
+    def bound(self, pairs: bool = False) -> int | None:
         """The search cost at which a plan can no longer be better than the best, or allowed; None where any may be.
 
-        It is what the best plan costs in the search itself, lest that plan be found again and again.
+        It is what the best plan costs in the search itself, lest that plan be found again and again. `pairs`: in one
+        that sees what each move costs between two values.
         """
         if self.best is not None:
-            return self._costs.searched(self.best)
+            return self._costs.searched(self.best, pairs)
         limit = self._options.max_cost
         return None if limit == math.inf else math.ceil(self._costs.scale * limit) + 1

@@ -116,7 +116,7 @@ class Session:
             lambda atoms: groups(self._invariants, atoms, [*self.knowledge.state, *self.knowledge.hoped_state()]),
             self.costs.of_operator,
             self.costs.of_hope,
-            MovePrices(self.connectors, self.costs.of_move),
+            MovePrices(self.connectors, self.costs.of_move, self.costs.of_move_between),
             course,
             forbidden,
             frozen,
@@ -282,7 +282,7 @@ class Session:
         Raises:
             Ended: at a limit.
         """
-        bound = self.found.bound()
+        bound = self.found.bound(scope.pairs)
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL
@@ -342,13 +342,13 @@ class Session:
         if self.found.cost < cost:
             self.on_better(self)
             self.found.check()
-            if self.connectors.fluent and not self._moves_cost_alike():
+            if self.connectors.fluent and not self.moves_cost_alike():
                 raise Restart(replace(self.options, connectors=False))
         if attempt.steps is None and self.lessons.puzzling and few_moves(self.connectors, self.grounder.operators):
             raise Restart(replace(self.options, connectors=False))
         return attempt.steps is not None
 
-    def _moves_cost_alike(self) -> bool:
+    def moves_cost_alike(self) -> bool:
         """Whether the search knows what the moves cost that it leaves out."""
         return self.costs.unit or all(constant(c.schema.cost) for c in self.connectors.connectors)
 

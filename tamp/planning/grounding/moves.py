@@ -3,16 +3,18 @@
 Connectors lead from any value of their fluent to any other, so that the search needs no operator for each pair. It
 should still see that two actions at one value need no move between them, and that a way by fewer values is shorter.
 One operator for each value that an action or the goal wants stands for all moves there, at the least that one costs.
+Where a plan is improved on, there is one for each pair of values, at what a move between them costs: which actions are
+near each other decides in which order they are cheap.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from tamp.planning.grounding.ground_task import TaskEffect, TaskOperator
 from tamp.planning.grounding.operators import GroundOperator
-from tamp.planning.model.analysis.transit_actions import Connectors
+from tamp.planning.model.analysis.transit_actions import Connector, Connectors
 from tamp.planning.model.normal_form import ActionSchema
 from tamp.planning.model.objects import Fact
 from tamp.planning.model.stream_instances import ground
@@ -31,6 +33,7 @@ class Moves:
         groups: values of which one holds at a time.
         targets: those that are wanted.
         initial: those that hold at the start.
+        between: (source, target) -> what a move from one to the other costs; empty where all cost `price`.
     """
 
     fluent: str = ""
@@ -38,6 +41,7 @@ class Moves:
     groups: tuple[tuple[Fact, ...], ...] = ()
     targets: frozenset[Fact] = frozenset()
     initial: frozenset[Fact] = frozenset()
+    between: Mapping[tuple[Fact, Fact], int] = field(default_factory=dict)
 
     def wanted(self, operator: GroundOperator) -> tuple[Fact, ...]:
         """What an operator wants of the fluent."""
@@ -48,8 +52,11 @@ class Moves:
         return tuple(TaskEffect(number(f), adds) for f, adds in _changed(operator, self.fluent)) if self.fluent else ()
 
     def operators(self, number: Callable[[Fact], int]) -> Iterator[TaskOperator]:
-        """A move to each value that is wanted."""
-        for group in self.groups:
+        """A move to each value that is wanted, or one from each other value to it."""
+        for (source, target), price in self.between.items():
+            ends = (TaskEffect(number(source), adds=False), TaskEffect(number(target), adds=True))
+            yield TaskOperator(None, (number(source),), (), ends, price)
+        for group in self.groups if not self.between else ():
             for target in group:
                 if target in self.targets:
                     effects = tuple(TaskEffect(number(fact), adds=fact == target) for fact in group)
@@ -62,17 +69,40 @@ class MovePrices:
     Args:
         connectors: the actions that are left out of the search.
         price: what the search pays for an action of theirs at least.
+        between: the same for one of which the two values that it leads between are known, by its variables.
     """
 
-    def __init__(self, connectors: Connectors, price: Callable[[ActionSchema], int]) -> None:
+    def __init__(
+        self,
+        connectors: Connectors,
+        price: Callable[[ActionSchema], int],
+        between: Callable[[ActionSchema, dict[str, int]], int],
+    ) -> None:
         self.fluent = connectors.fluent
         self._position = connectors.connectors[0].position if self.fluent else 0
-        self._schemas = [connector.schema for connector in connectors.connectors]
+        self._connectors = connectors.connectors
         self._price = price
+        self._between = between
 
-    def over(self, operators: Sequence[GroundOperator], state: Iterable[Fact], goal: Iterable[Fact]) -> Moves:
-        """The moves between operators, from a state and to a goal."""
-        price = min(map(self._price, self._schemas), default=0)
+    def few(self, operators: list[GroundOperator], lineage: Callable[[int], int]) -> list[GroundOperator]:
+        """Operators that want no more values than moves are seen between: the first few of each lineage.
+
+        Which kinds of values are near each other decides the order of actions; among their like one is chosen later.
+        """
+        kinds: dict[tuple[object, ...], dict[Fact, None]] = {}
+        for operator in operators if self.fluent else ():
+            for fact in _wanted(operator, self.fluent):
+                kinds.setdefault(tuple(map(lineage, fact[1:])), {})[fact] = None
+        if sum(map(len, kinds.values())) <= MANY:
+            return operators
+        kept = {fact for facts in kinds.values() for fact in list(facts)[: MANY // len(kinds)]}
+        return [operator for operator in operators if kept.issuperset(_wanted(operator, self.fluent))]
+
+    def over(
+        self, operators: Sequence[GroundOperator], state: Iterable[Fact], goal: Iterable[Fact], pairs: bool = False
+    ) -> Moves:
+        """The moves between operators, from a state and to a goal; `pairs`: each at what it costs itself."""
+        price = min((self._price(connector.schema) for connector in self._connectors), default=0)
         if not price:
             return Moves()
         initial = [fact for fact in state if fact[0] == self.fluent]
@@ -88,7 +118,18 @@ class MovePrices:
         if any(len([fact for fact in group if fact in initial]) > 1 for group in groups.values()):
             return Moves()
         made = tuple(map(tuple, groups.values()))
-        return Moves(self.fluent, price, made, frozenset(targets), frozenset(initial))
+        between = self._prices(made, targets) if pairs else {}
+        return Moves(self.fluent, price, made, frozenset(targets), frozenset(initial), between)
+
+    def _prices(self, groups: Iterable[tuple[Fact, ...]], targets: Iterable[Fact]) -> dict[tuple[Fact, Fact], int]:
+        """(source, target) -> what the cheapest move costs there."""
+        wanted = set(targets)
+        pairs = ((a, b) for group in groups for a in group for b in group if b in wanted and a != b)
+        return {(a, b): min(self._price_of(c, a, b) for c in self._connectors) for a, b in pairs}
+
+    def _price_of(self, connector: Connector, source: Fact, target: Fact) -> int:
+        ends = zip((*connector.before[1:], *connector.after[1:]), (*source[1:], *target[1:]), strict=True)
+        return self._between(connector.schema, {t: h for t, h in ends if isinstance(t, str)})
 
 
 def _wanted(operator: GroundOperator, fluent: str) -> tuple[Fact, ...]:

@@ -125,6 +125,7 @@ class Scope:
         unbarred: values to which moves failed only where what was in the way is gone.
         sure: without any hopes, among real values alone.
         moves: with what the moves cost that are left to binding.
+        pairs: these at what each costs between two values.
         exact: a stream with fluents that failed for no named reason is barred only where it is told the same.
     """
 
@@ -132,6 +133,7 @@ class Scope:
     unbarred: bool = False
     sure: bool = False
     moves: bool = True
+    pairs: bool = False
     exact: bool = False
 
 
@@ -189,7 +191,8 @@ class TaskBuilder:
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
         valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
-        moving = self._moves.over(live, given, goal[0]) if scope.moves else Moves()
+        live = self._moves.few(live, knowledge.lineage) if scope.pairs else live
+        moving = self._moves.over(live, given, goal[0], scope.pairs) if scope.moves else Moves()
         reached.update(fact for group in moving.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)
         ends = tuple(fact for fact in goal[0] if fact[0] != hidden or moving.fluent)
