@@ -17,6 +17,7 @@ from tamp.planning.algorithms.adaptive import adaptive, binding, focused, increm
 from tamp.planning.algorithms.improvement import improve
 from tamp.planning.algorithms.plan_graph import draw_plan
 from tamp.planning.algorithms.session import Known, Session
+from tamp.planning.grounding.kinds import unfit_conditions
 from tamp.planning.model.awaited import OWN_MARK
 from tamp.planning.model.normal_form import Condition, literals_of
 from tamp.planning.model.objects import Fact
@@ -88,6 +89,7 @@ class PlanningRun:
         options = self.settings.options
         options = options if budget is None else replace(options, timeout=budget)
         self._reached = None
+        complete = True
         kept: Session | None = None  # with a plan, where the run began again to look for a cheaper one
         session = self._turn_to(problem.goal_formula, options, started, frozen)
         try:
@@ -101,7 +103,7 @@ class PlanningRun:
                 session = self._begin(problem, again, started, frozen)
             raise AssertionError("algorithms end by raising Ended or Restart")
         except _Begun as begun:
-            session, status, message = begun.session, begun.ended.status, begun.ended.message
+            session, status, message, complete = begun.session, begun.ended.status, begun.ended.message, False
             self._usable = False  # facts may be missing
         except Ended as ended:
             assert session is not None
@@ -119,6 +121,8 @@ class PlanningRun:
             session = kept
         if session.found.best is None:
             message = " ".join([message, *_strangers(session, problem.goal_formula)])
+            if status == "timeout" and complete:
+                message = " ".join([message, *_unfit(session)])
         else:
             reached = _values(session, session.final_state())
             self._reached = _Present(reached, len(session.found.basis.brought))
@@ -263,6 +267,12 @@ def _strangers(session: Session, formula: Formula) -> Iterator[str]:
         for text in dict.fromkeys(named):
             verb = "names" if who == "goal" else "name"
             yield f"The {who} {verb} {text}, which no fact names and no stream has given."
+
+
+def _unfit(session: Session) -> Iterator[str]:
+    """A sentence about conditions that nothing fits, where time is over: a stream may certify too little."""
+    text = "" if session.sampling.wild else unfit_conditions(session.schema, session.knowledge)
+    yield from [text] if text else []
 
 
 def _certified(session: Session) -> Iterator[Fact]:

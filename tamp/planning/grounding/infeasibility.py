@@ -247,15 +247,16 @@ def _rules(schema: Schema) -> Iterator[_Rule]:
             if effect.positive:
                 body, unequal = action.condition.positive, action.condition.unequal
                 more = effect.condition
-                yield _Rule(effect.atom, _checked(body + more.positive), unequal + more.unequal)
+                yield _Rule(effect.atom, checked(body + more.positive), unequal + more.unequal)
     for axiom in schema.axioms:
-        yield _Rule(axiom.head, _checked(axiom.condition.positive), axiom.condition.unequal)
+        yield _Rule(axiom.head, checked(axiom.condition.positive), axiom.condition.unequal)
     for external in schema.externals.values():
         for certified in external.certified:
-            yield _Rule(certified, _checked(external.domain + external.awaited), external=external)
+            yield _Rule(certified, checked(external.domain + external.awaited), external=external)
 
 
-def _checked(body: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
+def checked(body: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
+    """Conditions without equalities, each once."""
     return tuple(dict.fromkeys(p for p in body if p[0] != "="))
 
 
