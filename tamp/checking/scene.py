@@ -129,6 +129,20 @@ class Given:
     on: frozenset[str]
 
 
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """How the pads hold an object.
+
+    Attributes:
+        force: what each finger presses with as it carries it [N].
+        slopes: for each pad the way in which it pushes the object out, as long as the tangent of the slope that its rim
+            presses on, in the tool frame, shape (3,).
+    """
+
+    force: float
+    slopes: tuple[Array, Array]
+
+
 @dataclass
 class State:
     """What steps change.
@@ -138,6 +152,7 @@ class State:
         q: arm configuration [rad].
         opening: distance between the pads [m]; None where nobody knows it until the first motion says it.
         held: what the gripper holds, or None.
+        hold: how it holds, or last held, something.
         time: of all motions so far [s].
         jumped: how far each joint jumped in all, within tolerance, where two motions meet [rad].
         strayed: object -> how far it was shifted aside in all, within tolerances, by what nothing explains [m].
@@ -161,6 +176,7 @@ class State:
     q: Array
     opening: float | None = None
     held: Attachment | None = None
+    hold: Hold | None = None
     time: float = 0.0
     facts: set[tuple[str, ...]] = field(default_factory=set)
     jumped: Array = field(default_factory=lambda: np.zeros(1))

@@ -139,11 +139,20 @@ def test_what_was_let_go_aside_tips_with_what_is_put_on_its_end(by, within, wron
 
 
 def pushed_on(
-    hand: Hand, action: tuple[str, str, str], stands: Pose, far: float, high: float, aside: float = 0.0
+    hand: Hand,
+    action: tuple[str, str, str],
+    stands: Pose,
+    far: float,
+    high: float,
+    aside: float = 0.0,
+    half: float = 0.03,
 ) -> tuple[list[Action], Pose]:
-    """Push a box of 6 cm, named by the action with what it stands on, along y with a closed hand; and its end."""
+    """Push a box, `half` as long along y, along that with a closed hand; and its end.
+
+    The action names it, and what it stands on.
+    """
     verb, name, on = action
-    tool = Pose((stands.xyz[0] + aside, stands.xyz[1] - 0.03 - FRONT + 0.0015, high), DOWN)
+    tool = Pose((stands.xyz[0] + aside, stands.xyz[1] - half - FRONT + 0.0015, high), DOWN)
     back, way = shifted(tool, np.array([0.0, -0.03, 0.0])), np.array([0.0, far, 0.0])
     go = Move("transit", hand.free(above(back)), 0.0)
     reach = [Move("approach", hand.line(to), 0.0) for to in (back, tool)]

@@ -80,7 +80,9 @@ def check_move(
         report("limits", TOO_WILD.format(move.phase))
     elif state.held is not None:
         _check_load(scene, state.held.object, move, found, report)
-        loosened = dynamics.loosened(scene, state.held, move, found.times)
+        loosened = [*dynamics.loosened(scene, state.held, move, found.times)]
+        if state.hold is not None and not loosened:
+            loosened += dynamics.squeezed_off(scene, state.held, state.hold, move, found.times)
         for sentence in (*loosened, *dynamics.pried_open(scene, state.held, move, found.times)):
             report("grasp", sentence, bodies=(state.held.object,))
     met = set[str]()

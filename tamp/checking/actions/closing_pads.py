@@ -11,12 +11,12 @@ import numpy as np
 
 from tamp.checking.actions.collisions.pairs import SLIDING
 from tamp.checking.actions.collisions.strike import pushed_over
-from tamp.checking.geometry.pad_region import between_pads, laid_flush
+from tamp.checking.geometry.pad_region import between_pads, laid_flush, pressed_slopes
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, rotation, turned
 from tamp.checking.physics.support import carriers
 from tamp.checking.robot.sweep import Mover, passed, standing, touches
-from tamp.checking.scene import TABLE, Scene, State
+from tamp.checking.scene import GRAVITY, TABLE, Hold, Scene, State
 from tamp.task.robot import PAD_FRICTION
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from tamp.checking.actions.arm_motion import Report
     from tamp.checking.tolerances import Tolerances
+    from tamp.task.plan import Grip
 
     Array = NDArray[np.float64]
 
@@ -58,6 +59,14 @@ def laid_between(scene: Scene, name: str, T_tool_object: Array, width: float, op
     drawn = lies.copy()
     drawn[:3, 3] -= sum(found) / 2 * np.array(gripper.axis)
     return drawn
+
+
+def hold_of(scene: Scene, grip: Grip, T_tool_object: Array, opening: float) -> Hold:
+    """How the pads hold what a grip closes on."""
+    thing, tree, gripper = scene.task.object(grip.attachment.object), scene.links.tree, scene.links.tree.spec.gripper
+    _, force = gripper.pressing(GRAVITY * thing.mass, thing.friction, grip.force)
+    solid, depth = scene.solids[thing.name], tree.pad_depth(grip.width)
+    return Hold(force, pressed_slopes(solid, T_tool_object, gripper, opening, depth))
 
 
 def drawn_along(scene: Scene, name: str, T_tool_object: Array, lies: Array | None) -> float:

@@ -12,6 +12,7 @@ from tamp.checking.actions.closing_pads import (
     UP,
     check_drawn,
     drawn_along,
+    hold_of,
     is_elsewhere,
     is_off,
     laid_between,
@@ -83,7 +84,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
     if name not in state.stayed and is_off(scene, state, name, gripped, state.poses[name]):
         state.stayed[name] = state.poses[name]
-    state.held = grip.attachment
+    state.held, state.hold = grip.attachment, hold_of(scene, grip, T_tool_object, opening)
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
     check_drawn(scene, state, name, gripped, lies, allow, report)

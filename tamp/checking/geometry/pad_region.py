@@ -26,6 +26,8 @@ TURN = 0.02
 """How far what is gripped turns between two looks at how wide it is [rad]."""
 LARGEST = 0.6
 """No farther do pads turn what they close on [rad]."""
+STEEPEST = 1e6
+"""The tangent of a slope on which nothing presses."""
 STICKS = 0.6
 """Share of friction that holds what pads would turn: they turn it as they close, while they still slip along it."""
 
@@ -60,11 +62,7 @@ def between_pads(
 def squeezed_out(
     solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, friction: float, depth: float = 0.0
 ) -> float | None:
-    """The slope of an object where pads slip off it, or None where they do not.
-
-    What bulges between the pads, or lies across them as a ridge does, touches their faces, which press straight on it.
-    Where it grows wider beyond a pad's rim the rim presses on a slope, and slips off where that is steeper than the
-    cone of friction.
+    """The slope of an object where pads slip off it, or None where they do not: steeper than the cone of friction.
 
     Args:
         solid: the object.
@@ -77,6 +75,25 @@ def squeezed_out(
     Returns:
         The angle between the closing axis and the least steep of the faces that a pad's rim presses on [rad].
     """
+    slopes = pressed_slopes(solid, T_tool_object, gripper, opening, depth)
+    steepest = max(float(np.arctan(np.linalg.norm(slope))) for slope in slopes)
+    return steepest if steepest > np.arctan(friction) else None
+
+
+def pressed_slopes(
+    solid: Solid, T_tool_object: Array, gripper: Gripper, opening: float, depth: float = 0.0
+) -> tuple[Array, Array]:
+    """The slopes that the rims of either pad press on, each of shape (3,), zero where a pad presses straight on.
+
+    What bulges between the pads, or lies across them as a ridge does, touches their faces, which press straight on it.
+    Where it grows wider beyond a pad's rim the rim presses on a slope.
+
+    Arguments as of `squeezed_out`.
+
+    Returns:
+        For each pad the way in which it pushes the object out, in the tool frame, as long as the tangent of the angle
+        between the closing axis and the least steep of the faces that its rim presses on.
+    """
     R = _pad_frame(gripper)
     half = (opening / 2, gripper.pad[1] / 2 - EDGE, gripper.pad[2] / 2 - EDGE)
     touched: list[tuple[Array, Array]] = []  # a corner of what is between the pads, and the normal of its face
@@ -88,16 +105,18 @@ def squeezed_out(
             normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
             normal /= max(float(np.linalg.norm(normal)), 1e-14)
             touched += [(corner, normal) for corner in _clipped(triangle, half)]
-    steepest = 0.0
-    for side in (1.0, -1.0):
+
+    def slope(side: float) -> Array:
         outermost = max((side * corner[0] for corner, _ in touched), default=0.0)
         faces: dict[bytes, list[tuple[Array, Array]]] = {}  # those that meet in a corner
         for corner, normal in touched:
             if side * corner[0] > outermost - NEAR:
                 faces.setdefault((np.round(corner, 6) + 0.0).tobytes(), []).append((corner, normal))
         slopes = [_slope(met[0][0], np.stack([normal for _, normal in met]), side, half) for met in faces.values()]
-        steepest = max(steepest, min(slopes, default=0.0))
-    return steepest if steepest > np.arctan(friction) else None
+        least: Array = min(slopes, key=lambda each: float(np.linalg.norm(each)), default=np.zeros(3)) @ R
+        return least
+
+    return slope(1.0), slope(-1.0)
 
 
 def laid_flush(
@@ -139,15 +158,16 @@ def laid_flush(
     return T
 
 
-def _slope(corner: Array, normals: Array, side: float, half: tuple[float, float, float]) -> float:
-    """How far the line is from the closing axis along which a pad and the faces that meet in a corner press [rad].
+def _slope(corner: Array, normals: Array, side: float, half: tuple[float, float, float]) -> Array:
+    """The way out in which a pad pushes the faces that meet in a corner, shape (3,), in the frame of the pads.
 
-    A pad's face presses along the axis. A rim presses across itself, along what lies between the faces' normals; the
-    end of a rim along any of these.
+    It is as long as the tangent of the angle between the closing axis and the line along which the two press. A pad's
+    face presses along the axis. A rim presses across itself, along what lies between the faces' normals; the end of a
+    rim along any of these.
     """
     rims = np.flatnonzero(np.abs(np.abs(corner[1:]) - half[1:]) < 1e-9) + 1
     if not len(rims):
-        return 0.0
+        return np.zeros(3)
     lines = normals
     if len(rims) == 1:
         along = normals[:, 3 - rims[0]]
@@ -159,8 +179,12 @@ def _slope(corner: Array, normals: Array, side: float, half: tuple[float, float,
         ]
         lines = np.array([*normals[np.abs(along) < 1e-6], *pairs]).reshape(-1, 3)
     facing = lines[side * lines[:, 0] > 1e-6]
-    outwards = np.linalg.norm(np.maximum(-facing[:, rims] * np.sign(corner[rims]), 0.0), axis=1)
-    return float(np.arctan2(outwards, side * facing[:, 0]).min(initial=np.pi / 2))
+    outwards = np.zeros((len(facing) + 1, 3))
+    outwards[:-1, rims] = np.maximum(-facing[:, rims] * np.sign(corner[rims]), 0.0) * np.sign(corner[rims])
+    outwards[:-1] /= side * facing[:, :1]
+    outwards[-1, rims[0]] = STEEPEST * np.sign(corner[rims[0]])  # where no face looks at the pad
+    least: Array = outwards[np.linalg.norm(outwards, axis=1).argmin()]
+    return least
 
 
 def _pad_frame(gripper: Gripper) -> Array:

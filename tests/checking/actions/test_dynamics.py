@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
+from tamp.formats.obj import box_obj
 from tamp.task import (
     Action,
     At,
@@ -147,3 +148,40 @@ def test_what_is_heavy_to_the_side_to_which_a_finger_closes_pries_the_fingers_op
     assert ("pries the fingers open" in found) == pries
     assert bool(found) == pries
     assert not pries or "pries" not in said(Task("gallows", (gallows,)), slowed(plan, 4.0))
+
+
+def tapered(degrees):
+    """An OBJ file of a block of 5 by 5 by 6 cm whose flanks come together upwards, each at that slope."""
+    lines = []
+    for line in box_obj("block", (-0.025, -0.025, -0.03), (0.025, 0.025, 0.03)).splitlines():
+        if line.startswith("v "):
+            x, y, z = map(float, line.split()[1:])
+            line = f"v {x} {y - np.sign(y) * z * np.tan(np.radians(degrees))} {z}"
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("degrees", "friction", "mass", "held"),
+    [
+        (13.0, 0.3, 0.3, True),
+        (13.0, 0.3, 1.0, False),
+        (15.5, 0.3, 0.02, True),
+        (15.5, 0.3, 0.1, False),
+        (25.0, 0.6, 0.3, True),
+        (28.0, 0.6, 0.3, False),
+    ],
+)
+def test_pads_squeeze_out_what_tapers_where_little_friction_is_left_beside_its_slope(
+    tmp_path, degrees, friction, mass, held
+):
+    """It is gripped by flanks that friction just holds without a weight: two simulators lost it at once."""
+    mesh = tmp_path / "block.obj"
+    mesh.write_text(tapered(degrees))
+    start, end = Pose((0.05, -0.2, 0.03)), Pose((0.05, 0.2, 0.03))
+    task = Task("taper", (Object("red", Mesh(mesh), start, At(end), mass=mass, friction=friction),))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, end, 0.05, ("table", "table"), 0.01)
+    found = said(task, slowed(Plan("taper", "panda", 0, {"red": start}, home, {"red": end}, tuple(actions)), 1.3))
+    assert ("red slips off the pads, whose rims press on a slope" in found) != held, found
+    assert bool(found) != held, found

@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
 LOOK = 0.001
 """How far an object goes between two looks at what carries it closely [m]."""
+CLOSELY = 1e-4
+"""What it touches for certain is no farther from it [m]; a notch of twice as much it catches in."""
 SLIDES = 0.96
 """Share of friction that a linearised cone bears in each direction, and at which something as good as slides."""
 
@@ -100,7 +102,7 @@ def _tips_in(
     friction = scene.friction(name) * min((scene.friction(other) for other in under), default=0.0)
     low = (scene.solids[name].hull.part.vertices @ path[0, 2, :3] + path[0, 2, 3]).min()
     shift = friction * float(touching[:, 2].min() - low) * direction(path)
-    closely = np.arange(allow.firm, allow.standing + allow.firm / 2, allow.firm)
+    closely = np.geomspace(CLOSELY, allow.standing, round(np.log2(allow.standing / CLOSELY)) + 1)
     tight = next((float(t) for t in closely if _carried(scene, state, name, path[0], shift, float(t), allow)), None)
     if tight is None:
         return

@@ -119,7 +119,15 @@ def over(tmp_path, parts, sunk=0.0):
 
 
 @pytest.mark.parametrize(
-    ("deep", "wide", "tips"), [(2.8e-3, 0.036, True), (1.2e-3, 0.036, True), (0.0, 0.036, False), (2.8e-3, 0.01, False)]
+    ("deep", "wide", "tips"),
+    [
+        (2.8e-3, 0.036, True),
+        (1.2e-3, 0.036, True),
+        (2e-4, 0.036, True),
+        (0.0, 0.036, False),
+        (2.8e-3, 0.01, False),
+        (2e-4, 0.01, False),
+    ],
 )
 def test_nothing_is_nudged_over_a_notch_that_it_tips_into(tmp_path, deep, wide, tips):
     """In two simulators it caught there, and took the slab along: the box was 13 to 16 mm off, the slab 7 mm."""
@@ -134,3 +142,16 @@ def test_what_is_sunk_within_tolerance_climbs_no_step(tmp_path, up, sunk, climbs
     found = over(tmp_path, [(-0.15, 0.01, 0.03), (0.01, 0.15, 0.03 + up)], sunk)
     assert ("box presses on slab as it slides over it" in found) == climbs, found
     assert bool(found) == climbs, found
+
+
+@pytest.mark.parametrize(("friction", "tips"), [(0.53, True), (0.45, False)])
+def test_what_is_pushed_where_it_nearly_tips_lags_behind(friction, tips):
+    """Pushed 36 mm high, 20 mm behind its edge, it rode on that: 9 and 15 mm behind in two simulators."""
+    start = Pose((0.05, -0.1, 0.025))
+    size = Box((0.06, 0.04, 0.05))
+    actions, end = pushed_on(Hand(HOME), ("nudge", "box", "table"), start, 0.048, 0.02, half=0.02)
+    box = Object("box", size, start, At(end), mass=0.2, friction=friction)
+    plan = Plan("lags", "panda", 0, {"box": start}, HOME, {"box": end}, calm(actions))
+    found = " ".join(problem.sentence for problem in check(Task("lags", (box,)), plan).problems)
+    assert ("box would tip over" in found) == tips, found
+    assert bool(found) == tips, found
