@@ -19,6 +19,7 @@ import numpy as np
 from benchmarks.ocrtoc import DATA
 from benchmarks.parts.harness import Row, main
 from benchmarks.parts.unseen_tables import family, write_tables
+from tamp.checking.physics.giving_way import on_edge
 from tamp.checking.physics.round_bodies.perching import on_rollers, perched
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import off_balance, stack_of
@@ -89,6 +90,8 @@ def _refusals(scene: Scene, state: State, name: str) -> Iterator[tuple[str, ...]
     for other, far in off_balance(scene, state, stack).items():
         if other == name and far > DEFAULT.balance:
             yield (f"{name} is {1000 * far:.0f} mm off balance among {', '.join(stack.names)}",)
+    if on_edge(scene, state, name, DEFAULT):
+        yield (f"{name} stands on the very edge of what carries it",)
 
 
 def _options() -> argparse.ArgumentParser:

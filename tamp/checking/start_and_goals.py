@@ -9,6 +9,7 @@ import numpy as np
 
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
+from tamp.checking.physics.giving_way import on_edge
 from tamp.checking.physics.round_bodies.perching import perched
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.settling import stayed, unexplained
@@ -74,6 +75,10 @@ def check_start(replay: Replay, exact: Mapping[str, Pose] | None) -> None:
             replay.report("start", f"at the start {sentence}", bodies)
     for sentence, bodies in rocked(scene, state, sorted(written), allow):
         replay.report("start", f"at the start {sentence}", bodies)
+    for name in sorted(written):
+        if on_edge(scene, state, name, allow):
+            sentence = f"{name} starts on the very edge of what carries it, or beyond, and tips over that"
+            replay.report("start", sentence, (name,))
     for name, far in _off_balance(scene, state, allow).items():
         sentence = f"{name} starts in the air" if np.isinf(far) else f"{name} starts {1000 * far:.0f} mm off balance"
         replay.report("start", sentence, (name,), min(far, 1.0))

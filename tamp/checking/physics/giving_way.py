@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.checking.geometry.transforms import turned
+from tamp.checking.physics.equilibrium import LEVEL
+from tamp.checking.physics.round_bodies.perching import round_axes
+from tamp.checking.physics.stacks import stack_of
 from tamp.checking.physics.support import balanced, carriers, gaps, tipping
 
 if TYPE_CHECKING:
@@ -26,6 +29,8 @@ STEP = 0.001
 """How far the fastest side of a body that gives way moves between two looks [m]."""
 LOOKS = 400
 """At a body that gives way."""
+WITHIN = 1e-4
+"""What is no farther than this within the edge of all that it stands on stays there by chance [m]."""
 
 
 def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
@@ -58,14 +63,37 @@ def let_down(
             yield f"{name} {how} on what it still touches", (name,)
 
 
+def on_edge(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
+    """Whether an object on which nothing stands has its middle on the very edge of level faces, or beyond, and tips.
+
+    What is not convex is not asked about, as above; nor is what is round, or stands on that: see `perched`.
+    """
+    touching = carriers(scene, state, name, allow)
+    if not touching.bodies or balanced(scene, state, name, touching, allow) >= allow.balance:
+        return False  # nothing else is near an edge
+    stack = stack_of(scene, state, name, allow)
+    loaded = any(name in stack.below(other) for other in stack.names if other != name)
+    touched = carriers(scene, state, name, replace(allow, standing=allow.firm)).patches
+    level = all((patch.normals[:, 2] > LEVEL).all() for patch in touched.values())
+    if loaded or not (touched and level and convex(scene, state, name, allow)):
+        return False
+    if any(round_axes(scene, state, body) for body in (name, *touched) if body in state.poses):
+        return False
+    return _gives(scene, state, name, allow.strayed, allow, WITHIN) == "tips"
+
+
 def convex(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     """Whether an object, and all that it touches, is of one piece."""
     touched = (name, *carriers(scene, state, name, allow).patches)
     return all(len(scene.solids[body].pieces) == 1 for body in touched)
 
 
-def _gives(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> str:
-    """How an object gives way until what it really touches carries it: "" where that is by so much at `most` [m]."""
+def _gives(scene: Scene, state: State, name: str, most: float, allow: Tolerances, least: float | None = None) -> str:
+    """How an object gives way until what it really touches carries it: "" where that is by so much at `most` [m].
+
+    It is carried where its middle is `least` within the edge of that, or else as much beyond that as balance may err.
+    """
+    wanted = -allow.balance if least is None else least
     there, tight = replace(state, poses=dict(state.poses), touching={}), replace(allow, standing=allow.firm)
     began, angle = state.poses[name], STEP / scene.solids[name].radius
     for _ in range(LOOKS):
@@ -73,9 +101,9 @@ def _gives(scene: Scene, state: State, name: str, most: float, allow: Tolerances
         if not touching.patches:
             there = lowered_onto(scene, there, name, most, allow)
             touching = carriers(scene, there, name, tight)
-        if balanced(scene, there, name, touching, allow, 0.0) >= -allow.balance:
+        if balanced(scene, there, name, touching, allow, max(wanted, 0.0)) >= wanted:
             return ""
-        if (over := tipping(touching, scene.center_of_mass(name, there.poses[name]))) is None:
+        if (over := tipping(touching, scene.center_of_mass(name, there.poses[name]), max(wanted, 0.0))) is None:
             return "slides"
         there.poses[name] = turned(there.poses[name], *over, angle)
         if scene.displacement(name, began, there.poses[name]) > most:

@@ -236,8 +236,11 @@ def _carries(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:
     return False
 
 
-def tipping(carried: Contacts, center: Array) -> tuple[Array, Array] | None:
-    """The contact about which a body tips, and the unit axis, shape (3,) each; None where its centre is over them."""
+def tipping(carried: Contacts, center: Array, within: float = 0.0) -> tuple[Array, Array] | None:
+    """The contact about which a body tips, and the unit axis, shape (3,) each; None where its centre is over them.
+
+    That is by at least so much `within` their edge [m].
+    """
     points = np.concatenate([np.zeros((0, 3)), *carried.points.values()])
     angles = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
     ways = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
@@ -245,6 +248,6 @@ def tipping(carried: Contacts, center: Array) -> tuple[Array, Array] | None:
         return None
     reach = ((points - center) @ ways.T).max(axis=0)
     worst = int(reach.argmin())
-    if reach[worst] >= 0.0:
+    if reach[worst] >= within:
         return None
     return points[(points @ ways[worst]).argmax()], np.cross((0.0, 0.0, 1.0), ways[worst])
