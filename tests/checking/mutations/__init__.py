@@ -121,6 +121,7 @@ from tests.checking.mutations.stacks import (
     rolls_down_a_slope,
     rolls_off_what_is_light,
     stands_tilted,
+    starts_beyond_the_rim,
     sunk_tower,
 )
 from tests.checking.mutations.topples import topple_halfway, topple_on_ice, topple_over_the_edge
@@ -184,6 +185,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     misnamed_phase: ("continuity",),
     sunk_tower: ("start",),
     stands_tilted: ("start",),
+    starts_beyond_the_rim: ("start",),
     rolls_down_a_slope: ("start",),
     rolls_off_what_is_light: ("start",),
     rolls_along_a_groove: ("start",),

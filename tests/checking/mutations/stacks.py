@@ -97,6 +97,18 @@ def rolls_off_what_is_light(task: Task, plan: Plan, rng: np.random.Generator) ->
     )
 
 
+def starts_beyond_the_rim(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A domino, or a slab, out of the way stands on a block, its middle by less than a millimetre beyond the rim."""
+    place, beyond = Pose((*CORNER, 0.0)), rng.uniform(2e-4, 8e-4)
+    long, high = ((0.012, 0.1), (0.06, 0.02))[int(rng.integers(2))]
+    return _with(
+        task,
+        plan,
+        Object("ledge", Box((0.1, 0.1, 0.05)), place @ Pose((0.0, 0.0, 0.025)), mass=2.0),
+        Object("verge", Box((long, 0.05, high)), place @ Pose((0.05 + beyond, 0.0, 0.05 + high / 2)), mass=0.1),
+    )
+
+
 def _with(task: Task, plan: Plan, *things: Object) -> Pair:
     """The same with more objects, which stay where they are."""
     start = {**plan.start, **{thing.name: thing.pose for thing in things}}

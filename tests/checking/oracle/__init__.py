@@ -25,6 +25,7 @@ from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.striking import staying
 from tests.checking.oracle.tilting import tipping
 from tests.checking.oracle.topples import topple
+from tests.checking.oracle.verges import beyond_rim
 from tests.checking.oracle.world import (
     World,
     arrive,
@@ -63,6 +64,7 @@ class Oracle:
             or start(quick)
             or leaning(quick)
             or rolling(quick)
+            or beyond_rim(quick)
             or self._tipping(quick)
             or self._replay(quick, plan, sweep=False)
             or goals(quick, plan)
