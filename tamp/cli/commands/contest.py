@@ -118,6 +118,10 @@ def _add_service(actions: Commands) -> None:
     parser.add_argument("--port", type=positive_int, default=8000, metavar="N", help="default 8000")
     parser.add_argument("--workers", type=natural, default=1, metavar="N", help="processes that evaluate; default 1")
     _add_work(parser)
+    text = "after a change of rules or tasks: hold all submissions against the new ones; needs the extra 'contest'"
+    parser = command(actions, "again", again, text)
+    parser.add_argument("--all", action="store_true", help="do every run anew, as after an upgrade")
+    _add_data(parser)
     parser = command(actions, "work", work, "one more worker, on this machine or another; needs the extra 'contest'")
     parser.add_argument(
         "--parent", type=positive_int, metavar="PID", help="end when this process, its parent, has ended"
@@ -190,9 +194,11 @@ def _copy(task: Path, folder: Path) -> None:
 def team(options: argparse.Namespace) -> int:
     """Print the token of a new team, or a new one of an old team."""
     _require_extra()
+    from tamp.contest.service.serve import rules_file
     from tamp.contest.service.store import open_store
     from tamp.contest.service.teams import add_team, renew_token
 
+    rules_file(options.data)  # a token for a folder that is none would be worth nothing
     make = renew_token if options.renew else add_team
     print(make(open_store(options.data, options.database), options.name), file=options.out)
     return SOLVED
@@ -212,6 +218,16 @@ def serve(options: argparse.Namespace) -> int:
     workers = [service.worker_command(options.data, options.database, passed)] * options.workers
     print(f"http://{options.host}:{options.port}", file=options.out)
     service.serve(options.data, options.database, options.host, options.port, workers)
+    return SOLVED
+
+
+def again(options: argparse.Namespace) -> int:
+    """Queue what rules and tasks ask for as they are now."""
+    _require_extra()
+    from tamp.contest.service import serve as service
+
+    found = service.again(options.data, options.database, everything=options.all)
+    print(f"{len(found.queued)} runs are to be done, {found.aside} no longer count", file=options.out)
     return SOLVED
 
 

@@ -12,7 +12,7 @@ from sqlalchemy import case, func, select
 
 from tamp.contest.evaluation.standings import counting, improvement, standings
 from tamp.contest.service.contest import Contest, Kind
-from tamp.contest.service.store import SUBMISSIONS, TEAMS, TRIALS, Store
+from tamp.contest.service.store import ASIDE, SUBMISSIONS, TEAMS, TRIALS, Store
 from tamp.results import Result, from_json, to_json
 from tamp.scoring.ranking import Standing
 
@@ -86,7 +86,7 @@ class Board:
         done = TRIALS.c.state == "done"
         with self._store.look() as connection:
             state = connection.execute(
-                select(func.count(), func.max(TEAMS.c.id), func.sum(TRIALS.c.id))
+                select(func.count(), func.max(TEAMS.c.id), func.sum(TRIALS.c.id), func.sum(TRIALS.c.evaluations))
                 .select_from(TRIALS.join(SUBMISSIONS, TRIALS.c.submission == SUBMISSIONS.c.id).join(TEAMS))
                 .where(done, SUBMISSIONS.c.kind == kind)
             ).one()
@@ -169,7 +169,7 @@ class Board:
             select(*columns, func.count(), count("running"), count("done"))
             .join(TEAMS, TEAMS.c.id == SUBMISSIONS.c.team)
             .join(TRIALS, TRIALS.c.submission == SUBMISSIONS.c.id)
-            .where(*conditions)
+            .where(TRIALS.c.state != ASIDE, *conditions)
             .group_by(*columns)
             .order_by(SUBMISSIONS.c.created.desc(), SUBMISSIONS.c.id)
         )

@@ -68,13 +68,18 @@ def load_contest(path: Path) -> Contest:
     entries: dict[Kind, tuple[Entry, ...]] = {}
     for kind in KINDS:
         tasks = [load_task(file, allow_outside=True) for file in task_files(rules, kind)]
-        labels = [task.name if kind == "trial" else f"{number:03}" for number, task in enumerate(tasks, start=1)]
+        labels = [task.name if kind == "trial" else numbered(number) for number, task in enumerate(tasks, start=1)]
         if len(set(labels)) < len(labels):
             raise TampError(f"{path}: {kind}: two tasks have the same name; names must differ within a set")
         entries[kind] = tuple(Entry(label, task) for label, task in zip(labels, tasks, strict=True))
     if not entries["contest"]:
         raise TampError(f"{path}: contest: name at least one task file")
     return Contest(rules, entries, {kind: _yardsticks(entries[kind]) for kind in KINDS})
+
+
+def numbered(number: int) -> str:
+    """What the public calls a contest task."""
+    return f"{number:03}"
 
 
 def _yardsticks(entries: tuple[Entry, ...]) -> tuple[Yardstick, ...]:

@@ -12,7 +12,7 @@ from sqlalchemy import select
 
 from tamp.contest.service.contest import Contest, Kind
 from tamp.contest.service.scratch import unfinished
-from tamp.contest.service.store import SUBMISSIONS, TRIALS, Store
+from tamp.contest.service.store import ASIDE, SUBMISSIONS, TRIALS, Store
 from tamp.execution.log import Frame
 from tamp.report.rendering.film import render_execution
 from tamp.results import from_json
@@ -47,7 +47,9 @@ def film_path(data: Path, trial: int) -> Path:
 def shown(store: Store, submission: str) -> tuple[int, ...]:
     """Of a submission that is done, the runs with the smallest and the largest error against doing nothing."""
     with store.look() as connection:
-        rows = connection.execute(select(TRIALS).where(TRIALS.c.submission == submission)).all()
+        rows = connection.execute(
+            select(TRIALS).where(TRIALS.c.submission == submission, TRIALS.c.state != ASIDE)
+        ).all()
     scored = []
     for row in rows:
         if row.state != "done":
@@ -96,6 +98,12 @@ def _draw(task: Task, source: Path, data: Path, path: Path) -> None:
     ]
     with unfinished(data, path) as part:
         render_execution(task, frames, part)
+
+
+def forget(data: Path, trial: int) -> None:
+    """Remove what a run that is done anew was to be shown by."""
+    for path in (film_path(data, trial), data / "frames" / f"{trial}.json.gz"):
+        path.unlink(missing_ok=True)
 
 
 def submission_of(store: Store, trial: int) -> str | None:

@@ -1,15 +1,33 @@
-"""Which run is done next, and that each is done once: leases that expire, and a word that only their holder knows."""
+"""Which run is done next, and that each is done once: leases that expire, and a word that only their holder knows.
+
+Which runs there are follows from rules and tasks; where these have changed, it is held against them anew.
+"""
 
 from __future__ import annotations
 
 import time
 import uuid
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from sqlalchemy import and_, func, or_, select, update
+from sqlalchemy import Connection, and_, func, insert, or_, select, update
 
-from tamp.contest.service.contest import Kind
-from tamp.contest.service.store import SUBMISSIONS, TRIALS, Store
+from tamp.contest.service.conditions import (
+    Conditions,
+    Run,
+    changes,
+    conditions,
+    from_text,
+    labelled,
+    labels,
+    runs,
+    to_text,
+)  # fmt: skip
+from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.store import ASIDE, CONDITIONS, DONE, QUEUED, RUNNING, SUBMISSIONS, TRIALS, Store
+from tamp.errors import TampError
 
 LEASE_S = 60.0
 """How long a worker may be silent before its run is given to another one [s]."""
@@ -105,4 +123,98 @@ def give_back(store: Store, held: Claim) -> None:
 def waiting(store: Store) -> int:
     """Runs that are not done."""
     with store.look() as connection:
-        return connection.execute(select(func.count()).where(TRIALS.c.state != "done")).scalar_one()
+        return connection.execute(select(func.count()).where(TRIALS.c.state.in_((QUEUED, RUNNING)))).scalar_one()
+
+
+def settled(store: Store, contest: Contest) -> Contest:
+    """The contest with the labels that its tasks have in the database, where they are kept from now on.
+
+    Raises:
+        TampError: where something was handed in that was run under other conditions.
+    """
+    with store.change() as connection:
+        history = _recorded(connection)
+        contest = labelled(contest, labels(history)["contest"])
+        now, before = conditions(contest), history[-1] if history else None
+        different = [] if before is None else list(changes(before, now))
+        if different and connection.execute(select(SUBMISSIONS.c.id).limit(1)).first() is not None:
+            path = contest.rules.path or Path()
+            raise TampError(
+                f"{path}: what was handed in was run under other conditions: {'; '.join(different)}; change it back, "
+                f"or hold all submissions against the new ones: tamp contest again --data {path.parent}"
+            )
+        if before != now:
+            _record(connection, now)
+    return contest
+
+
+@dataclass(frozen=True)
+class Renewal:
+    """What became of the runs of all submissions.
+
+    Attributes:
+        queued: numbers of those that are to be done.
+        aside: how many no longer count.
+    """
+
+    queued: tuple[int, ...]
+    aside: int
+
+
+def refresh(store: Store, contest: Contest, *, everything: bool = False) -> Renewal:
+    """Hold all submissions against rules and tasks as they are now; no worker may be at work.
+
+    Runs that are missing or were done under other conditions are queued, and those that no longer count put aside.
+
+    Args:
+        store: the database.
+        contest: as it was read.
+        everything: do every run anew.
+    """
+    with store.change() as connection:
+        history = _recorded(connection)
+        known = labels(history)
+        now = conditions(labelled(contest, known["contest"]))
+        afresh = everything or (bool(history) and history[-1].scene != now.scene)
+        queued, aside = [], 0
+        for number, kind in connection.execute(select(SUBMISSIONS.c.id, SUBMISSIONS.c.kind)).all():
+            same = {label for label, digest in now.tasks[kind].items() if known[kind].get(label, digest) == digest}
+            _add_missing(connection, number, list(runs(now, kind)))
+            for row in connection.execute(select(TRIALS).where(TRIALS.c.submission == number)).all():
+                stale = afresh or row.result is None or (row.task in now.tasks[kind] and row.task not in same)
+                counts = (row.task, row.simulator, row.run) in set(runs(now, kind))
+                _put(connection, row.id, (QUEUED if stale else DONE) if counts else ASIDE, stale=stale)
+                queued += [row.id] if stale and counts else []
+                aside += not counts
+        _record(connection, now)
+    return Renewal(tuple(queued), aside)
+
+
+def _add_missing(connection: Connection, submission: str, wanted: Sequence[Run]) -> None:
+    """Add the runs of a submission that it does not have."""
+    columns = (TRIALS.c.task, TRIALS.c.simulator, TRIALS.c.run)
+    there = {tuple(row) for row in connection.execute(select(*columns).where(TRIALS.c.submission == submission))}
+    rows = [
+        {"submission": submission, "task": task, "simulator": simulator, "run": run, "state": QUEUED}
+        for task, simulator, run in wanted
+        if (task, simulator, run) not in there
+    ]
+    if rows:
+        connection.execute(insert(TRIALS), rows)
+
+
+def _put(connection: Connection, trial: int, state: str, *, stale: bool) -> None:
+    """Give a run a state; one that is stale forgets what came of it."""
+    values: dict[str, Any] = {"state": state, "lease": None, "until": None}
+    values |= {"result": None, "log": None, "claims": 0} if stale else {}
+    connection.execute(update(TRIALS).where(TRIALS.c.id == trial).values(**values))
+
+
+def _recorded(connection: Connection) -> tuple[Conditions, ...]:
+    """All conditions that there were, the latest last."""
+    rows = connection.execute(select(CONDITIONS.c.value).order_by(CONDITIONS.c.id)).scalars()
+    return tuple(map(from_text, rows))
+
+
+def _record(connection: Connection, now: Conditions) -> None:
+    connection.execute(insert(CONDITIONS).values(at=time.time(), value=to_text(now)))

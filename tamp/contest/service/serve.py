@@ -15,7 +15,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tamp.contest.sandbox.isolation import Sandbox
+from tamp.contest.service import films
 from tamp.contest.service.contest import load_contest
+from tamp.contest.service.queue import Renewal, refresh, settled
 from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import open_store
 from tamp.contest.service.worker import Worker
@@ -65,10 +67,26 @@ def work(
     def ended() -> bool:
         return stop.is_set() or (parent is not None and os.getppid() != parent)
 
-    store, contest = open_store(data, database), load_contest(rules_file(data))
+    contest, store = load_contest(rules_file(data)), open_store(data, database)
+    contest = settled(store, contest)
     with scratch_folder(data) as folder:
         tempfile.tempdir = str(folder.resolve())  # the process's own: whatever it makes goes with it
         Worker(store, contest, data, sandbox, lease_s, ended).run(until_empty=until_empty)
+
+
+def again(data: Path, database: str | None, *, everything: bool) -> Renewal:
+    """Hold all submissions against rules and tasks as they are now; the service must not run meanwhile.
+
+    Args:
+        data: the folder with the rules and the packages.
+        database: URL; SQLite in `data` where it is None.
+        everything: do every run anew.
+    """
+    contest = load_contest(rules_file(data))
+    found = refresh(open_store(data, database), contest, everything=everything)
+    for trial in found.queued:
+        films.forget(data, trial)
+    return found
 
 
 def serve(data: Path, database: str | None, host: str, port: int, workers: Sequence[Sequence[str]]) -> None:
@@ -86,7 +104,8 @@ def serve(data: Path, database: str | None, host: str, port: int, workers: Seque
     from tamp.contest.service.web.app import make_app
     from tamp.contest.service.web.prompt import PromptProtocol
 
-    app = make_app(open_store(data, database), load_contest(rules_file(data)), data)
+    contest, store = load_contest(rules_file(data)), open_store(data, database)
+    app = make_app(store, settled(store, contest), data)
     with scratch_folder(data) as folder, _kept(workers):
         tempfile.tempdir = str(folder.resolve())
         uvicorn.run(app, host=host, port=port, log_level="warning", server_header=False, http=PromptProtocol)

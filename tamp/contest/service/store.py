@@ -76,6 +76,17 @@ TRIALS = Table(
     Column("log", Text),
     UniqueConstraint("submission", "task", "simulator", "run"),
 )
+CONDITIONS = Table(
+    "conditions",
+    META,
+    Column("id", Integer, primary_key=True),
+    Column("at", Float, nullable=False),
+    Column("value", Text, nullable=False),
+)
+"""Under what runs were done, the latest last: see `tamp.contest.service.conditions`."""
+
+QUEUED, RUNNING, DONE, ASIDE = "queued", "running", "done", "aside"
+"""The states of a run; what is aside is of a task, simulator or number that no longer counts, with what came of it."""
 
 
 class StoreFullError(Exception):
