@@ -85,21 +85,22 @@ def rows(quick: bool) -> Iterator[Row]:
 def _hand_in(data: Path, names: list[str]) -> list[tuple[str, str]]:
     """Hand everything in; name and number of each submission."""
     from tamp.contest.service.contest import load_contest
+    from tamp.contest.service.scratch import scratch_folder
     from tamp.contest.service.store import open_store
-    from tamp.contest.service.submissions import accept, clear_incoming
+    from tamp.contest.service.submissions import accept
     from tamp.contest.service.teams import add_team, team_of
 
     store, contest = open_store(data), load_contest(data / "contest.yaml")
-    clear_incoming(data)
     teams = {name: team_of(store, add_team(store, name)) for name in ("honest", "hostile")}
     handed = []
     for place, name in enumerate(["honest", *names[: len(names) // 2], "honest", *names[len(names) // 2 :], "honest"]):
         team = teams["honest" if name == "honest" else "hostile"]
         assert team is not None
         code = f"{HONEST}# {place}\n" if name == "honest" else (HOSTILE / f"{name}.py").read_text(encoding="utf-8")
-        upload = data / "incoming" / f"{place}"
-        upload.write_text(code, encoding="utf-8")
-        handed.append((name, accept(store, contest, data, team, "contest", f"{name}.py", upload).id))
+        with scratch_folder(data) as folder:
+            upload = folder / "upload"
+            upload.write_text(code, encoding="utf-8")
+            handed.append((name, accept(store, contest, data, team, "contest", f"{name}.py", upload).id))
     store.close()
     return handed
 
