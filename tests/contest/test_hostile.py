@@ -174,3 +174,28 @@ def test_one_runs_group_is_not_removed_by_another() -> None:
         first.remove()
         second.remove()
     assert not first.memory.exists()
+
+
+def test_a_library_that_is_not_there_is_told_with_what_there_is_and_how_to_bring_one(
+    sandbox: Sandbox, tmp_path: Path
+) -> None:
+    solution = tmp_path / "solution.py"
+    solution.write_text("import nowhere.to_be_found\n\nclass Solution:\n    def run(self, goal, robot): ...\n")
+    ending, _ = run_in(sandbox, solution, tmp_path / "run")
+    assert ending.message.startswith("ModuleNotFoundError: No module named 'nowhere'; a solution may import")
+    assert "numpy and what its package brings: put the library into the .zip" in ending.message
+    folder = tmp_path / "own"
+    (folder / "solution").mkdir(parents=True)
+    (folder / "solution" / "__init__.py").write_text("import solution.picks\n")
+    ending, _ = run_in(sandbox, folder, tmp_path / "again")
+    assert ending.message == "ModuleNotFoundError: No module named 'solution.picks'"
+
+
+def test_what_was_printed_before_a_run_is_stopped_is_read_in_its_order(sandbox: Sandbox, tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text(
+        "import os, sys\n\nclass Solution:\n    def run(self, goal, robot):\n"
+        "        print('one')\n        print('two', file=sys.stderr)\n        print('three')\n        os._exit(3)\n"
+    )
+    ending, output = run_in(sandbox, tmp_path / "solution.py", tmp_path / "run")
+    assert ending.reason == "died"
+    assert output.decode().split() == ["one", "two", "three"]

@@ -69,6 +69,11 @@ def test_a_solution_moves_the_arm_and_is_scored(folder: Path, capsys: pytest.Cap
     assert run["ede_m"] == pytest.approx(run["do_nothing_ede_m"], abs=1e-3)
     assert 0 < run["execution_sim_s"] < 10
     assert "mean error" in capsys.readouterr().out
+    assert main([*arguments, *insist]) == 0
+    told = capsys.readouterr()
+    assert "what it printed is shown by -v, and kept by -o DIR" in told.out and "refused: joint" not in told.err
+    assert main([*arguments, *insist, "-v"]) == 0
+    assert "tiny, pybullet, run 0: refused: joint" in capsys.readouterr().err
     before = (folder / "out" / "results.json").read_bytes()
     assert main([*arguments, *insist, "-o", str(folder / "out")]) == 2
     assert "results.json has results already: --overwrite replaces them; nothing was touched" in capsys.readouterr().err

@@ -8,6 +8,7 @@ import json
 import re
 import secrets
 import shutil
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,7 @@ from tamp.execution.simulators import DEFAULT
 if TYPE_CHECKING:
     from tamp.cli.options import Commands
     from tamp.cli.parser import Parser
+    from tamp.contest.evaluation.trial import Trial
     from tamp.contest.rules import Rules
     from tamp.task import Task
 
@@ -61,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
     """Print a table of what counted and write all runs; exit status 0 whatever the solution did."""
     from tamp.contest.evaluation.evaluate import evaluate, solution_path, summary, table
     from tamp.contest.sandbox.choice import choose
+    from tamp.contest.sandbox.isolation import visible
 
     results_file = None if options.output is None else options.output / "results.json"
     if results_file is not None and results_file.exists() and not options.overwrite:
@@ -69,7 +72,15 @@ def run(options: argparse.Namespace) -> int:
     tasks = _tasks(options, rules)
     sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
     logs: list[bytes] = []
-    results = evaluate(solution, tasks, rules, sandbox, lambda trial: logs.append(trial.log))
+
+    def seen(trial: Trial) -> None:
+        logs.append(trial.log)
+        if getattr(options, "verbose", 0):
+            name = f"{trial.result.task}, {trial.result.simulator}, run {trial.result.seed}"
+            lines = trial.log.decode("utf-8", errors="replace").splitlines()
+            print(*(f"{name}: {visible(line)}\n" for line in lines), sep="", end="", file=sys.stderr)
+
+    results = evaluate(solution, tasks, rules, sandbox, seen)
     found = summary(solution.stem, results, tasks, rules) | {"isolation": sandbox.name}
     if options.output is not None:
         for result, log in zip(results, logs, strict=True):
@@ -79,6 +90,8 @@ def run(options: argparse.Namespace) -> int:
     write_json(options, found)
     if not to_stdout(options):
         print("\n".join(table(results, tasks, rules)), file=options.out)
+        if any(logs) and options.output is None and not getattr(options, "verbose", 0):
+            print("what it printed is shown by -v, and kept by -o DIR", file=options.out)
     return SOLVED
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import importlib
 import inspect
+import io
 import json
 import resource
 import socket
@@ -37,21 +38,24 @@ def main(arguments: str) -> int:
     """Run a solution; the exit status is 0 where it returned.
 
     Args:
-        arguments: JSON: descriptor (of the socket), solution and models (folders), module, limits (rlimit -> value),
-            filter (of system calls; empty for none).
+        arguments: JSON: descriptor (of the socket), solution and models (folders), module, libraries (distributions
+            that are offered), limits (rlimit -> value), filter (of system calls; empty for none).
     """
     given = json.loads(arguments)
     for name, value in given["limits"].items():
         resource.setrlimit(getattr(resource, name), (value, value))
     if given["filter"]:
         take_on(given["filter"])
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # what is printed before a run is stopped is read, and in its order
+            stream.reconfigure(line_buffering=True)
     channel = Channel(socket.socket(fileno=given["descriptor"]), FROM_SERVER)
     goal, robot, connection = connect(channel, Path(given["models"]))
     try:
         load(Path(given["solution"]), given["module"])().run(goal, robot)
     except BaseException as error:  # whatever it is, its owner wants to read it, and the server to know
         traceback.print_exc()
-        _tell(connection, "raised", error=_said(error))
+        _tell(connection, "raised", error=_said(error, Path(given["solution"]), given["libraries"]))
         return 1
     _tell(connection, "finished")
     return 0
@@ -95,12 +99,27 @@ def load(folder: Path, module: str) -> Any:
     )
 
 
-def _said(error: BaseException) -> str:
-    """An exception in a line, whatever its own words do."""
+def _said(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
+    """An exception in a line, whatever its own words do; of a library that is not there, what there is."""
     try:
-        return f"{type(error).__name__}: {error}"[:1000].encode("utf-8", "replace").decode()
+        words = f"{type(error).__name__}: {error}"[:1000] + _missing(error, folder, libraries)
+        return words[:1900].encode("utf-8", "replace").decode()
     except BaseException:  # its words may be anything, an exit too
         return type(error).__name__
+
+
+def _missing(error: BaseException, folder: Path, libraries: Sequence[str]) -> str:
+    """What may be imported, where a solution asked for a library that is not there; else nothing."""
+    if not isinstance(error, ModuleNotFoundError) or type(error.name) is not str:
+        return ""
+    top = error.name.partition(".")[0]
+    if any((folder / name).exists() for name in (top, f"{top}.py")):
+        return ""  # a module of its own
+    return (
+        f"; a solution may import Python's own library, {', '.join(('numpy', *libraries))} and what its package brings"
+        ": put the library into the .zip, beside the solution, or have it offered by 'libraries' in contest.yaml "
+        "(--library NAME of tamp contest run)"
+    )
 
 
 def _tell(connection: Connection, kind: str, **fields: str) -> None:

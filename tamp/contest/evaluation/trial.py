@@ -115,6 +115,7 @@ def run_solution(
         "solution": sandbox.inside(room, SOLUTION),
         "models": sandbox.inside(room, MODELS),
         "module": package.module,
+        "libraries": rules.libraries,
         "limits": rules.limits.rlimits(isolated=sandbox.isolates),
         "filter": call_filter() if sandbox.isolates else [],
     }
