@@ -97,7 +97,13 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class ArmState:
-    """Joint positions (joints,) [rad], pose of the tool frame (4, 4), distance between the finger pads [m]."""
+    """Where the arm is.
+
+    Attributes:
+        q: joint positions, (joints,) [rad].
+        T_world_tool: pose of the tool frame, whose z axis is the approach, (4, 4).
+        width: distance between the finger pads [m].
+    """
 
     q: Matrix
     T_world_tool: Matrix

@@ -125,12 +125,27 @@ def _lock(connection: Connection, team: Team) -> None:
     connection.execute(select(TEAMS.c.id).where(TEAMS.c.id == team.id).with_for_update())
 
 
-def _refuse_surplus(connection: Connection, contest: Contest, team: Team, kind: Kind) -> None:
-    uploads, now = contest.rules.uploads, datetime.now(timezone.utc)
-    most = uploads.a_month if kind == "contest" else uploads.trials_a_month
+def left_this_month(store: Store, contest: Contest, team: Team, kind: Kind) -> int:
+    """How many submissions to a set a team may still make in this calendar month (UTC)."""
+    with store.look() as connection:
+        return _left(connection, contest, team, kind)
+
+
+def _left(connection: Connection, contest: Contest, team: Team, kind: Kind) -> int:
+    now = datetime.now(timezone.utc)
     month = now.replace(day=1, hour=0, minute=0, second=0, microsecond=0).timestamp()
     mine = (SUBMISSIONS.c.team == team.id, SUBMISSIONS.c.kind == kind, SUBMISSIONS.c.created >= month)
-    if connection.execute(select(func.count()).where(*mine)).scalar_one() >= most:
+    return max(0, _most(contest, kind) - connection.execute(select(func.count()).where(*mine)).scalar_one())
+
+
+def _most(contest: Contest, kind: Kind) -> int:
+    uploads = contest.rules.uploads
+    return uploads.a_month if kind == "contest" else uploads.trials_a_month
+
+
+def _refuse_surplus(connection: Connection, contest: Contest, team: Team, kind: Kind) -> None:
+    if not _left(connection, contest, team, kind):
+        most = _most(contest, kind)
         raise TooManyError(
             f"{most} submissions to the {kind} set in this month are the most; the next month begins anew"
         )

@@ -14,7 +14,10 @@ pytest.importorskip("fastapi", reason="the web service needs the extra 'contest'
 pytest.importorskip("sqlalchemy", reason="the web service needs the extra 'contest'")
 
 import uvicorn
+from fastapi.testclient import TestClient
 
+from tamp.contest.service.contest import load_contest
+from tamp.contest.service.web.app import make_app
 from tamp.contest.service.web.prompt import PromptProtocol
 from tests.contest.service.served import CODE, Service
 
@@ -128,3 +131,33 @@ def test_a_connection_that_does_not_ask_is_closed(monkeypatch: pytest.MonkeyPatc
         finally:
             server.should_exit = True
             thread.join()
+
+
+def test_a_page_says_how_a_solution_is_written_and_names_every_call(service: Service) -> None:
+    page = service.get("/solutions").text
+    for said in ("goal, robot", "frame(name)", "move_pose(T_world_tool, speed=1.0, straight=True)", "T_world_camera",
+                 "tf(parent, child)", "follow(times, positions, velocities=None)", "go_to(width, effort=20.0)",
+                 "time_left", "finger pads", "home, lower, upper"):  # fmt: skip
+        assert said in page, said
+    assert 'href="/solutions"' in service.get("/").text
+
+
+def test_a_team_sees_what_it_has_left_this_month(service: Service) -> None:
+    assert "(3 left this month)" in service.get("/team", service.ours).text
+    service.hand_in(service.ours)
+    assert "(2 left this month)" in service.get("/team", service.ours).text
+    assert "(3 left this month)" in service.get("/team", service.theirs).text
+
+
+def test_a_task_without_a_goal_pose_takes_no_figures_of_another(service: Service) -> None:
+    (service.data / "another.yaml").write_text(
+        "name: another\nregions: [{name: tray, box: {center: [0.1, -0.3], size: [0.2, 0.2]}}]\n"
+        "objects:\n  - {name: red, shape: {box: [0.04, 0.04, 0.06]}, pose: {xyz: [0, 0.1, 0.03]}, goal: {on: tray}}\n"
+    )
+    rules = (service.data / "contest.yaml").read_text().replace("[open.yaml]", "[another.yaml, open.yaml]")
+    (service.data / "contest.yaml").write_text(rules)
+    contest = load_contest(service.data / "contest.yaml")
+    client = TestClient(make_app(service.store, contest, service.data))
+    another, own = client.get("/tasks").text.split("<figure>")[1:]
+    assert "<b>another</b>" in another and "no goal is a pose" in another and "doing nothing" not in another
+    assert "<b>open</b>" in own and "doing nothing 20.00" in own

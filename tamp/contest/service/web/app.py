@@ -19,10 +19,10 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 
 from tamp.contest.service import films
 from tamp.contest.service.board import Board, Progress
-from tamp.contest.service.contest import Contest, Kind
+from tamp.contest.service.contest import KINDS, Contest, Kind
 from tamp.contest.service.scratch import scratch_folder
 from tamp.contest.service.store import OUT_OF_REACH, Store, StoreFullError
-from tamp.contest.service.submissions import TooManyError, accept, count_attempt, suffix_of
+from tamp.contest.service.submissions import TooManyError, accept, count_attempt, left_this_month, suffix_of
 from tamp.contest.service.teams import Team, team_of
 from tamp.contest.service.web import pages
 from tamp.contest.service.web.pictures import picture, task_archive
@@ -133,6 +133,7 @@ class Routes:
             ("/", self.leaderboard_page),
             ("/rules", self.rules_page),
             ("/tasks", self.tasks_page),
+            ("/solutions", self.solutions_page),
             ("/team", self.team_page),
             ("/submissions/{number}", self.submission_page),
             ("/api/docs", self.api_page),
@@ -171,14 +172,20 @@ class Routes:
 
     def tasks_page(self, request: Request) -> str:
         """The tasks, with pictures of those that may be seen."""
-        rows = {k: list(zip(v, self._contest.yardsticks[k])) for k, v in self._contest.entries.items()}  # noqa: B905
+        measures = {kind: {one.task: one for one in self._contest.yardsticks[kind]} for kind in self._contest.entries}
+        rows = {k: [(entry, measures[k].get(entry.label)) for entry in v] for k, v in self._contest.entries.items()}
         return self._page(request, "tasks.html", rows=rows)
+
+    def solutions_page(self, request: Request) -> str:
+        """How a solution is written: one to begin with, and what it may call."""
+        return self._page(request, "solutions.html", calls=pages.standard_api(), sample=pages.sample())
 
     def team_page(self, request: Request) -> str:
         """Handing in, and what was handed in."""
         team = team_of(self._store, _token(request))
         mine = [] if team is None else self._board.submissions(team=team.id)
-        return self._page(request, "team.html", submissions=mine)
+        left = {} if team is None else {k: left_this_month(self._store, self._contest, team, k) for k in KINDS}
+        return self._page(request, "team.html", submissions=mine, left=left)
 
     def submission_page(self, request: Request, number: str) -> str:
         """One submission: live while it runs; what it printed for its owner only."""
