@@ -78,7 +78,7 @@ class Rules:
     execution_s: float = 600.0
     seed: int = 0
     cameras: str | None = None
-    renderer: str = "raycast"
+    renderer: Literal["raycast", "software"] = "raycast"
     libraries: tuple[str, ...] = ()
     contest_log_kb: int = 4
     reveal: bool = False

@@ -37,6 +37,7 @@ def test_every_setting_is_read() -> None:
         ("execution_s: -1", "positive number"),
         ("execution_s: .nan", "positive number"),
         ("best_of_runs: best", "valid are task, solution, mean"),
+        ("renderer: crayon", "'crayon' is not valid; valid are raycast, software"),
         ("limits: {cpu: 1}", "limits.cpu: unknown"),
         ("limits: 3", "limits: expected a mapping"),
         ("simulators: pybullet", "expected a list"),
