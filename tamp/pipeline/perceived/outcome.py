@@ -16,7 +16,7 @@ from tamp.perception.evaluation import pose_error
 from tamp.perception.rendering.surface import Surface
 from tamp.scoring import Score
 from tamp.scoring.score import SOLVED_WITHIN_M
-from tamp.task import Grip, Move, Plan, Pose
+from tamp.task import Fall, Grip, Move, Plan, Pose, Release
 
 WRONG = 0.02
 """An estimate farther from the truth than this (EDE over the mesh's symmetries) is wrong [m]."""
@@ -89,13 +89,13 @@ def outcomes(
         grasped: object -> how often it was grasped and held.
         ends: object with a goal pose -> where it is in the end, and that pose.
     """
-    moved = {name for plan in plans for name in _moved(plan)}
+    brought = {name for plan in plans for name in _brought(plan)}
     found = []
     for name, look in looks.items():
         sight = _sight(name, beliefs, truths, object_model(look))
         end = pose_error(object_model(look), *ends[name])[0] if name in ends else None
         met = reached.goals_met.get(name)
-        fate = _symmetric(met, end) or _fate(met, sight, name in moved, grasped.get(name))
+        fate = _symmetric(met, end) or _fate(met, sight, name in brought, grasped.get(name))
         error, raw = sight.errors[0] if sight.errors else (None, None)
         found.append(Outcome(name, fate, error, raw, sight.confidence, sight.look, end))
     return tuple(found)
@@ -127,7 +127,7 @@ def _symmetric(met: bool | None, end: float | None) -> str:
     return "reached but for its symmetry" if met is False and end is not None and end <= SOLVED_WITHIN_M else ""
 
 
-def _fate(met: bool | None, sight: _Sight, moved: bool, grasped: int | None) -> str:
+def _fate(met: bool | None, sight: _Sight, brought: bool, grasped: int | None) -> str:
     if met is None:
         return "no goal"
     if met:
@@ -136,7 +136,7 @@ def _fate(met: bool | None, sight: _Sight, moved: bool, grasped: int | None) -> 
         return "not seen"
     if any(error[0] > WRONG for error in sight.errors):
         return "wrongly estimated"
-    if not moved:
+    if not brought:
         return "left by the plan"
     return "not grasped" if grasped == 0 else "wrongly placed"
 
@@ -145,6 +145,15 @@ def _moved(plan: Plan) -> set[str]:
     """Objects that a plan takes into the hand or pushes."""
     gripped = {step.attachment.object for step in plan.steps if isinstance(step, Grip)}
     return gripped | {step.pushed.object for step in plan.steps if isinstance(step, Move) and step.pushed is not None}
+
+
+def _brought(plan: Plan) -> set[str]:
+    """Objects that a plan moves, but for those that it does no more than put aside, away from their goal poses."""
+    ends = {step.object: step.pose for step in plan.steps if isinstance(step, Release | Fall)}
+    aside = {
+        name for name, pose in ends.items() if name in plan.goals and math.dist(pose.xyz, plan.goals[name].xyz) > WRONG
+    }
+    return _moved(plan) - aside
 
 
 def as_dicts(found: Sequence[Outcome]) -> tuple[dict[str, Any], ...]:
