@@ -81,7 +81,8 @@ HOMES = {
     "numba": {"compiled"},
     "ompl": {"world.motion.ompl"},
     "PIL": {
-        "perception.dataset.frames", "perception.overlay", "perception.rendering.software", "report.rendering.images",
+        "perception.dataset.frames", "perception.notes", "perception.overlay", "perception.rendering.software",
+        "report.rendering.images",
     },
     "pinocchio": {
         "world.collision.broadphase", "world.robot.chain", "world.robot.hand", "world.robot.linkage",

@@ -28,11 +28,13 @@ class PoseError:
         symmetric: EDE to the nearest of the true poses that the mesh's symmetries make alike [m]; None: not seen.
         raw: EDE to the true pose [m]; None: not seen.
         confidence: the estimate's own.
+        said: the name that the estimate goes by: of several objects of one mesh it may be another's.
     """
 
     symmetric: float | None
     raw: float | None
     confidence: float
+    said: str
 
 
 def pose_error(model: ObjectModel, estimate: Pose, truth: Pose) -> tuple[float, float]:
@@ -69,7 +71,7 @@ def pose_errors(
         for row, column in enumerate(assigned(np.array(cost))):
             error = table[row][column]
             symmetric, raw = (None, None) if error is None else error
-            errors[names[column]] = PoseError(symmetric, raw, said[row].confidence)
+            errors[names[column]] = PoseError(symmetric, raw, said[row].confidence, names[row])
     return {name: errors[name] for name in truth}
 
 

@@ -78,15 +78,14 @@ def perceive_task(
 
 def report(sight: Sight) -> list[str]:
     """A line an object: whether it was seen, how sure that is, and, against the truth, how far it is off."""
-    errors = pose_errors(sight.estimates, sight.truth, sight.objects)
+    errors = _errors(sight)
     lines = []
     for name, estimate in sight.estimates.items():
-        error = errors[name].symmetric
-        if estimate.pose is None or error is None:
+        if estimate.pose is None or name not in errors:
             lines.append(f"{name:24s} not seen")
         else:
             others = f", {len(estimate.alternatives)} alternatives" if estimate.alternatives else ""
-            lines.append(f"{name:24s} {100 * error:6.2f} cm off, confidence {estimate.confidence:.2f}{others}")
+            lines.append(f"{name:24s} {100 * errors[name]:6.2f} cm off, confidence {estimate.confidence:.2f}{others}")
     return lines
 
 
@@ -94,8 +93,15 @@ def save_sight(sight: Sight, output: Path, pictures: Path | None = None) -> list
     """Write poses, their details, and where asked each frame with the estimates over it; returns all paths."""
     save_estimates(sight.estimates, output)
     paths = [output, details_path(output)]
+    errors = _errors(sight)
     for number, frame in enumerate(sight.frames if pictures is not None else ()):
         assert pictures is not None
         paths.append(pictures / f"{number:02}-{frame.camera}.png")
-        save_picture(overlay(frame, sight.objects, sight.estimates), paths[-1])
+        save_picture(overlay(frame, sight.objects, sight.estimates, errors=errors), paths[-1])
     return paths
+
+
+def _errors(sight: Sight) -> dict[str, float]:
+    """Estimate -> how far it is off, over the mesh's symmetries [m]; what was not seen is absent."""
+    found = pose_errors(sight.estimates, sight.truth, sight.objects).values()
+    return {error.said: error.symmetric for error in found if error.symmetric is not None}

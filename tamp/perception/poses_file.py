@@ -13,12 +13,15 @@ from tamp.task.pose import Pose
 
 
 def save_estimates(
-    estimates: Mapping[str, Estimate], path: Path, truth: Mapping[str, Pose] = MappingProxyType({})
+    estimates: Mapping[str, Estimate],
+    path: Path,
+    truth: Mapping[str, Pose] = MappingProxyType({}),
+    errors: Mapping[str, float] = MappingProxyType({}),
 ) -> None:
     """Write object -> {"xyz", "quat"} [m; x y z w], null for what was not seen, and more of it into NAME.details.json.
 
     The first file has the form of all files of final poses; the second adds confidence and alternatives to each, and
-    the true pose where it is given.
+    the true pose and how far the estimate is from it [m] where they are given.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     poses = {name: _pose(estimate.pose) for name, estimate in estimates.items()}
@@ -29,6 +32,7 @@ def save_estimates(
             "confidence": round(estimate.confidence, 4),
             "alternatives": [_pose(pose) for pose in estimate.alternatives],
             **({"truth": _pose(truth[name])} if name in truth else {}),
+            **({"error_m": round(errors[name], 6)} if name in errors else {}),
         }
         for name, estimate in estimates.items()
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -36,6 +37,8 @@ class Sighting:
         estimates: object -> where it was thought to be (world frame); what was not found is absent.
         truth: object -> where it was.
         confidence: object -> 0..1.
+        errors: object -> how far its estimate was off, over its mesh's symmetries [m]; records of before have how far
+            apart the origins are.
         pictures: what was seen with the estimates drawn over it.
     """
 
@@ -43,6 +46,7 @@ class Sighting:
     estimates: Mapping[str, Pose]
     truth: Mapping[str, Pose]
     confidence: Mapping[str, float]
+    errors: Mapping[str, float]
     pictures: tuple[Path, ...]
 
 
@@ -156,11 +160,13 @@ def _sighting(path: Path) -> Sighting:
         entries = json.loads(read_regular(path))
         estimates, truth = (_poses(entries, which) for which in ("pose", "truth"))
         confidence = {name: float(entry["confidence"]) for name, entry in entries.items()}
+        apart = {name: math.dist(pose.xyz, truth[name].xyz) for name, pose in estimates.items()}
+        errors = {name: float(entries[name].get("error_m", distance)) for name, distance in apart.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise TampError(f"{path}: not the record of a look: {error}") from None
     stem = path.name.partition(".")[0]
     pictures = tuple(sorted(path.parent.glob(f"{stem}-*.png")))
-    return Sighting(int(stem.partition("-")[2]), estimates, truth, confidence, pictures)
+    return Sighting(int(stem.partition("-")[2]), estimates, truth, confidence, errors, pictures)
 
 
 def _poses(entries: Mapping[str, Any], which: str) -> dict[str, Pose]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -197,8 +196,8 @@ def _add_estimates(scene: Any, sight: Sighting) -> None:
         x, y, z, w = pose.quat
         path = f"/look {sight.number}/{name}"
         scene.add_frame(path, axes_length=AXIS, axes_radius=AXIS / 20, position=pose.xyz, wxyz=(w, x, y, z))
-        off = math.dist(pose.xyz, sight.truth[name].xyz)
-        scene.add_label(f"{path}/said", f"{name}: {100 * off:.1f} cm off, {sight.confidence[name]:.0%} sure")
+        said = f"{name}: {100 * sight.errors[name]:.1f} cm off, {sight.confidence[name]:.0%} sure"
+        scene.add_label(f"{path}/said", said)
 
 
 def _joined(shape: Any) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -57,7 +57,10 @@ def test_what_was_not_seen_is_null(tmp_path: Path) -> None:
     sight = perceive_task(TASK, perceiver=f"{__name__}:nobody", setup=small)
     save_sight(sight, tmp_path / "poses.json")
     assert load_poses(tmp_path / "poses.json") == {"brick": None, "can": None}
-    assert np.array_equal(overlay(sight.frames[0], sight.objects, sight.estimates), sight.frames[0].color)
+    drawn = overlay(sight.frames[0], sight.objects, sight.estimates)
+    changed = np.argwhere((drawn != sight.frames[0].color).any(axis=2))
+    assert len(changed), "what was not seen is named"
+    assert changed.max(axis=0) == pytest.approx((50, 60), abs=30), "in the corner alone"
 
 
 def nobody(frames: object, objects: dict[str, Surface], *, table: object, seed: int) -> dict[str, Estimate]:
@@ -93,6 +96,7 @@ def test_two_of_a_mesh_may_stand_for_each_other() -> None:
     swapped = {"a": Estimate(truth["b"], 0.9), "b": Estimate(truth["a"], 0.8)}
     errors = pose_errors(swapped, truth, {"a": brick, "b": brick})
     assert [e.raw for e in errors.values()] == [0.0, 0.0]
+    assert (errors["a"].said, errors["a"].confidence) == ("b", 0.8)
     missing = pose_errors({"a": Estimate(truth["b"], 0.9)}, truth, {"a": brick, "b": brick})
     assert (missing["a"].raw, missing["b"].raw) == (None, 0.0)
 

@@ -248,6 +248,7 @@ def perceived(tmp_path: Path, run, one_object) -> Path:
     look = Look(
         Belief({name: Estimate(there, 0.9), "mug": Estimate(None, 0.0)}),
         {name: away, "mug": away},
+        {name: 0.05},
         {"00-kinect": picture},
     )
     folder = tmp_path / "results"
@@ -264,6 +265,7 @@ def test_what_was_seen_is_in_the_page_and_in_the_record(perceived: Path) -> None
     assert re.search(r"not seen</td>\s*<td>–</td><td>–</td>", page)
     (sight,) = read_run(perceived / "one_object-0").sights
     assert (len(sight.estimates), len(sight.truth), len(sight.pictures)) == (1, 2, 1)
+    assert list(sight.errors.values()) == [0.05]
 
 
 @pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="the extra 'viewer' is missing")
@@ -275,7 +277,9 @@ def test_the_viewer_shows_what_was_seen(perceived: Path, tmp_path: Path) -> None
     viewer = Viewer(playable(run), run.plans[0].goals, play(run, 1.0), port=0, sights=run.sights)
     labels = [h.text for h in viewer.server.scene._handle_from_node_name.values() if hasattr(h, "text")]
     viewer.close()
-    assert labels == [f"{next(iter(run.sights[0].estimates))}: 3.0 cm off, 90% sure"]
+    assert labels == [f"{next(iter(run.sights[0].estimates))}: 5.0 cm off, 90% sure"], (
+        "turns count, not how far apart origins are"
+    )
 
 
 def test_a_record_of_a_look_that_is_none_is_said(perceived: Path) -> None:

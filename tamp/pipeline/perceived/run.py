@@ -18,6 +18,8 @@ from tamp.execution.simulators import make_simulator
 from tamp.perception.belief.belief import Belief
 from tamp.perception.belief.observer import Observer
 from tamp.perception.cameras.setup import OCRTOC_2021, load_setup
+from tamp.perception.estimation.models.object_model import object_model
+from tamp.perception.evaluation import pose_error
 from tamp.perception.overlay import overlay, save_picture
 from tamp.perception.perceiver import load_perceiver
 from tamp.perception.poses_file import save_estimates
@@ -53,16 +55,18 @@ class Look:
     Attributes:
         belief: what was believed after it, without its frames.
         truth: object -> where it truly was (world frame).
+        errors: object -> how far its estimate is off, over the mesh's symmetries [m]; what was not found is absent.
         pictures: camera and number -> a frame with the estimates drawn over it, shape (height, width, 3).
     """
 
     belief: Belief
     truth: Mapping[str, Pose]
+    errors: Mapping[str, float]
     pictures: Mapping[str, NDArray[np.uint8]]
 
     def save(self, folder: Path, number: int) -> None:
         """Write look-N.json, its details with the truth, and look-N-VIEW.png for each picture."""
-        save_estimates(self.belief.estimates, folder / f"look-{number}.json", self.truth)
+        save_estimates(self.belief.estimates, folder / f"look-{number}.json", self.truth, self.errors)
         for view, picture in self.pictures.items():
             save_picture(picture, folder / f"look-{number}-{view}.png")
 
@@ -141,23 +145,24 @@ class _Record:
 
     surfaces: Mapping[str, Surface]
     looks: list[Look] = field(default_factory=list)
+    names: dict[str, str] = field(default_factory=dict)
+    """Believed name -> true one, as the first look has it."""
 
     def add(self, belief: Belief, truth: Mapping[str, Pose]) -> None:
+        self.names = self.names or identities([belief], truth, self.surfaces)
+        named = {name: truth[true] for name, true in self.names.items()}
+        errors = {
+            name: pose_error(object_model(self.surfaces[name]), pose, named[name])[0]
+            for name, pose in belief.poses.items()
+        }
         count = len(belief.frames)
         chosen = sorted({round(i * (count - 1) / max(1, PICTURES - 1)) for i in range(PICTURES)}) if count else []
         pictures = {}
         for number in chosen:
             frame = belief.frames[number]
-            picture = overlay(frame, self.surfaces, belief.estimates, shrink=SHRUNK)
+            picture = overlay(frame, self.surfaces, belief.estimates, errors=errors, shrink=SHRUNK)
             pictures[f"{number:02}-{frame.camera}"] = picture
-        self.looks.append(Look(Belief(belief.estimates), truth, pictures))
-
-    def named(self, names: Mapping[str, str]) -> tuple[Look, ...]:
-        """The looks with the truth under the names that were perceived."""
-        return tuple(
-            Look(look.belief, {name: look.truth[true] for name, true in names.items()}, look.pictures)
-            for look in self.looks
-        )
+        self.looks.append(Look(Belief(belief.estimates), named, errors, pictures))
 
 
 def perceive_and_rearrange(
@@ -187,11 +192,10 @@ def perceive_and_rearrange(
         loop.run(execute=execute)
         world.step(round(SETTLE_S / STEP))
         final, sim_s = world.poses(), world.time
-    beliefs = [look.belief for look in record.looks]
-    names = identities(beliefs, record.looks[0].truth if record.looks else start, looks)
+    names = record.names or identities((), start, looks)
     return Perceived(
         {name: final[true] for name, true in names.items()},
-        record.named(names),
+        tuple(record.looks),
         looks,
         {obj.name: obj.goal.pose for obj in task.objects if isinstance(obj.goal, At)},
         loop.observer.spent_s,
