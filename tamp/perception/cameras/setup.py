@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -44,6 +45,12 @@ SENSORS: dict[str, type[Noise]] = {"stereo": StereoNoise, "time_of_flight": Time
 LARGEST = 8192
 """Pixels along a side of a picture; those of more no memory holds."""
 
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+"""What a camera may be called: pictures are filed under it."""
+
+SLACK = 1e-6
+"""By which a viewpoint may pass a joint's limits, for what was rounded as it was written [rad]."""
+
 Record = TypeVar("Record", bound=CheckedNoise)
 
 
@@ -78,9 +85,12 @@ def _check_mount(camera: Camera, robot: RobotSpec, document: Document, field: Fi
     except RobotError as error:
         raise TaskError(f"{document.where((*field, 'parent'))}: {error}; or {WORLD}") from None
     for number, viewpoint in enumerate(camera.viewpoints):
-        if len(viewpoint) != len(robot.home):
-            where, joints = document.where((*field, "viewpoints", number)), len(robot.home)
+        where, joints = document.where((*field, "viewpoints", number)), len(robot.home)
+        if len(viewpoint) != joints:
             raise TaskError(f"{where}: expected {joints} numbers, one for each of the arm's joints")
+        for joint, angle, lower, upper in zip(robot.joints, viewpoint, robot.lower, robot.upper, strict=True):
+            if not lower - SLACK <= angle <= upper + SLACK:
+                raise TaskError(f"{where}: {joint} goes from {lower:g} to {upper:g} rad, not to {angle:g}")
 
 
 class _Reader:
@@ -95,12 +105,18 @@ class _Reader:
             if key not in row:
                 raise self._error((), f"{key} is missing")
         name, parent = (self._text(row[key], (key,)) for key in ("name", "parent"))
+        if not NAME.fullmatch(name):
+            raise self._error(("name",), f"{name!r} has other signs than letters, digits, and _ . - between them")
         pose = self._pose(row["pose"])
         if self._word(row.get("frame", "optical"), ("frame",), ("body", "optical")) == "body":
             pose = pose @ BASE_TO_OPTICAL
         views = row.get("viewpoints", ())
         if not isinstance(views, tuple):
             raise self._error(("viewpoints",), "expected a list of arm configurations")
+        if views and parent == WORLD:
+            raise self._error(
+                ("viewpoints",), f"a camera in the {WORLD} does not go where the arm does; leave them out"
+            )
         viewpoints = tuple(self._numbers(view, ("viewpoints", i)) for i, view in enumerate(views))
         calibration = self._record(row.get("calibration"), ("calibration",), CalibrationNoise)
         return Camera(name, self._intrinsics(row), parent, pose, self._noise(row.get("noise")), calibration, viewpoints)

@@ -78,6 +78,16 @@ def test_a_camera_in_the_world(tmp_path: Path) -> None:
         ("quat: [1, 0, 0, 0]", "quat: [0, 0, 0, 0]", "length zero"),
         ("quat: [1, 0, 0, 0]", "quat: [1, 0, 0]", r"pose.quat: expected 4 numbers"),
         ("cameras:", "camera:", "expected cameras:"),
+        (
+            "name: top",
+            "name: ../top",
+            r"setup.yaml:2: cameras\[0\].name: '../top' has other signs than letters, digits",
+        ),
+        (
+            "parent: world",
+            "parent: world\n    viewpoints: [[0, 0, 0, -1.5, 0, 1.5, 0]]",
+            r"setup.yaml:4: cameras\[0\].viewpoints: a camera in the world does not go where the arm does",
+        ),
     ],
 )
 def test_a_wrong_set_up_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -97,6 +107,10 @@ def test_a_wrong_set_up_is_refused(tmp_path: Path, old: str, new: str, said: str
         ),
         ("parent: panda_joint1", "no link 'panda_joint1'; the URDF has (?!.*panda_joint1)"),
         ("parent: panda_hand\n    viewpoints: [[0, 0]]", r"setup.yaml:4: .*viewpoints\[0\]: expected 7 numbers"),
+        (
+            "parent: panda_hand\n    viewpoints: [[0, 0, 0, 0.5, 0, 1.5, 0]]",
+            r"setup.yaml:4: .*viewpoints\[0\]: panda_joint4 goes from -3.0718 to -0.0698 rad, not to 0.5$",
+        ),
     ],
 )
 def test_a_camera_that_the_robot_cannot_carry_is_refused(tmp_path: Path, lines: str, said: str) -> None:
