@@ -44,3 +44,9 @@ def test_a_folder_of_something_else_is_refused_and_left_alone(
     assert "set holds something else than a data set of this command; give another --output" in capsys.readouterr().err
     assert [path for path in (tmp_path / "set").rglob("*") if path.is_file()] == [theirs]
     assert theirs.read_text(encoding="utf-8") == "theirs"
+
+
+def test_more_objects_than_the_tasks_have_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert _made(tmp_path, "-n", "1", "--views", "1", "--objects", "7") == 2
+    assert "--objects 7: the tasks have 1 objects of different shapes" in capsys.readouterr().err
+    assert not (tmp_path / "set").exists()

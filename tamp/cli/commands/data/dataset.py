@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 FORMATS = ("bop", "ocrtoc")
 PRELOAD = ("tamp.perception.dataset.generate", "tamp.execution.settling.settle")
+DROPPED = 6
+"""So many objects of different shapes are dropped where nothing else is asked for."""
+
 WORK = "tamp.perception.dataset.generate:write_random_scene"
 
 
@@ -29,7 +32,8 @@ def add(commands: Commands) -> None:
     add("tasks", nargs="+", type=Path, metavar="TASK.yaml", help="tasks whose objects may be in the scenes")
     add("-n", "--number", type=positive_int, default=76, metavar="SCENES", help="default 76, as the paper has")
     add("--views", type=positive_int, default=79, metavar="N", help="pictures of a scene; default 79, as the paper has")
-    add("--objects", type=positive_int, default=6, metavar="N", help="dropped on to the table; default 6")
+    text = f"dropped on to the table; default {DROPPED}, or all where the tasks have fewer"
+    add("--objects", type=positive_int, metavar="N", help=text)
     add(
         "-o",
         "--output",
@@ -51,6 +55,9 @@ def dataset(options: argparse.Namespace) -> int:
 
     how, output = layout(options.format), options.output
     objects, looks = pool([load(path, options) for path in options.tasks])
+    if options.objects is not None and options.objects > len(objects):
+        raise TampError(f"--objects {options.objects}: the tasks have {len(objects)} objects of different shapes")
+    options = argparse.Namespace(**{**vars(options), "objects": options.objects or DROPPED})
     refuse_other(output, options)
     how.write_models(looks, output)
     missing = [n for n in range(options.number) if not how.scene_folder(output, n).is_dir()]
