@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from tamp.errors import TampError
+from tamp.errors import TampError, TaskError
 from tamp.perception.dataset import bop, ocrtoc
 from tamp.perception.dataset.frames import LabelledFrame
 from tamp.perception.rendering.surface import Surface
@@ -51,3 +51,20 @@ def layout(name: str) -> Layout:
     if name not in LAYOUTS:
         raise TampError(f"unknown format {name!r}; valid are {', '.join(LAYOUTS)}")
     return LAYOUTS[name]
+
+
+def read_scene(folder: Path, scene: int) -> Iterator[LabelledFrame]:
+    """The pictures of a scene of a data set as they were written, in whichever layout it is.
+
+    Args:
+        folder: the data set's.
+        scene: its number, from 0.
+
+    Raises:
+        TaskError: where no layout has such a scene there.
+    """
+    for how in LAYOUTS.values():
+        if how.scene_folder(folder, scene).is_dir():
+            return how.read_scene(folder, scene)
+    places = " nor ".join(str(how.scene_folder(folder, scene)) for how in LAYOUTS.values())
+    raise TaskError(f"{folder}: there is no scene {scene}: neither {places} is there")

@@ -12,7 +12,7 @@ from tamp.errors import TampError, TaskError
 from tamp.perception.cameras.camera import Intrinsics
 from tamp.perception.dataset.frames import LabelledFrame, load_image
 from tamp.perception.dataset.generate import around, labelled
-from tamp.perception.dataset.layouts import layout
+from tamp.perception.dataset.layouts import LAYOUTS, layout, read_scene
 from tamp.perception.dataset.scenes import random_scene
 from tamp.perception.rendering.surface import plain, read_surface
 from tamp.task import Box, Cylinder, Object, Pose, Table
@@ -52,6 +52,17 @@ def test_a_scene_comes_back_as_it_was(frames: list[LabelledFrame], written: Path
             assert np.allclose(x.T_camera_object, y.T_camera_object, atol=1e-12)
             assert np.array_equal(x.whole, y.whole)
             assert np.array_equal(x.visible, y.visible)
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_a_scene_is_read_in_whichever_layout_it_is(name: str, frames: list[LabelledFrame], tmp_path: Path) -> None:
+    how = layout(name)
+    how.write_models(OBJECTS, tmp_path)
+    how.write_scene(frames, tmp_path, 3)
+    back = list(read_scene(tmp_path, 3))
+    assert [np.array_equal(a.depth, b.depth) for a, b in zip(frames, back, strict=True)] == [True] * 3
+    with pytest.raises(TaskError, match=r"there is no scene 4: neither .*000004 nor .*000004 is there$"):
+        read_scene(tmp_path, 4)
 
 
 def test_meshes_project_back_onto_their_masks(written: Path) -> None:
