@@ -38,6 +38,17 @@ def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     exec(compile(lines, str(page), "exec", dont_inherit=True), namespace)
 
 
+def test_grasps_from_the_cloud_are_planned_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The manual's block that takes pictures, which no others do."""
+    pytest.importorskip("embreex", reason="the extra perception is not installed")
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    ((name, text),) = files(ROOT / "docs" / "perception" / "index.md", "py").items()
+    namespace: dict[str, object] = {"__name__": name}
+    exec(compile(text, name, "exec", dont_inherit=True), namespace)
+    assert namespace["plan"].actions  # type: ignore[attr-defined]
+
+
 @pytest.mark.parametrize("page", [p for p in PAGES if commands(p)], ids=named)
 def test_commands_are_understood(page: Path) -> None:
     for arguments in commands(page):
