@@ -179,10 +179,11 @@ def refresh(store: Store, contest: Contest, *, everything: bool = False) -> Rene
         queued, aside = [], 0
         for number, kind in connection.execute(select(SUBMISSIONS.c.id, SUBMISSIONS.c.kind)).all():
             same = {label for label, digest in now.tasks[kind].items() if known[kind].get(label, digest) == digest}
-            _add_missing(connection, number, list(runs(now, kind)))
+            wanted = list(runs(now, kind))
+            _add_missing(connection, number, wanted)
             for row in connection.execute(select(TRIALS).where(TRIALS.c.submission == number)).all():
                 stale = afresh or row.result is None or (row.task in now.tasks[kind] and row.task not in same)
-                counts = (row.task, row.simulator, row.run) in set(runs(now, kind))
+                counts = (row.task, row.simulator, row.run) in wanted
                 _put(connection, row.id, (QUEUED if stale else DONE) if counts else ASIDE, stale=stale)
                 queued += [row.id] if stale and counts else []
                 aside += not counts

@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
+pytest.importorskip("embreex", reason="the extra perception is not installed")
+
 from tamp.perception.belief.belief import Belief
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import plain

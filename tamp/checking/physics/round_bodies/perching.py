@@ -83,13 +83,13 @@ def perched(
         return
     end = lain(scene, state, name, allow)
     far = scene.displacement(name, state.poses[name], end)
-    let = down is not None and far <= down
-    if _tilts_off(scene, replace(state, poses={**state.poses, name: end}) if let else state, name, allow):
+    settled = state if down is None or far > down else replace(state, poses={**state.poses, name: end})
+    if _tilts_off(scene, settled, name, allow):
         yield f"{name} does not stay on {' and '.join(under)}: it tilts, or rolls, and comes down", (name, *under)
     elif _outweighs(scene, state, name, allow):
         sentence = f"{name}, which rolls, does not stay on {under[0]}, which is so much lighter that it tilts"
         yield sentence, (name, *under)
-    elif not let and far > allow.standing:
+    elif far > (allow.standing if down is None else down):
         yield f"{name} does not stay tilted on {under[0]}: it comes down by {1000 * far:.0f} mm", (name, *under)
 
 
