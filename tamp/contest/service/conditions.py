@@ -113,9 +113,9 @@ def changes(before: Conditions, now: Conditions) -> Iterator[str]:
         was, is_ = before.tasks[kind], now.tasks[kind]
         gone, new = sorted(was.keys() - is_.keys()), sorted(is_.keys() - was.keys())
         other = sorted(label for label in was.keys() & is_.keys() if was[label] != is_[label])
-        for labels, what in ((gone, "gone"), (new, "new"), (other, "changed")):
-            if labels:
-                yield f"{kind} tasks {', '.join(labels[:10])}{' and more' * (len(labels) > 10)} are {what}"
+        for some, what in ((gone, "gone"), (new, "new"), (other, "changed")):
+            if some:
+                yield f"{kind} tasks {', '.join(some[:10])}{' and more' * (len(some) > 10)} are {what}"
     for name in ("simulators", "runs"):
         if getattr(before, name) != getattr(now, name):
             yield f"{name} was {_said(getattr(before, name))} and is {_said(getattr(now, name))}"
