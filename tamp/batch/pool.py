@@ -12,10 +12,11 @@ import math
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -28,6 +29,8 @@ from tamp.errors import TampError
 # Workers share the cores among themselves: threads inside a worker would only get in each other's way.
 SINGLE_THREADED = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""What ends a batch from outside."""
 LATE_S = 0.9
 """How long after its own deadline what a job is at may go on before the job is killed [s]."""
 NO_SERVER = 255
@@ -109,7 +112,8 @@ def run_jobs(
     try:
         while waiting or running:
             while waiting and len(running) < workers:
-                running.append(_Worker(context, *waiting.popleft(), work, memory_limit, time_limit_s))
+                with _undisturbed():  # the fork server would complain of half a request
+                    running.append(_Worker(context, *waiting.popleft(), work, memory_limit, time_limit_s))
             wait(
                 [w.process.sentinel for w in running] + [w.connection for w in running],
                 _patience(running, memory_limit),
@@ -139,6 +143,26 @@ def _start_server() -> None:
         forkserver.ensure_running()
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let what ends the batch wait for the end of the block.
+
+    Blocking the signals would not do: another thread would take them, and Python's handler run in the main one.
+    """
+    came: list[int] = []
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        handled = [number for number in ENDING if callable(signal.getsignal(number))]
+        before = {number: signal.signal(number, lambda sent, _: came.append(sent)) for number in handled}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for sent in came:
+            signal.raise_signal(sent)
 
 
 def _patience(running: Sequence[_Worker], memory_limit: int | None) -> float | None:

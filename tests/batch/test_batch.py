@@ -13,12 +13,14 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tamp.batch import RESULTS, Batch, run_together
+from tamp.batch.pool import Job, run_jobs
 from tamp.batch.processes import available
 from tamp.errors import TampError
 from tamp.results import Result, read_results
@@ -125,6 +127,32 @@ def test_a_job_whose_fork_server_dies_is_run_again(tmp_path: Path) -> None:
     results = _run("orphan", "ok", options={"once": str(once)})
     assert {r.status for r in results.values()} == {"solved"}
     assert once.is_file()
+
+
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_who_interrupts_while_a_worker_is_asked_for_leaves_no_half_request_to_the_fork_server(
+    sign: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+    send = forkserver.reduction.sendfds  # type: ignore[attr-defined]
+
+    def interrupted(*arguments: object) -> None:
+        os.kill(os.getpid(), sign)
+        time.sleep(0.05)  # where it is not held back, it comes before what the server waits for
+        send(*arguments)
+        asked.append(True)
+
+    def end(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(forkserver.reduction, "sendfds", interrupted)  # type: ignore[attr-defined]
+    before = signal.signal(sign, end)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            next(run_jobs([Job("job", {"name": "slow", "path": "t", "seed": 0, "sleep": 60.0})], WORK))
+    finally:
+        signal.signal(sign, before)
+    assert asked
 
 
 @needs_proc
