@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import pad_cone
+from tamp.streams.affordances.friction_cones import friction_of, pad_cone
 from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import outline
 from tamp.streams.affordances.support import inside_support
 from tamp.streams.affordances.tilts import APART, too_wide
-from tamp.streams.hand.finger_closing import felt_surface
+from tamp.streams.hand.finger_closing import felt, felt_surface
 from tamp.streams.values import Placement, shifted_alone
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
@@ -41,6 +41,8 @@ SIDE = 0.003  # how far behind its outermost points a side of an object reaches 
 ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the one in its middle, if it is curved [rad]
 LEAST_EDGE = 1e-9  # corners nearer to each other are one, and have no edge between them [m]
 DIGITS = 6  # of slants in radians: what differs by less is the same
+BASE = 0.002  # surface so little above the lowest stands [m]
+UPRIGHT = 0.85  # share of what keeps an object from tipping that is counted on
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -97,10 +99,13 @@ def ways(workspace: Workspace, obj: str, placement: Placement) -> list[Way]:
 
 
 def ways_to(workspace: Workspace, obj: str, start: Placement, end: Placement) -> list[Way]:
-    """Straight ways of an object that no hand can grasp as it lies to a placement on the table, unturned."""
+    """Straight ways of an object that slides rather than tips over to a placement on the table, unturned."""
     shift = np.subtract(end.pose.xyz, start.pose.xyz)[:2]
     length = float(np.linalg.norm(shift))
-    if not (shifted_alone(start, end) and 0.0 < length < LONGEST and slidable(workspace, obj, start)):
+    if not (start.on == end.on == (TABLE,) and shifted_alone(start, end) and 0.0 < length < LONGEST):
+        return []
+    lower, upper = workspace.bounds(obj, start.pose)
+    if tips_above(workspace, obj, start, np.append(shift, 0.0) / length) < upper[2] - lower[2]:
         return []
     found = towards(workspace, obj, start, shift)
     return [Way(end, one.behind, one.touch, one.room, shift, 0.0) for one in found]
@@ -118,6 +123,15 @@ def squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
     angles = np.linspace(0.0, np.pi, 36, endpoint=False)
     along = points @ np.stack([np.cos(angles), np.sin(angles)])
     return bool(upper[2] - lower[2] < SQUAT * (along.max(axis=0) - along.min(axis=0)).min())
+
+
+def tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
+    """How high above what it lies on an object that is pushed tips before it slides [m]: its lever over friction."""
+    R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
+    from_center = (felt(workspace, obj) - center) @ R.T
+    lever = (from_center[from_center[:, 2] < from_center[:, 2].min() + BASE] @ ahead).max()
+    under = min((friction_of(workspace, name) for name in placement.on), default=0.0)
+    return float(UPRIGHT * lever / max(friction_of(workspace, obj) * under, 1e-9))
 
 
 @dataclass(frozen=True, eq=False)

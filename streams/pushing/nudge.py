@@ -8,18 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import friction_of
 from tamp.streams.affordances.neighbours import standing_around
-from tamp.streams.affordances.nudges import STEP, STEPS
+from tamp.streams.affordances.nudges import STEP, STEPS, nudged
+from tamp.streams.affordances.slide_path import directions, stands, tips_above
 from tamp.streams.context import Context
-from tamp.streams.grasping.container import upright_pinches
-from tamp.streams.hand.candidates import Pinches
-from tamp.streams.hand.clearance import above_table, clear_of_object
-from tamp.streams.hand.finger_closing import felt
 from tamp.streams.pushing.hand_contact import hands_behind
 from tamp.streams.pushing.push_motion import GRAZED, push_hits, pushed, sinks_into
 from tamp.streams.values import Configuration, Placement, Slide
-from tamp.streams.workspace import Workspace, standing
+from tamp.streams.workspace import TABLE, Workspace, standing
 from tamp.world.scene import Scene
 from tamp.world.transforms import moved
 
@@ -29,14 +25,12 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 DIRECTIONS = 16  # that an object is nudged in
-BASE = 0.002  # surface so little above the lowest stands [m]
-FIRM = 0.85  # share of what keeps an object from tipping that is counted on
+STRIDE, STRIDES = 0.02, 8  # of a push on the table [m]
 HEIGHTS = (0.5, 0.7, 0.3, 0.85, 0.1)  # of the fingertips over the middle of the object, in halves of its height
-PROBE, HANDS = 1, 3000  # seed and number of the hands that tell how much room there is round an object
 
 
 def free_shifts(workspace: Workspace, obj: str, placement: Placement, poses: Mapping[str, Array]) -> Iterator[Array]:
-    """Level ways, (3,) [m], that an object can be pushed without going into others or into a wall.
+    """Level ways, (3,) [m], that an object can be pushed without going into others, into a wall, or over an edge.
 
     `poses` says where the others are, T_world_object each, shape (4, 4).
     """
@@ -45,36 +39,24 @@ def free_shifts(workspace: Workspace, obj: str, placement: Placement, poses: Map
         name: sinks_into(workspace, obj, placement, name, other) if name in placement.on else GRAZED
         for name, other in poses.items()
     }
-    for angle in np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS:
-        for length in STEP * np.arange(1, STEPS + 1):
-            shift = length * np.array([np.cos(angle), np.sin(angle), 0.0])
+    for heading, lengths in _headings(workspace, obj, placement):
+        for length in lengths:
+            shift = np.append(length * heading, 0.0)
             if any(world.overlap(obj, moved(T, shift), name, other, deep[name]) for name, other in poses.items()):
+                break
+            if placement.on == (TABLE,) and not stands(workspace, obj, nudged(placement, shift)):
                 break
             yield shift
 
 
-def hands_over(workspace: Workspace, obj: str, placement: Placement) -> Pinches:
-    """Hands that could take an object from above, were there room for them; the same for every seed."""
-
-    def found() -> Pinches:
-        rng = np.random.default_rng(PROBE)
-        hands = upright_pinches(workspace, obj, placement, rng)
-        hands = hands.at(above_table(workspace, hands, placement))
-        hands = hands.at(np.sort(rng.permutation(len(hands))[:HANDS]))
-        return hands.at(clear_of_object(workspace, obj, hands))
-
-    return workspace.cache.value(("hands over", obj, placement), found)
-
-
-def with_room(workspace: Workspace, hands: Pinches, T_world_object: Array, poses: Mapping[str, Array]) -> Pinches:
-    """Those of some hands that meet none of the others around an object, neither open nor closed."""
-    among = workspace.world.free_hand(Scene(dict(poses)), workspace.hand.margin)
-    stroke = workspace.world.robot.spec.gripper.stroke
-    for openings in (np.minimum(stroke, hands.widths + 2 * hands.clearances), None):
-        if len(hands):
-            T = T_world_object @ hands.T_object_tool
-            hands = hands.at(~among.hits(T, hands.widths if openings is None else openings))
-    return hands
+def _headings(workspace: Workspace, obj: str, placement: Placement) -> Iterator[tuple[Array, list[float]]]:
+    """Unit vectors, (2,), in which an object may be pushed, and how far [m], rising."""
+    if placement.on == (TABLE,):
+        for direction in directions(workspace, obj, placement):
+            yield direction.ahead, [STRIDE * count for count in range(1, STRIDES + 1)]
+    else:
+        for angle in np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS:
+            yield np.array([np.cos(angle), np.sin(angle)]), [STEP * count for count in range(1, STEPS + 1)]
 
 
 def pushing_hands(
@@ -94,21 +76,12 @@ def pushing_hands(
     among = workspace.world.free_hand(Scene(dict(poses)), workspace.hand.margin)
     lower, upper = workspace.bounds(obj, placement.pose)
     heights = (upper[2] + lower[2]) / 2 + np.array(HEIGHTS) * (upper[2] - lower[2]) / 2
-    highest = lower[2] + _tips_above(workspace, obj, placement, ahead)
+    highest = lower[2] + tips_above(workspace, obj, placement, ahead)
     heights = heights[heights < highest]
     ways = np.outer(np.linspace(0.0, 1.0, 2 + round(float(np.linalg.norm(shift)) / STEP)), shift)
     for T, opening in hands_behind(workspace, obj, placement, ahead, heights, float(highest)):
         if not among.hits(moved(T, ways), np.full(len(ways), opening)).any():
             yield T, opening
-
-
-def _tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
-    """How high above what it lies on an object that is pushed tips before it slides [m]: its lever over friction."""
-    R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
-    from_center = (felt(workspace, obj) - center) @ R.T
-    lever = (from_center[from_center[:, 2] < from_center[:, 2].min() + BASE] @ ahead).max()
-    under = min((friction_of(workspace, name) for name in placement.on), default=0.0)
-    return float(FIRM * lever / max(friction_of(workspace, obj) * under, 1e-9))
 
 
 TRIED = 6  # hands for one nudge

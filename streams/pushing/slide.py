@@ -91,8 +91,8 @@ def plan_sliding_to(
 
     Slides that are also free of what the plan has standing there come first.
     """
-    gap = context.scene.hand.push_gap
-    found = (pushes(context, obj, start, way, gap) for way in ways_to(context.scene, obj, start, end))
+    all_ways = ways_to(context.scene, obj, start, end)
+    found = (pushes(context, obj, start, way, gap, slim) for way in all_ways for gap, slim in _hands(context))
     for (slide,) in filter(None, free_first(context, obj, singly(chain.from_iterable(found)))):
         yield offer(slide)[1:]
 
@@ -118,18 +118,23 @@ def test_cfree_slide(context: Context, obj: str, slide: Slide, other: str, stand
 def _alone(
     context: Context, obj: str, placement: Placement, way: Way, serving: tuple[Placement, ...]
 ) -> Iterator[Slide | None]:
-    """A few slides along a way to where the arm can grip the object, as if nothing else stood on the table.
-
-    In the second the hand keeps close to the object, in the third it is slim as well, which may be the only room that
-    neighbours leave.
-    """
-    hand = context.scene.hand
-    slide = next(pushes(context, obj, placement, way, hand.push_gap), None)
+    """A few slides along a way to where the arm can grip the object, as if nothing else stood on the table."""
+    (gap, slim), *others = _hands(context)
+    slide = next(pushes(context, obj, placement, way, gap, slim), None)
     yield None
     if slide is not None and (yield from grippable(context, obj, way.end, *serving)):
         yield slide
-        yield next(pushes(context, obj, placement, way, hand.close_push_gap), None)
-        yield next(pushes(context, obj, placement, way, hand.close_push_gap, slim=True), None)
+        for gap, slim in others:
+            yield next(pushes(context, obj, placement, way, gap, slim), None)
+
+
+def _hands(context: Context) -> tuple[tuple[float, bool], ...]:
+    """How far behind an object a hand that pushes it comes down [m], and whether it is slim.
+
+    The second keeps close to the object, the third is slim as well, which may be the only room that neighbours leave.
+    """
+    hand = context.scene.hand
+    return (hand.push_gap, False), (hand.close_push_gap, False), (hand.close_push_gap, True)
 
 
 def _twice_alone(

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from tamp.streams.affordances.nudges import nudgeable, nudged
-from tamp.streams.pushing.nudge import free_shifts, hands_over, plan_nudging, pushing_hands, with_room
+from tamp.streams.grasping.hand_room import hands_over, hemmed_in, with_room
+from tamp.streams.pushing.nudge import free_shifts, plan_nudging, pushing_hands
 from tamp.streams.pushing.push_motion import push_hits
-from tamp.task import Mesh, Object, Pose, Sphere
+from tamp.task import Box, Mesh, Object, Pose, Sphere
 from tamp.world.scene import Scene
 from tamp.world.transforms import moved
 from tests.streams.tables import CUBE, OBJECTS, ToldContext, workspace_of
@@ -40,6 +41,35 @@ def test_hands_have_the_more_room_the_less_stands_around(workspace, poses):
     crowded = with_room(workspace, hands, T, poses)
     free = with_room(workspace, hands, T, {"crate": poses["crate"]})
     assert 0 < len(crowded) < len(free) < len(hands)
+
+
+WALL = Object("wall", Box((0.04, 0.4, 0.1)), Pose((0.0, 0.2, 0.05)))
+BESIDE = Object("beside", Box((0.07, 0.15, 0.09)), Pose((0.06, 0.2, 0.045)))
+"""A box that a hand takes across its narrow side only, 5 mm beside a wall."""
+
+
+@pytest.fixture(scope="module")
+def table():
+    return workspace_of(WALL, BESIDE, CUBE)
+
+
+def test_what_stands_close_beside_a_wall_is_hemmed_in(table):
+    assert hemmed_in(table, "beside")
+    assert not hemmed_in(table, "cube")
+    assert not hemmed_in(table, "wall")
+    assert not hemmed_in(workspace_of(WALL, replace(BESIDE, pose=Pose((0.1, 0.2, 0.045)))), "beside")
+
+
+def test_on_the_table_there_are_longer_ways_out_but_not_over_its_edge(table):
+    start, wall = table.start["beside"], {"wall": table.start["wall"].pose.matrix}
+    shifts = np.array(list(free_shifts(table, "beside", start, wall)))
+    assert np.linalg.norm(shifts, axis=1).max() == pytest.approx(0.16)
+    ends = [nudged(start, shift) for shift in shifts]
+    assert not any(table.world.overlap("beside", end.pose.matrix, "wall", wall["wall"], 0.001) for end in ends)
+    edge = table.task.table.center[0] + table.task.table.size[0] / 2
+    near = replace(start, pose=Pose((edge - 0.06, 0.2, 0.045)))
+    farthest = max(shift[0] for shift in free_shifts(table, "beside", near, wall))
+    assert 0.0 < farthest < 0.06
 
 
 def test_a_nudge_stays_on_one_level_in_one_thing(workspace, away):

@@ -1,4 +1,4 @@
-"""Sliding: what no hand can grasp as it lies is pushed over the table's edge, to be gripped there, or to its goal."""
+"""Sliding: what no hand can take as it lies is pushed over the table's edge, to be gripped there, or to its goal."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from tamp.domains.skill import SAMPLED, Fact, Question, Skill
 from tamp.domains.tabletop.skills.push import effect, steps
 from tamp.streams.affordances.slide_path import slidable, ways_to
+from tamp.streams.grasping.hand_room import hemmed_in
 from tamp.streams.workspace import Workspace
 
 FOLDER = Path(__file__).parent
@@ -16,10 +17,13 @@ FOLDER = Path(__file__).parent
 def affordances(workspace: Workspace, question: Question) -> Iterator[Fact]:
     """Which objects need it where they are, and which it may bring straight to their goals."""
     for name, placement in workspace.start.items():
-        if question.may_move(name) and slidable(workspace, name, placement):
+        if not question.may_move(name):
+            continue
+        if alone := slidable(workspace, name, placement):
             yield ("Slidable", name, placement)
-            if name in workspace.goals and ways_to(workspace, name, placement, workspace.goals[name]):
-                yield ("SlidableTo", name, placement, workspace.goals[name])
+        goal = workspace.goals.get(name, placement)
+        if ways_to(workspace, name, placement, goal) and (alone or hemmed_in(workspace, name)):
+            yield ("SlidableTo", name, placement, goal)
 
 
 SLIDE = Skill(

@@ -1,9 +1,12 @@
-"""Making room where objects crowd: what lies in a container is nudged aside, so that a hand can take it or another."""
+"""Making room where objects crowd: what lies in a container is nudged aside, so that a hand can take it or another.
+
+What neighbours hem in on the table is pushed out of there.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -13,16 +16,16 @@ from tamp.pipeline.strategies.serialization.subproblem import Asker
 from tamp.planning import Context
 from tamp.streams.affordances.neighbours import enclosed
 from tamp.streams.affordances.nudges import nudgeable, nudged, slides_within
-from tamp.streams.hand.candidates import Pinches
-from tamp.streams.pushing.nudge import free_shifts, hands_over, with_room
+from tamp.streams.affordances.slide_path import ways_to
+from tamp.streams.grasping.hand_room import ENOUGH, hands_over, hemmed_in, matrices, roomy, with_room
+from tamp.streams.pushing.nudge import free_shifts
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    pass
 
-ENOUGH, PLENTY = 2, 10  # hands with room round an object: it is not stuck; more are no better
+PLENTY = 10  # hands with room round an object: more are no better
 TRIES = 40  # nudges that the planner is asked for
 ITERATIONS = 4  # of the stream planner for one
 
@@ -44,38 +47,31 @@ def make_room(asker: Asker, names: Collection[str], kept: Collection[str]) -> bo
 
 
 def stuck(workspace: Workspace, names: Collection[str]) -> set[str]:
-    """Those of some objects in containers that must leave there and that no hand has room to take as all stand."""
-    inside = (name for name in names if _lies_within(workspace, name) and not _leads_there(workspace, name))
-    sought = (name for name in inside if len(hands_over(workspace, name, workspace.start[name])))
-    return {name for name in sought if len(_roomy(workspace, name)) < ENOUGH}
+    """Those of some objects that must leave where they are and that no hand has room to take as all stand."""
+    leaving = (name for name in names if _lies_free(workspace, name) and not _leads_there(workspace, name))
+    return {name for name in leaving if hemmed_in(workspace, name)}
 
 
 def _leads_there(workspace: Workspace, name: str) -> bool:
-    """Whether a nudge brings an object to its goal."""
+    """Whether a push brings an object to its goal."""
     start = workspace.start[name]
-    return nudgeable(workspace, name, start, workspace.goals.get(name, start))
+    goal = workspace.goals.get(name, start)
+    return nudgeable(workspace, name, start, goal) or bool(ways_to(workspace, name, start, goal))
 
 
-def _lies_within(workspace: Workspace, name: str) -> bool:
-    """Whether an object lies in one thing alone, and nothing on it."""
+def _lies_free(workspace: Workspace, name: str) -> bool:
+    """Whether an object lies on the table or in one thing alone, and nothing on it."""
     place = workspace.start[name]
     free = not any(name in other.on for other in workspace.start.values())
-    return free and len(place.on) == 1 and place.on != (TABLE,) and enclosed(workspace, name, place)
+    return free and len(place.on) == 1 and (place.on == (TABLE,) or enclosed(workspace, name, place))
 
 
 def _may_be_nudged(workspace: Workspace, name: str) -> bool:
-    """Whether an object lies in one thing alone, nothing on it, and slides in there without taking that along."""
-    return _lies_within(workspace, name) and slides_within(workspace, name, *workspace.start[name].on)
-
-
-def _roomy(workspace: Workspace, name: str, without: str = "") -> Pinches:
-    """Hands with room round an object as all stand but one that is taken away."""
+    """Whether an object slides where it lies without taking that along; on the table, one that no hand can take."""
+    if not _lies_free(workspace, name):
+        return False
     place = workspace.start[name]
-    others = {other: standing for other, standing in workspace.start.items() if other not in (name, without)}
-    return workspace.cache.value(
-        ("roomy", name, place, *others.items()),
-        lambda: with_room(workspace, hands_over(workspace, name, place), place.pose.matrix, _poses(others)),
-    )
+    return hemmed_in(workspace, name) if place.on == (TABLE,) else slides_within(workspace, name, *place.on)
 
 
 @dataclass(frozen=True)
@@ -94,22 +90,18 @@ def _gains(workspace: Workspace, name: str, waiting: Collection[str]) -> Iterato
     place, others = workspace.start[name], {**workspace.start}
     del others[name]
     # Only hands for which nothing else is in the way can be given room: they are few.
-    barred = {other: _roomy(workspace, other, name) for other in sorted(waiting) if other != name}
-    for shift in free_shifts(workspace, name, place, _poses(others)):
+    barred = {other: roomy(workspace, other, name) for other in sorted(waiting) if other != name}
+    for shift in free_shifts(workspace, name, place, matrices(others)):
         end = nudged(place, shift)
         rooms = [
-            len(with_room(workspace, hands, workspace.start[other].pose.matrix, _poses({name: end})))
+            len(with_room(workspace, hands, workspace.start[other].pose.matrix, matrices({name: end})))
             for other, hands in barred.items()
         ]
         if name in waiting:
             hands = hands_over(workspace, name, place)
-            rooms.append(len(with_room(workspace, hands, end.pose.matrix, _poses(others))))
+            rooms.append(len(with_room(workspace, hands, end.pose.matrix, matrices(others))))
         if freed := sum(room >= ENOUGH for room in rooms):
             yield _Gain(name, end, math.hypot(*shift), freed, sum(rooms))
-
-
-def _poses(places: Mapping[str, Placement]) -> dict[str, NDArray[np.float64]]:
-    return {name: place.pose.matrix for name, place in places.items()}
 
 
 def _nudge(asker: Asker, gain: _Gain, kept: Collection[str]) -> bool:
