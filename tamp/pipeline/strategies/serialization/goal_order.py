@@ -253,7 +253,8 @@ class Ordering:
             if self._brought_to_rest(name, turned, effort):
                 return self._ledger.reach_near([name])
             if self._fallen.get(name) == self._surroundings(name):
-                self._left[name] = "it does not stay there before others come"
+                until = " before others come" if self._awaited(name) else ""
+                self._left[name] = f"it does not stay there{until}"
                 return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
@@ -313,9 +314,15 @@ class Ordering:
         there = rest_from_goal(self._asker, name)
         if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
             return there is not None
-        if away(there, name) > FALLS or not _is_held(there, name):
+        if away(there, name) > FALLS or (self._awaited(name) and not _is_held(there, name)):
             self._fallen[name] = here
         return False
+
+    def _awaited(self, name: str) -> bool:
+        """Whether another object is still to come to where it may hold an object at its goal."""
+        workspace = self._asker.workspace
+        near = within(workspace, name, FELT, workspace.goals[name]).goals
+        return any(other != name and workspace.start[other] != goal for other, goal in near.items())
 
     def _surroundings(self, name: str) -> Placements:
         """What stands within a hand's reach of an object, or of its goal: all else seldom decides a short try.

@@ -334,14 +334,18 @@ def test_what_lies_too_flat_for_any_hand_near_its_goal_stays_there_while_others_
     assert list(goals.left) == left
 
 
-@pytest.mark.parametrize(("tilt", "asked"), [(0.0, True), (0.5, False)])
-def test_what_nothing_holds_at_its_goal_is_not_put_there_though_a_simulator_leaves_it_there(monkeypatch, tilt, asked):
+@pytest.mark.parametrize(("tilt", "coming", "asked"), [(0.0, True, True), (0.5, True, False), (0.5, False, True)])
+def test_what_nothing_holds_at_its_goal_waits_for_others_that_may_though_a_simulator_leaves_it_there(
+    monkeypatch, tilt, coming, asked
+):
+    """Where none is to come any more, there is nothing to wait for."""
     goal = Pose.from_rpy((0.05, -0.2, 0.04), (tilt, 0.0, 0.0))
-    begin = attempt(Task("held", (replace(RED, goal=At(goal)),)))
-    place = Placement(goal, ("table",))
-    begin = replace(begin, workspace=replace(begin.workspace, goals={"red": place}))
+    begin = attempt(Task("held", (replace(RED, goal=At(goal)), CUBE)))
+    place, beside = Placement(goal, ("table",)), Placement(Pose((0.05, -0.26, 0.02)), ("table",))
+    start = begin.workspace.start if coming else {**begin.workspace.start, "cube": beside}
+    begin = replace(begin, workspace=replace(begin.workspace, start=start, goals={"red": place, "cube": beside}))
     ordering = Ordering(begin, 0, time.monotonic() + 600.0, "adaptive")
-    stays = replace(begin.workspace, start={"red": place})
+    stays = replace(begin.workspace, start={**start, "red": place})
     monkeypatch.setattr(goal_order, "rest_from_goal", lambda *_: stays)
     monkeypatch.setattr(Ordering, "_uncertain", lambda *_: True)
     questions = []
@@ -351,6 +355,6 @@ def test_what_nothing_holds_at_its_goal_is_not_put_there_though_a_simulator_leav
         return ask(asker, *args, **options)
 
     monkeypatch.setattr(Asker, "ask", ask)
-    ordering._sweep(EFFORTS[0])
+    ordering._sweep(EFFORTS[0], {"cube"})
     assert bool(questions) is asked
     assert asked or ordering.left["red"] == "it does not stay there before others come"
