@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.affordances.neighbours import within
 from tamp.streams.grasping.container import upright_pinches
 from tamp.streams.hand.candidates import Pinches
-from tamp.streams.hand.clearance import above_table, clear_of_object
+from tamp.streams.hand.clearance import above_table, clear_of_object, reach_of_hand
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.world.scene import Scene
@@ -50,7 +51,7 @@ def with_room(workspace: Workspace, hands: Pinches, T_world_object: Array, poses
 def roomy(workspace: Workspace, obj: str, without: str = "") -> Pinches:
     """Hands with room round an object as all stand at the start, but for one that is taken away."""
     place = workspace.start[obj]
-    others = {other: standing for other, standing in workspace.start.items() if other not in (obj, without)}
+    others = {other: standing for other, standing in _neighbours(workspace, obj).items() if other != without}
     return workspace.cache.value(
         ("roomy", obj, place, *others.items()),
         lambda: with_room(workspace, hands_over(workspace, obj, place), place.pose.matrix, matrices(others)),
@@ -59,7 +60,15 @@ def roomy(workspace: Workspace, obj: str, without: str = "") -> Pinches:
 
 def hemmed_in(workspace: Workspace, obj: str) -> bool:
     """Whether neighbours alone leave no hand the room to take an object as all stand at the start."""
+    if not _neighbours(workspace, obj):
+        return False
     return len(roomy(workspace, obj)) < ENOUGH <= len(hands_over(workspace, obj, workspace.start[obj]))
+
+
+def _neighbours(workspace: Workspace, obj: str) -> dict[str, Placement]:
+    """What a hand may meet round an object as all stand at the start, in order of their names."""
+    near = within(workspace, obj, reach_of_hand(workspace), workspace.start[obj]).start
+    return {name: place for name, place in near.items() if name != obj}
 
 
 def matrices(places: Mapping[str, Placement]) -> dict[str, Array]:
