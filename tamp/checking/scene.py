@@ -159,7 +159,7 @@ class State:
         beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
         stayed: object -> where it stays at the start, though it is said to stand elsewhere, until the hand moves it;
             and where it is once closing pads have turned it, or the plan says that a grip, a release or a push takes it
-            aside, or a grip higher, or turns it, which does not.
+            aside, or a grip higher, or turns it, which does not; or once it has given way to what has left it.
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         rubbed: object -> how far in all things have slid on it that pressed on it within tolerance [m].
@@ -168,6 +168,7 @@ class State:
             motion.
         gripped: where what is held was when the fingers closed on it, T_world_object, or None.
         given: object -> how it gave way within tolerance when something left, until the hand moves it.
+        follows: object -> where it comes to as soon as what is held, and has left it, is out of its way.
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
         facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
     """
@@ -189,6 +190,7 @@ class State:
     pressed: dict[tuple[str, bool, str, bool], tuple[Array, Array]] = field(default_factory=dict)
     gripped: Array | None = None
     given: dict[str, Given] = field(default_factory=dict)
+    follows: dict[str, Array] = field(default_factory=dict)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
     def aside(self, name: str, under: Iterable[str] = ()) -> float:

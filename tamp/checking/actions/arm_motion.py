@@ -100,7 +100,7 @@ def check_move(
         report("collision", f"{link} pushes {name}, which rolls or tips over", bodies=(link, name))
     for still, mover in () if found is None else sorted({touch.bodies for touch in touches(in_truth, found.swing)}):
         link, name = (mover, still) if still in state.stayed else (still, mover)
-        where = "which is where the task has it, pads have turned it, or it was let go, and not where the plan says"
+        where = "which is where the task has it, pads turned it, it was let go or gave way, not where the plan says"
         report("collision", f"{link} meets {name}, {where}", bodies=(link, name))
     for name in sorted(set() if found is None else _squeezed(scene, state, move, found) - met):
         report("collision", f"the hand closes round {name} as it moves, tighter than that is wide", bodies=(name,))
@@ -115,6 +115,7 @@ def check_move(
         state.opening = move.opening  # what is held keeps the fingers where they are: noise does not add up
     state.time += move.trajectory.duration
     _carry(scene, state, began)
+    _let_follow(scene, state, allow)
 
 
 def _check_load(scene: Scene, name: str, move: Move, found: Looks, report: Report) -> None:
@@ -139,6 +140,20 @@ def _carry(scene: Scene, state: State, began: Array) -> None:
         state.poses[name] = after @ state.held.T_tool_object.matrix
         if name in state.stayed:
             state.stayed[name] = after @ inverse(before) @ state.stayed[name]
+
+
+def _let_follow(scene: Scene, state: State, allow: Tolerances) -> None:
+    """What gives way to what has left it has done so as soon as the hand, and what that holds, are out of its way."""
+    if not state.follows:
+        return
+    held = {} if state.held is None else {state.held.object: state.poses[state.held.object]}
+    placed = scene.links.tree.forward(state.q[None], state.opening or 0.0)
+    hand = [Mover(s, placed[s.name]) for s in scene.links.solids if s.name in scene.links.gripper]
+    leaving = [*standing(scene.solids, held), *hand]
+    ends = {body.solid.name: body for body in standing(scene.solids, state.follows)}
+    barred = touches((end, body, allow.collision) for end in ends.values() for body in leaving)
+    for name in state.follows.keys() - {touch.bodies[0] for touch in barred}:
+        state.stayed[name] = state.follows.pop(name)
 
 
 def _check_phase(state: State, move: Move, report: Report) -> None:

@@ -23,7 +23,7 @@ from tamp.checking.actions.collisions.way_down import dropped_through
 from tamp.checking.actions.collisions.wedging import jammed
 from tamp.checking.actions.dynamics import unheld
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
-from tamp.checking.geometry.pad_region import TURN, between_pads, laid_flush, squeezed_out
+from tamp.checking.geometry.pad_region import TURN, between_pads, laid_flush, pressed_slopes, slips_out, squeezed_out
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse, turned
 from tamp.checking.physics.equilibrium import LEVEL
@@ -65,13 +65,14 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     opening = gripper.stroke if state.opening is None else state.opening
     T_world_tool = scene.links.tree.tool(state.q[None])[0]
     T_tool_object = inverse(T_world_tool) @ state.poses[name]
+    hold = hold_of(scene, grip, T_tool_object, opening)
     check_attachment(scene, name, T_tool_object, grip.attachment.T_tool_object.matrix, allow, report)
     if not 0.0 <= grip.width <= gripper.stroke:
         report("grasp", f"a width of {grip.width:.4f} m is outside the stroke of {gripper.stroke} m", bodies=(name,))
     elif grip.width > opening + 1e-6:
         report("grasp", f"the fingers are {opening:.4f} m apart and cannot close to {grip.width:.4f} m", bodies=(name,))
     else:
-        _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report)
+        _check_closing(scene, name, T_tool_object, grip.width, opening, allow, report, hold.slopes)
         _check_alone(scene, state, name, grip.width, opening, report)
         for touch in finger_touches(scene, state, opening, grip.width, {name: allow.contact}, allow):
             report("collision", f"the closing fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
@@ -84,7 +85,7 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
     state.beside[name] = float(np.hypot(state.beside.get(name, 0.0), drawn_along(scene, name, T_tool_object, lies)))
     if name not in state.stayed and is_off(scene, state, name, gripped, state.poses[name]):
         state.stayed[name] = state.poses[name]
-    state.held, state.hold = grip.attachment, hold_of(scene, grip, T_tool_object, opening)
+    state.held, state.hold = grip.attachment, hold
     state.nudged.pop(name, None)
     _check_as_stayed(scene, state, grip, gripped, opening, allow, report)
     check_drawn(scene, state, name, gripped, lies, allow, report)
@@ -95,18 +96,22 @@ def check_grip(scene: Scene, state: State, grip: Grip, allow: Tolerances, report
 def _check_as_stayed(
     scene: Scene, state: State, grip: Grip, gripped: Array, opening: float, allow: Tolerances, report: Report
 ) -> None:
-    """The fingers hold an object also where that stays elsewhere than it is said to start.
+    """The fingers hold an object also where that stays elsewhere than it is said to.
 
-    It is as much aside in the hand, but for the way that pads close.
+    It is as much aside in the hand, but for the way that pads close: they draw it to half-way between them.
     """
     name = grip.attachment.object
     if name not in state.stayed:
         return
-    tool = scene.links.tree.tool(state.q[None])[0]
-    axis = tool[:3, :3] @ scene.links.tree.spec.gripper.axis
-    off = scene.center_of_mass(name, state.stayed[name]) - scene.center_of_mass(name, gripped)
-    there = state.stayed[name].copy()
-    there[:3, 3] -= axis * (axis @ off)
+    tree, there = scene.links.tree, state.stayed[name].copy()
+    tool = tree.tool(state.q[None])[0]
+    axis = tool[:3, :3] @ tree.spec.gripper.axis
+    found = _between(scene, state, name, there, opening, grip.width)
+    if found is None:
+        off = scene.center_of_mass(name, there) - scene.center_of_mass(name, gripped)
+        there[:3, 3] -= axis * (axis @ off)
+    else:
+        there[:3, 3] -= axis * (sum(found) / 2)
     state.stayed[name] = there
 
     def say(kind: str, sentence: str, bodies: tuple[str, ...], depth: float = 0.0) -> None:
@@ -152,6 +157,7 @@ def check_release(
     state.held = None
     state.opening = release.opening
     state.poses[name] = held if falls else T
+    state.follows.clear()
     note_lies(scene, state, name, held)
     for touch in finger_touches(scene, state, before, release.opening, {name: allow.contact}, allow):
         report("collision", f"the opening fingers: {sentence_of(touch)}", touch.bodies, touch.depth)
@@ -341,8 +347,16 @@ def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, all
 
 
 def _check_closing(
-    scene: Scene, name: str, T_tool_object: Array, width: float, opening: float, allow: Tolerances, report: Report
+    scene: Scene,
+    name: str,
+    T_tool_object: Array,
+    width: float,
+    opening: float,
+    allow: Tolerances,
+    report: Report,
+    slopes: tuple[Array, Array] | None = None,
 ) -> None:
+    """The pads close on an object to the width that it has, and hold it; `slopes` are `pressed_slopes`, where known."""
     tree, gripper = scene.links.tree, scene.links.tree.spec.gripper
     depth = tree.pad_depth(width)
     found = between_pads(scene.solids[name], T_tool_object, gripper, opening, depth)
@@ -354,7 +368,7 @@ def _check_closing(
     if between_pads(scene.solids[name], T_tool_object, inner, opening, depth) is None:
         report("grasp", f"{name} slips out of the fingers, which hold it by the rims of their pads", bodies=(name,))
     mu = PAD_FRICTION * scene.friction(name)
-    slope = squeezed_out(scene.solids[name], T_tool_object, gripper, opening, mu, depth)
+    slope = slips_out(slopes or pressed_slopes(scene.solids[name], T_tool_object, gripper, opening, depth), mu)
     if slope is not None:
         sentence = f"{name} slips out of the fingers, which press on a slope of {np.degrees(slope):.0f} degrees"
         report("grasp", sentence, bodies=(name,))

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.physics.giving_way import convex, let_down, tips_over
+from tamp.checking.physics.righting import lain
 from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pressed_away
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
@@ -15,17 +18,22 @@ from tamp.checking.physics.support import balanced, carriers, slumps, unrest
 from tamp.checking.physics.yielding import gives_way
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from tamp.checking.actions.arm_motion import Report
     from tamp.checking.scene import Scene, State
     from tamp.checking.tolerances import Tolerances
 
+    Array = NDArray[np.float64]
+
 
 def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
     """Nothing that stands on the object, leans on it, or is held down by it, may fall when it leaves.
 
-    What stands on it may slump to where the rest carries it, and what it held up may come down as far.
+    What stands on it may slump to where the rest carries it, and what it held up, or down, may come down as far. Where
+    that is, is noted as what follows it.
     """
     beside = [other for other in sorted(state.poses) if other != name and _touches(scene, state, name, other, allow)]
     slumped = _slumped(scene, state, name, beside, allow, report)
@@ -38,16 +46,28 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     firm = replace(allow, standing=allow.firm)
     held = [other for other in beside if _touches(scene, state, name, other, firm)]
-    for sentence, bodies in gives_way(scene, state, rest, held, allow.sagged, firm):
+    ends: dict[str, Array] = {}
+    for sentence, bodies in gives_way(scene, state, rest, held, allow.sagged, firm, ends):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+    ends = _moved(scene, state, ends, allow.standing)  # gaps between them are slack
     for other in (other for other in beside if other not in slumped):
         if not _rolling(scene, state, other, allow, allow.slump):
             for sentence, bodies in _rolling(scene, rest, other, allow, allow.slump):
                 report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+            if (lies := lain(scene, rest, other, allow)) is not rest.poses[other]:
+                ends[other] = lies
+    ends |= {other: state.given[other].pose for other in slumped & state.given.keys()}
+    state.follows |= _moved(scene, state, ends, allow.balance)
+    state.follows.pop(name, None)
     left = {body for other in steady for body in stack_of(scene, rest, other, allow).names}
     for sentence, bodies in rocked(scene, rest, sorted(left), allow):
         if not any(True for _ in rocked(scene, state, bodies[:1], allow)):
             report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
+
+
+def _moved(scene: Scene, state: State, ends: Mapping[str, Array], least: float) -> dict[str, Array]:
+    """Of where objects come to that which is farther than `least` from where they are said to be [m]."""
+    return {other: T for other, T in ends.items() if scene.displacement(other, state.poses[other], T) > least}
 
 
 def _touches(scene: Scene, state: State, name: str, other: str, allow: Tolerances) -> bool:

@@ -75,7 +75,11 @@ def squeezed_out(
     Returns:
         The angle between the closing axis and the least steep of the faces that a pad's rim presses on [rad].
     """
-    slopes = pressed_slopes(solid, T_tool_object, gripper, opening, depth)
+    return slips_out(pressed_slopes(solid, T_tool_object, gripper, opening, depth), friction)
+
+
+def slips_out(slopes: tuple[Array, Array], friction: float) -> float | None:
+    """The same of `pressed_slopes` that are known."""
     steepest = max(float(np.arctan(np.linalg.norm(slope))) for slope in slopes)
     return steepest if steepest > np.arctan(friction) else None
 

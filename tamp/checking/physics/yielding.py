@@ -37,17 +37,26 @@ ROUNDING = 0.001
 
 
 def gives_way(
-    scene: Scene, before: State, after: State, names: Iterable[str], most: float, allow: Tolerances
+    scene: Scene,
+    before: State,
+    after: State,
+    names: Iterable[str],
+    most: float,
+    allow: Tolerances,
+    ends: dict[str, Array] | None = None,
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Which bodies give way by more than so much [m] with a change to the stacks of certain bodies: sentence, bodies.
 
     Touched is what is no farther than `allow.standing`. What would give way as far before is not what the change is to
-    blame for.
+    blame for. Where the bodies of a stack that does not give way by so much come to is noted in `ends`.
     """
     waiting = sorted(names)
     while waiting:
-        far = slump(scene, after, waiting[0], most, allow)
+        poses = given_way(scene, after, waiting[0], most, allow)
+        far = {name: scene.displacement(name, after.poses[name], T) for name, T in poses.items()}
         waiting = [name for name in waiting if name not in far]
+        if ends is not None and max(far.values()) <= most:
+            ends |= poses
         gone = max(far, key=lambda name: far[name])
         if far[gone] <= most:
             continue
@@ -59,7 +68,13 @@ def gives_way(
 
 
 def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> dict[str, float]:
-    """How far each body of the stack of a body moves until all are in balance [m]; followed until one has by `most`.
+    """How far each body of the stack of a body moves until all are in balance [m]; followed until one has by `most`."""
+    poses = given_way(scene, state, name, most, allow)
+    return {body: scene.displacement(body, state.poses[body], T) for body, T in poses.items()}
+
+
+def given_way(scene: Scene, state: State, name: str, most: float, allow: Tolerances) -> dict[str, Array]:
+    """Where each body of the stack of a body comes to until all are in balance, shape (4, 4), followed as in `slump`.
 
     What loses touch with the others on its way is followed on.
     """
@@ -88,7 +103,7 @@ def slump(scene: Scene, state: State, name: str, most: float, allow: Tolerances)
             far[body] = scene.displacement(body, state.poses[body], there.poses[body])
         if max(far.values()) > most:
             break
-    return far
+    return {body: there.poses[body] for body in far}
 
 
 def _set_out(scene: Scene, state: State, stack: Stack) -> dict[str, tuple[Array, Array]]:
