@@ -118,7 +118,7 @@ def _solid(name: str, pieces: tuple[Part, ...]) -> Solid:
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """How an object gave way, by less than counts as moving, when something that held it left.
+    """How an object gave way, by less than counts as moving, when something that held it left, or came to stand on it.
 
     Attributes:
         pose: where that takes it, T_world_object, shape (4, 4).
@@ -159,7 +159,7 @@ class State:
         beside: object -> how far aside it may be unsaid: where it stays at the start, or is drawn by closing pads [m].
         stayed: object -> where it stays at the start, though it is said to stand elsewhere, until the hand moves it;
             and where it is once closing pads have turned it, or the plan says that a grip, a release or a push takes it
-            aside, or a grip higher, or turns it, which does not; or once it has given way to what has left it.
+            aside, or a grip higher, or turns it, which does not; or once it has given way to what has left it, or come.
         turned: object -> how far it was turned as `strayed` [rad].
         nudged: object -> how far it was nudged since the hand last held it [m].
         rubbed: object -> how far in all things have slid on it that pressed on it within tolerance [m].
@@ -167,8 +167,9 @@ class State:
             gone farther as it turned, (n,) [m], while it pressed on the object, as it does to the end of the last
             motion.
         gripped: where what is held was when the fingers closed on it, T_world_object, or None.
-        given: object -> how it gave way within tolerance when something left, until the hand moves it.
-        follows: object -> where it comes to as soon as what is held, and has left it, is out of its way.
+        given: object -> how it gave way within tolerance when something left, or came, until the hand moves it.
+        follows: object -> where it comes to as soon as the hand, that has taken something from it or put something on
+            it, is out of its way, with what that holds.
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
         facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
     """

@@ -16,6 +16,7 @@ from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
 from tamp.checking.physics.yielding import gives_way
+from tamp.checking.scene import Given
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -117,7 +118,10 @@ def _rolling(
 
 
 def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
-    """An object that has come to a place stays there, and so does all that it now stands on or touches."""
+    """An object that has come to a place stays there, and so does all that it now stands on or touches.
+
+    Where they come to that give way under it, within tolerance, is noted.
+    """
     for sentence, bodies, depth in unrest(scene, state, name, allow):
         report("support", sentence, bodies=bodies, depth=depth)
     stack = stack_of(scene, state, name, allow).names
@@ -130,9 +134,12 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
     if tips_over(scene, state, name, allow):
         report("support", f"{name} tips over what it first touches, which does not carry it", bodies=(name,))
     if convex(scene, state, name, allow):  # of pieces that bulge nobody knows within a millimetre what touches
-        near = replace(allow, standing=allow.touching)
-        for sentence, bodies in gives_way(scene, state.without(name), state, [name], allow.slump, near):
+        near, ends = replace(allow, standing=allow.touching), dict[str, "Array"]()
+        for sentence, bodies in gives_way(scene, state.without(name), state, [name], allow.slump, near, ends):
             report("support", sentence, bodies=bodies)
+        given = _moved(scene, state, ends, allow.standing)
+        state.follows |= given
+        state.given |= {other: Given(T, frozenset()) for other, T in given.items()}
 
 
 def _upset_in_truth(
