@@ -13,7 +13,12 @@ from tamp.checking.actions import arm_motion, fall
 from tamp.checking.actions.collisions import pairs
 from tamp.checking.physics.round_bodies import perching
 from tests.checking.handmade import two_boxes
-from tests.checking.mutations.handling import hangs_lower_than_said, met_where_it_was_let_go, rocks_over_its_foot
+from tests.checking.mutations.handling import (
+    hangs_lower_than_said,
+    met_where_it_was_let_go,
+    rocks_over_its_foot,
+    rocks_under_what_is_put_on_it,
+)
 from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half_a_rim
 
 
@@ -25,6 +30,7 @@ from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half
         (rolls_along_a_groove, perching, "_rolls_down", False),
         (rolls_off_half_a_rim, perching, "_rolls_down", False),
         (met_where_it_was_let_go, arm_motion, "astray", []),
+        (rocks_under_what_is_put_on_it, arm_motion, "_let_follow", None),
     ],
 )
 @pytest.mark.parametrize("seed", [2, 3])

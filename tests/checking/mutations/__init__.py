@@ -47,6 +47,7 @@ from tests.checking.mutations.handling import (
     hangs_lower_than_said,
     met_where_it_was_let_go,
     rocks_over_its_foot,
+    rocks_under_what_is_put_on_it,
 )
 from tests.checking.mutations.margins import (
     dropped_aside,
@@ -204,6 +205,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     hangs_lower_than_said: ("collision",),
     met_where_it_was_let_go: ("collision",),
     rocks_over_its_foot: ("fall",),
+    rocks_under_what_is_put_on_it: ("collision",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

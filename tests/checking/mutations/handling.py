@@ -15,6 +15,7 @@ from tests.checking.mutations.solids import hulls
 CARD, BAR, BRICK = Box((0.004, 0.05, 0.12)), Box((0.2, 0.05, 0.06)), Box((0.04, 0.05, 0.1))
 DOMINO = Box((0.012, 0.05, 0.1))
 CORNERS = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+TIP = 0.00885  # of open fingers under the tool [m]
 CALM = 1.3  # times as long as the arm's limits ask
 
 
@@ -91,6 +92,27 @@ def rocks_over_its_foot(task: Task, plan: Plan, rng: np.random.Generator) -> Pai
         Action("lay", ("footed",), (lower, Release("footed", leans, OPEN), leave, Fall("footed", start))),
     ]
     return instead(task, plan, actions, Object("footed", shape, start, mass=0.2))
+
+
+def rocks_under_what_is_put_on_it(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What lies on the greater of two facets gets a weight on its other end; fingers pass low over this one."""
+    if task.robot != "panda":
+        return None
+    x, y, slope = *rng.uniform((0.0, -0.15), (0.08, -0.05)), np.tan(rng.uniform(0.07, 0.1))
+    left, pivot, right, thick = -0.15, 0.012, 0.12, 0.03
+    side = [(left, 0.0), (pivot, 0.0), (right, (right - pivot) * slope), (right, thick + (right - left) * slope)]
+    corners = np.array([(a, b, c) for a, c in (*side, (left, thick)) for b in (-0.02, 0.02)])
+    rocker = Object("rocker", hulls(f"rocker_{slope:.6f}", [convex_hull(corners)]), Pose((x, y, 0.0)), mass=0.15)
+    at = rng.uniform(0.045, 0.055)
+    flush = Pose.from_rpy((x + at, y, thick + (at - left) * slope), (0.0, -float(np.arctan(slope)), 0.0))
+    weight, start, goal = Box((0.04, 0.04, 0.06)), Pose((x, y + 0.3, 0.03)), flush @ Pose((0.0, 0.0, 0.03))
+    hand = Hand(plan.home)
+    actions = carry(hand, "weight", start, goal, 0.04, ("table", "rocker"))
+    over = (x + left + 0.012, thick + TIP + rng.uniform(0.002, 0.004))
+    ends = [Pose((over[0], y + by, over[1]), DOWN) for by in (-0.12, 0.12)]
+    ways = [hand.free(above(ends[0])), *(hand.line(to) for to in (*ends, above(ends[1])))]
+    actions.append(Action("move", (), tuple(Move("transit", way, OPEN) for way in ways)))
+    return instead(task, plan, actions, rocker, Object("weight", weight, start, mass=0.8))
 
 
 def on_a_foot(within: float):

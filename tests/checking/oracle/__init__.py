@@ -20,6 +20,7 @@ from tests.checking.oracle.carrying import jerked_out
 from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
 from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.pushes import push
+from tests.checking.oracle.rocking import rocking
 from tests.checking.oracle.rolling import rolling
 from tests.checking.oracle.stacks import toppling
 from tests.checking.oracle.striking import staying
@@ -90,6 +91,8 @@ class Oracle:
                 text = text or rests(world, action.arguments[0])
                 if text is not None:
                     return f"{action}: {text}"
+            if sweep and action.name in ("place", "stack"):
+                world.stays.update(rocking(world))
         return None if sweep else toppling(world)
 
     def _tipping(self, world: World) -> str | None:
