@@ -1,4 +1,4 @@
-"""A command that runs somebody's samplers, in a process of its own: one that ends from below has not succeeded."""
+"""A command that runs somebody's code, in a process of its own: one that ends from below has not succeeded."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ from typing import NoReturn
 from tamp.cli.status import BAD_INPUT
 from tamp.parent import end_with_parent
 
-INSIDE = ("plan", "samplers")
-"""Commands that run samplers within their own process; batches have workers."""
+INSIDE = ("plan", "samplers", "execute")
+"""Commands that run samplers and simulators within their own process; batches have workers."""
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
-NAMES_CODE = ("--sampler", "--domain", "--contender", "--trust-task-code", "--stream")
+NAMES_CODE = ("--sampler", "--domain", "--contender", "--trust-task-code", "--stream", "--simulator")
 
 
-def runs_samplers(arguments: Sequence[str]) -> bool:
-    """Whether a command of these arguments runs samplers that somebody names, within its process."""
+def runs_others_code(arguments: Sequence[str]) -> bool:
+    """Whether a command of these arguments runs samplers or a simulator that somebody names, within its process."""
     return arguments[:1] != [] and arguments[0] in INSIDE and any(each.startswith(NAMES_CODE) for each in arguments)
 
 
-def apart(command: Callable[[], int], leave: Callable[[int], NoReturn]) -> int:
+def apart(command: Callable[[], int], leave: Callable[[int], NoReturn], simulated: bool = False) -> int:
     """Run a command in a child process, and return its exit status; that of an error where nobody said that it is done.
 
     Args:
         command: what to do; its exit status.
         leave: ends the child with that.
+        simulated: whether it is a simulator that it runs, and no samplers.
     """
     done, said = os.pipe()
     child = os.fork()
@@ -47,7 +48,7 @@ def apart(command: Callable[[], int], leave: Callable[[int], NoReturn]) -> int:
         print(f"tamp: the command was ended by {signal.Signals(-status).name}", file=sys.stderr)
         return 128 - status
     if status == 0 and not _told(done):
-        print("tamp: a sampler ended the program", file=sys.stderr)
+        print(f"tamp: a {'simulator' if simulated else 'sampler'} ended the program", file=sys.stderr)
         return BAD_INPUT
     return status
 

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
-from tamp.cli.apart import apart, runs_samplers
+from tamp.cli.apart import apart, runs_others_code
 from tamp.cli.commands import contest
 from tamp.cli.commands.data import dataset, formats, generate
 from tamp.cli.commands.installation import doctor, installed, robots, samplers
@@ -73,7 +73,9 @@ def run() -> NoReturn:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _interrupt)
             os.register_at_fork(after_in_child=partial(signal.signal, number, signal.SIG_DFL))
-    _leave(apart(main, _leave) if runs_samplers(sys.argv[1:]) else main())
+    arguments = sys.argv[1:]
+    separate = runs_others_code(arguments)
+    _leave(apart(main, _leave, simulated=arguments[0] == "execute") if separate else main())
 
 
 def _interrupt(number: int, _: object) -> NoReturn:

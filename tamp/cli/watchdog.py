@@ -16,7 +16,7 @@ LATE_S = 0.9
 
 
 @contextmanager
-def ended_by_force(status: int, say: Callable[[], None]) -> Iterator[None]:
+def ended_by_force(status: int, say: Callable[[], object]) -> Iterator[None]:
     """End the process where planning inside the block goes on past its limit and cannot be interrupted.
 
     Args:

@@ -6,6 +6,7 @@ import json
 import logging
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -76,3 +77,22 @@ def test_a_plan_is_carried_out_in_the_simulator_asked_for(tmp_path: Path, capsys
     assert "done after" in capsys.readouterr().out
     assert main(["execute", task, plan, "--simulator", "gazebo"]) == 2
     assert "unknown simulator 'gazebo'; valid are pybullet" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "status", "said"),
+    [
+        ("Sleeps", 1, "tamp: the plan was not carried out within 5 s: simulator '{}' did not come to an end\n"),
+        ("Stubborn", 1, "tamp: the plan was not carried out within 5 s: simulator '{}' did not come to an end\n"),
+        ("Ends", 2, "tamp: a simulator ended the program\n"),
+    ],
+)
+def test_a_simulator_that_does_not_come_back_is_ended(tmp_path: Path, name: str, status: int, said: str) -> None:
+    pytest.importorskip("pybullet")
+    plan, simulator = tmp_path / "plan.json", f"tests.cli.bad_simulators:{name}"
+    tamp.save_plan(tamp.plan(tamp.load_task(ONE)), plan)
+    command = [sys.executable, "-m", "tamp", "execute", str(ONE), str(plan), "--simulator", simulator]
+    limit = ["--time-limit", "5", "--json", "-"]
+    done = subprocess.run([*command, *limit], capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert (done.returncode, done.stderr) == (status, said.format(simulator))
+    assert status == 2 or json.loads(done.stdout)["status"] == "timeout"

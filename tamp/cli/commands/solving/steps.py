@@ -8,6 +8,8 @@ import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from tamp import clock
+from tamp.cli.batches import BEYOND_LIMITS_S
 from tamp.cli.options import (
     add_json,
     add_planning_options,
@@ -16,6 +18,7 @@ from tamp.cli.options import (
     command,
     load,
     natural,
+    seconds,
     settings_given,
 )
 from tamp.cli.output import to_stdout, write_json
@@ -53,6 +56,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("--controller", metavar="NAME", help=controller)
     unchecked = "carry out what the checker rejects too: for experiments in simulation only"
     parser.add_argument("--unchecked", action="store_true", help=unchecked)
+    limit = "end it where it takes longer in all, in real time; default: ample"
+    parser.add_argument("--time-limit", type=seconds, metavar="SECONDS", help=limit)
     add_trust(parser)
     add_json(parser)
 
@@ -116,25 +121,25 @@ def check(options: argparse.Namespace) -> int:
 
 def execute(options: argparse.Namespace) -> int:
     """Carry a plan out that the checker accepts, print what happened, write the final poses."""
-    from tamp.execution.executor import execute as execute_unchecked
-    from tamp.pipeline.execute import execute as execute_plan
     from tamp.pipeline.solving.run import save_poses
     from tamp.task.files.plan_file import load_plan
 
     task = load(options.task, options)
-    made, how = load_plan(options.plan), {"seed": options.seed, "simulator": options.simulator}
+    made = load_plan(options.plan)
     if options.controller is not None:
         return _by_controller(task, made, options)
     if options.unchecked:
         print("tamp: WARNING: this plan is carried out UNCHECKED", file=sys.stderr)
-        run = execute_unchecked(task, made, **how)
-    else:
-        try:
-            run = execute_plan(task, made, domain=options.domain, trust_task_code=options.trust_task_code, **how)
-        except PlanRefusedError as refused:
-            print(f"tamp: {refused}\n--unchecked carries it out all the same", file=sys.stderr)
-            write_json(options, {"status": "refused", "message": str(refused)})
-            return UNSOLVED
+    limit = options.time_limit or task.limits.execution_sim_s + BEYOND_LIMITS_S
+    late = f"the plan was not carried out within {limit:g} s: simulator {options.simulator!r} did not come to an end"
+    forced = ended_by_force(UNSOLVED, lambda: _leave_off(options, "timeout", late))
+    try:
+        with forced, clock.ended_at(clock.now() + limit):
+            run = _carried_out(task, made, options)
+    except clock.TimeUp:
+        return _leave_off(options, "timeout", late)
+    except PlanRefusedError as refused:
+        return _leave_off(options, "refused", str(refused), "--unchecked carries it out all the same")
     if not to_stdout(options):
         for entry in run.log:
             deviations = "".join(f"; {d}" for d in entry.deviations)
@@ -147,6 +152,24 @@ def execute(options: argparse.Namespace) -> int:
         save_poses(run.final_poses, options.output)
         _say_where(options)
     return SOLVED if run.status == "done" else UNSOLVED
+
+
+def _carried_out(task: Task, made: Plan, options: argparse.Namespace) -> Execution:
+    from tamp.execution.executor import execute as execute_unchecked
+    from tamp.pipeline.execute import execute as execute_plan
+
+    how = {"seed": options.seed, "simulator": options.simulator}
+    if options.unchecked:
+        return execute_unchecked(task, made, **how)
+    return execute_plan(task, made, domain=options.domain, trust_task_code=options.trust_task_code, **how)
+
+
+def _leave_off(options: argparse.Namespace, status: str, why: str, hint: str = "") -> int:
+    """Say why a plan was not carried out, or not to its end."""
+    print(f"tamp: {why}", *filter(None, [hint]), sep="\n", file=sys.stderr)
+    write_json(options, {"status": status, "message": why})
+    options.out.flush()
+    return UNSOLVED
 
 
 def _by_controller(task: Task, made: Plan, options: argparse.Namespace) -> int:
