@@ -261,8 +261,12 @@ class TaskBuilder:
         return all(fact in knowledge.real or not self._is_hoped(fact) for fact in static)
 
     def _is_hoped(self, fact: Fact) -> bool:
-        """Whether streams promise a fact; or, of an object, whether it is one that they promise."""
-        return fact in self._knowledge.producers or not all(map(self._knowledge.objects.is_real, fact[1:]))
+        """Whether streams promise a fact; or, of an object, whether it is one that they promise.
+
+        What a test says of a state is asked in each that a plan leads to: of real objects there is no more to know.
+        """
+        promised = fact in self._knowledge.producers and fact[0] not in self._knowledge.schema.state_tests
+        return promised or not all(map(self._knowledge.objects.is_real, fact[1:]))
 
     def _surest(self, axioms: list[GroundAxiom]) -> list[GroundAxiom]:
         """Axioms without those that hope for a test where there are others with the same head."""

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.pddlstream.small import packing
-from tamp.planning import solve
+from tamp.planning import Problem, solve
 from tamp.planning.algorithms.session import Session
 from tamp.planning.options import Options
 from tamp.planning.search.fast_downward import FastDownward
@@ -24,3 +24,40 @@ def test_types_of_a_value_and_its_robot_are_no_reason_to_search_among_moves():
     """(Conf ?arm ?q) was taken for what decides about moves; each pair of configurations was grounded."""
     session = Session(packing(2, (4.0, 1.0), ARMS), Options(), FastDownward(), eager=False, started=0.0)
     assert [c.schema.name for c in session.connectors.connectors] == ["move"]
+
+
+FRAME = """
+(define (domain frame)
+  (:predicates (Bar ?b) (Way ?b ?t) (Stands ?b) (Gone ?b) (Stiff))
+  (:action take :parameters (?b ?t)
+    :precondition (and (Way ?b ?t) (Stands ?b) (Stiff))
+    :effect (and (Gone ?b) (not (Stands ?b)))))
+"""
+FRAME_STREAMS = """
+(define (stream frame)
+  (:stream sample-way :inputs (?b) :domain (Bar ?b) :outputs (?t) :certified (Way ?b ?t))
+  (:stream test-stiff :fluents (Stands) :certified (Stiff)))
+"""
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+def test_real_values_have_their_turns_where_a_test_is_told_the_state(algorithm):
+    """No set of bars is why a frame falls, as it stands with more: each state is barred by itself, or seen as real."""
+    bars = [(i, i + 1) for i in range(10)] + [(i, i + 2) for i in range(9)]
+
+    def stiff(context):
+        standing = {fact[1] for fact in context.fluents}
+        held = {0}
+        while more := [bar for bar in standing if len(held & set(bar)) == 1]:
+            held.update(*more)
+        return all(bar[0] in held for bar in standing)
+
+    problem = Problem(
+        domain=FRAME,
+        streams=FRAME_STREAMS,
+        samplers={"sample-way": lambda context, bar: ((bar, i) for i in range(100)), "test-stiff": stiff},
+        init=[fact for bar in bars for fact in (("Bar", bar), ("Stands", bar))],
+        goal=("and", *(("Gone", bar) for bar in bars)),
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved" and solution.cost == len(bars)
