@@ -60,8 +60,7 @@ def improve(session: Session) -> None:
     session.costs.guess(True)
     try:
         _try_again(session, sampling.calls + again)
-        if session.costs.unit or session.eager:
-            _draw_below(session, searching + worth // 4, sampling.calls + anew)
+        _draw_below(session, searching + worth // 4, sampling.calls + anew)
         if session.costs.unit:
             return
         _choose_anew(session, sampling.calls + anew)

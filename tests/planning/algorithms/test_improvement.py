@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.pddlstream.roads import logistics
-from benchmarks.pddlstream.shapes import shelf
+from benchmarks.pddlstream.shapes import field, shelf
 from benchmarks.pddlstream.shelf import carrying
 from benchmarks.pddlstream.small import packing, roadmap
 from benchmarks.pddlstream.trips import alley, survey
@@ -356,3 +356,9 @@ def test_values_of_a_kind_stand_for_their_like_where_moves_are_priced():
     values = {op.binding["?q"] for op in few}
     assert len({op.binding["?q"] for op in operators}) > MANY >= len(values)
     assert {op.schema.name for op in few} == {"take", "put"}
+
+
+def test_a_plan_that_was_found_among_real_values_is_improved_on_among_them_first():
+    """Under hopes there are always shorter ways, none of which are possible."""
+    solution = solve(field(0.25, area=False), algorithm="adaptive", timeout=40.0)
+    assert solution.cost < 1.6, solution.cost
