@@ -147,6 +147,13 @@ class Join:
         heappush(self._queue, (turn, len(self.facts), fact))
         self.run()
 
+    def remove(self, fact: Fact) -> None:
+        """Let a fact complete no matches from now on, unless it is added again."""
+        if self.facts.pop(fact, 0) is None:
+            for positions, table in self._indices[fact[0]].items():
+                key = tuple(fact[p] for p in positions)
+                table[key] = [f for f in table.get(key, ()) if f != fact]  # another list: that one may be being read
+
     @property
     def unfinished(self) -> bool:
         """Whether matches wait."""

@@ -74,7 +74,7 @@ class Grounder:
         self._most_admitted = SHARE
         self._seen: set[int] = set()
         self._turns = Turns(knowledge)
-        knowledge.on_fact(self.tell)
+        knowledge.on_fact(self.tell, self._remove)
 
     def report_to(self, on_instance: Callable[[Instance], None], tick: Callable[[], None]) -> None:
         """`on_instance` is told of stream instances from now on, and `tick` called now and then."""
@@ -114,6 +114,11 @@ class Grounder:
             self._waiting.append(fact)
         else:
             self._chains.add(fact, turn)
+
+    def _remove(self, fact: Fact) -> None:
+        """Ground nothing more with a fact that was hoped for in vain."""
+        self._join.remove(fact)
+        self._chains.remove(fact)
 
     def _level(self, fact: Fact) -> int:
         """How many streams in a row a fact hopes for."""

@@ -81,10 +81,12 @@ class Knowledge:
         self._lineages: dict[tuple[str, tuple[int, ...]], int] = {}
         self._lineage_of: dict[int, int] = {}
         self._tell: Callable[[Fact], None] = lambda fact: None
+        self._take_back: Callable[[Fact], None] = lambda fact: None
 
-    def on_fact(self, tell: Callable[[Fact], None]) -> None:
-        """Have the search told of every fact that it may use."""
+    def on_fact(self, tell: Callable[[Fact], None], take_back: Callable[[Fact], None]) -> None:
+        """Have the search told of every fact that it may use, and of those that it may not use after all."""
         self._tell = tell
+        self._take_back = take_back
 
     def instance(
         self, external: External, inputs: tuple[int, ...], fluents: tuple[Fact, ...] | None = None
@@ -167,6 +169,12 @@ class Knowledge:
         for fact in template.certified(template.placeholders):
             self.producers.setdefault(fact, []).append(template)
             self._tell(fact)
+
+    def despair(self, test: Instance) -> None:
+        """Let nothing more rest on what a test would have certified that was hoped for, and has said no."""
+        for fact in test.certified(()):
+            if fact not in self.real and all(p.exhausted for p in self.producers.get(fact, ())):
+                self._take_back(fact)
 
     def _announce(self, fact: Fact) -> None:
         self._tell(fact)

@@ -10,6 +10,7 @@ from tamp.planning.model.stream_instances import Instance
 from tamp.planning.model.turns import Turns
 from tamp.planning.options import Limits
 from tamp.planning.sampling.evaluation import Evaluator
+from tamp.planning.sampling.rare_tests import RareTests
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
 
 FACTS_A_CALL = 5
@@ -47,6 +48,7 @@ class Rounds:
         self._lazy_tests = lazy_tests
         self._asking = False
         self._turns = Turns(knowledge)
+        self._rare = RareTests(self._ask)
 
     @property
     def work(self) -> int:
@@ -62,10 +64,11 @@ class Rounds:
         callable_now = self._is_real(instance) and all(
             f in knowledge.real or f in knowledge.state or f[0] == "object" for f in instance.domain
         )
-        if eager and callable_now and instance.external.is_test and instance.external.name not in self._sampling.wild:
-            self._sampling.draw(instance)
-            knowledge.announce(instance)
-            self._refute(instance)
+        plain = callable_now and instance.external.is_test and instance.external.name not in self._sampling.wild
+        if plain and eager:
+            self._ask(instance)
+        elif plain and not self._eager and not instance.external.fluents and self._rare.take(instance):
+            pass
         elif eager and self._eager:  # also tests that bring more, lest what they bring have no end
             knowledge.templates.append(instance)
         else:
@@ -145,6 +148,16 @@ class Rounds:
             with self._stopwatch.timed("grounding"):
                 self._knowledge.activate(instance, SHOWN + self.count)
         return any_left
+
+    def _ask(self, test: Instance) -> bool:
+        """Ask a test, and let the search know what it said; whether it holds."""
+        self._limits.check()
+        self._sampling.draw(test)
+        self._knowledge.announce(test)
+        self._refute(test)
+        if not test.results:
+            self._knowledge.despair(test)
+        return bool(test.results)
 
     def _is_real(self, instance: Instance) -> bool:
         return all(map(self._knowledge.objects.is_real, instance.inputs))

@@ -84,3 +84,34 @@ def test_actions_that_rest_on_hopes_are_hopes_as_well(algorithm: str) -> None:
     solution = solve(cash(40.0), algorithm=algorithm, seed=0, timeout=30.0)
     assert solution.plan is not None, str(solution.report)
     assert solution.report.counts["operators"] < 6000
+
+
+TANKS = """
+(define (domain tanks)
+  (:predicates (Tank ?t) (Number ?n) (Sum ?a ?b ?c) (Holds ?t ?n))
+  (:action fill :parameters (?t ?before ?size ?after)
+    :precondition (and (Tank ?t) (Sum ?before ?size ?after) (Holds ?t ?before))
+    :effect (and (Holds ?t ?after) (not (Holds ?t ?before)))))
+"""
+TANK_STREAMS = """
+(define (stream tanks)
+  (:stream test-sum :inputs (?a ?b ?c) :domain (and (Number ?a) (Number ?b) (Number ?c)) :certified (Sum ?a ?b ?c)))
+"""
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused"])
+@pytest.mark.parametrize("mostly", [False, True])
+def test_a_test_is_asked_of_all_its_many_inputs_where_it_mostly_says_no(algorithm: str, mostly: bool) -> None:
+    problem = Problem(
+        domain=TANKS,
+        streams=TANK_STREAMS,
+        samplers={"test-sum": lambda context, a, b, c: (a + b == c) != mostly},
+        init=[*(("Number", n) for n in range(9)), ("Holds", "t", 0), ("Tank", "t")],
+        goal=("Holds", "t", 8),
+    )
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    assert solution.status == "solved"
+    [calls] = [stream.calls for stream in solution.report.streams if stream.name == "test-sum"]
+    assert calls < 60 if mostly else calls == 9**3
+    # Of what was refuted before the tank was known there is no operator; each hope was one.
+    assert solution.report.counts["operators"] < (1000 if mostly else 250)
