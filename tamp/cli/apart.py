@@ -11,7 +11,7 @@ from typing import NoReturn
 from tamp.cli.status import BAD_INPUT
 from tamp.parent import end_with_parent
 
-INSIDE = ("plan", "samplers", "execute")
+INSIDE = ("plan", "samplers", "execute", "contest")
 """Commands that run samplers and simulators within their own process; batches have workers."""
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 NAMES_CODE = ("--sampler", "--domain", "--contender", "--trust-task-code", "--stream", "--simulator")

@@ -34,6 +34,10 @@ FAMILIES = (
 """The modules that add commands, in the order of `tamp --help`."""
 
 
+SIMULATE = ("execute", "contest")
+"""Commands whose process simulates, and runs no samplers that somebody names."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status: 0 all solved, 1 some not solved, 2 bad input or usage, 130 interrupted."""
     whole = parser()
@@ -75,7 +79,7 @@ def run() -> NoReturn:
             os.register_at_fork(after_in_child=partial(signal.signal, number, signal.SIG_DFL))
     arguments = sys.argv[1:]
     separate = runs_others_code(arguments)
-    _leave(apart(main, _leave, simulated=arguments[0] == "execute") if separate else main())
+    _leave(apart(main, _leave, simulated=arguments[0] in SIMULATE) if separate else main())
 
 
 def _interrupt(number: int, _: object) -> NoReturn:
@@ -129,7 +133,7 @@ def _names_code(options: argparse.Namespace) -> bool:
     addressed = ("strategy", "search", "simulator", "settling", "perceive", "perceiver")
     return (
         any(getattr(options, name, None) for name in named)
-        or any(":" in (getattr(options, name, None) or "") for name in addressed)
+        or any(":" in "".join(getattr(options, name, None) or ()) for name in addressed)  # a name, or several
         or _is_outside(getattr(options, "domain", None))
     )
 

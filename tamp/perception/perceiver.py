@@ -13,7 +13,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from tamp.errors import TampError, meant, told
+from tamp.errors import PartError, TampError, meant, told
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.rendering.surface import Surface
@@ -74,18 +74,18 @@ def ask(
     """What a perceiver says; it is told what is expected if it takes that.
 
     Raises:
-        TampError: where it raises, with the line, or does not answer for every object with an estimate; says which.
+        PartError: where it raises, with the line, or does not answer for every object with an estimate; says which.
     """
     takes: Any = perceiver
     more = {"expected": expected} if expected and "expected" in inspect.signature(perceiver).parameters else {}
     try:
         found = takes(frames, MappingProxyType(dict(objects)), table=table, seed=seed, **more)
     except TampError as error:
-        raise TampError(f"the perceiver {address(perceiver)}: {error}") from error
+        raise PartError(f"the perceiver {address(perceiver)}: {error}") from error
     except (Exception, SystemExit) as error:
-        raise TampError(f"the perceiver {address(perceiver)} raised {told(error)}") from error
+        raise PartError(f"the perceiver {address(perceiver)} raised {told(error)}") from error
     if wrong := unfit(found, tuple(objects)):
-        raise TampError(f"the perceiver {address(perceiver)}: {wrong}")
+        raise PartError(f"the perceiver {address(perceiver)}: {wrong}")
     # Numbers of other libraries become Python's own, which every file can hold.
     return {
         name: replace(found[name], confidence=float(found[name].confidence), alternatives=(*found[name].alternatives,))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,28 @@ def test_bad_input_gets_one_sentence(arguments: list[str], complaint: str, capsy
     assert main(["contest", "run", *arguments]) == 2
     error = capsys.readouterr().err
     assert complaint in error and len(error.splitlines()) == 1
+
+
+HANGS = """
+import time
+from tamp.execution.simulators import SIMULATORS, load_simulator
+class Hangs(load_simulator(next(name for name, entry in SIMULATORS.items() if entry.installed))):
+    def step(self, count=1):
+        time.sleep(1e6)
+"""
+
+
+def test_a_simulator_from_the_working_folder_is_found_and_ended_where_it_hangs(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if path])
+    monkeypatch.setattr("tamp.contest.evaluation.trial.BEYOND_S", 1.0)
+    (folder / "hanging.py").write_text(HANGS)
+    options = ["--tasks", "tiny.yaml", "--simulator", "hanging:Hangs", "--runs", "1", "--wall", "2"]
+    assert main(["contest", "run", "moves.py", *options, "--no-isolation"]) == 2
+    said = "tamp: simulator 'hanging:Hangs' did not come back within the 2 s that a run may take\n"
+    assert capsys.readouterr().err.endswith(said)
 
 
 def test_the_workcell_refuses_what_cannot_be_done_and_ends_in_time() -> None:

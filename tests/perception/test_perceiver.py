@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tamp.errors import TampError
+from tamp.errors import PartError, TampError
 from tamp.perception import conformance
 from tamp.perception.conformance import LOOKS, POSES, check_perceiver
 from tamp.perception.estimate import Estimate
@@ -161,6 +161,11 @@ def test_the_kit_says_what_is_wrong(perceiver: Any, said: str) -> None:
     wrong = [str(finding) for finding in check_perceiver(perceiver) if finding.outcome == "wrong"]
     assert len(wrong) == 1
     assert said.replace("\\", "") in wrong[0]
+
+
+def test_what_a_perceiver_does_wrong_is_its_own_fault_and_none_of_the_task() -> None:
+    with pytest.raises(PartError, match="raising raised KeyError: 'brick'"):
+        ask(raising, [], LOOKS, table=Table(), seed=0)
 
 
 def test_numbers_of_other_libraries_become_pythons() -> None:

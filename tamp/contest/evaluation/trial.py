@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tamp.clock import TimeUp, ended_at, now
 from tamp.contest.api.wire import FROM_SOLUTION, Channel
 from tamp.contest.evaluation.session import serve
 from tamp.contest.evaluation.workcell import Workcell
@@ -21,6 +22,7 @@ from tamp.contest.sandbox.isolation import Ending, Sandbox
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.runtime import MODELS, SOLUTION, START, interpreter, make_room, search_path
 from tamp.contest.sandbox.seccomp import call_filter
+from tamp.errors import PartError
 from tamp.execution.log import Frame
 from tamp.execution.simulators import make_simulator
 from tamp.formats.obj import shape_obj
@@ -34,6 +36,9 @@ from tamp.versions import versions
 
 FILM_S = 0.4
 """Simulated time between two frames of a film [s]."""
+
+BEYOND_S = 30.0
+"""What a scene may take past a solution's limit, at which that is ended, before its simulator counts as hanging [s]."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,7 @@ def run_trial(
 
     Raises:
         TampError: where task, simulator, cameras or an offered library cannot be used.
+        PartError: where a simulator of one's own raises, answers wrongly, or does not come back.
     """
     began, seed = time.monotonic(), rules.seed + run
     robot = load_robot(task.robot)
@@ -76,13 +82,20 @@ def run_trial(
     looks = surfaces(task)
     with tempfile.TemporaryDirectory(prefix="tamp-contest-") as folder:
         objects = write_models(task, looks, Path(folder))
-        with make_simulator(simulator, task.objects, table=task.table, robot=robot) as world:
-            workcell = Workcell(
-                task, world, cameras, looks, seed=seed, limit_s=rules.execution_s, renderer=rules.renderer,
-                film_s=FILM_S if film else None,
-            )  # fmt: skip
-            ending, log = run_solution(workcell, package, Path(folder), objects, rules, sandbox)
-            used, poses = workcell.time, workcell.final_poses()
+        try:
+            with (
+                ended_at(now() + rules.limits.wall_s + BEYOND_S),
+                make_simulator(simulator, task.objects, table=task.table, robot=robot) as world,
+            ):
+                workcell = Workcell(
+                    task, world, cameras, looks, seed=seed, limit_s=rules.execution_s, renderer=rules.renderer,
+                    film_s=FILM_S if film else None,
+                )  # fmt: skip
+                ending, log = run_solution(workcell, package, Path(folder), objects, rules, sandbox)
+                used, poses = workcell.time, workcell.final_poses()
+        except TimeUp:  # the solution itself is ended before
+            limit = f"{rules.limits.wall_s:g} s that a run may take"
+            raise PartError(f"simulator {simulator!r} did not come back within the {limit}") from None
     result = _result(task, poses, workcell, ending, simulator, run, used, time.monotonic() - began)
     return Trial(result, ending, log, tuple(workcell.frames))
 
