@@ -259,8 +259,7 @@ def _chosen_anew(
     scene: Volume, models: Sequence[ObjectModel], found: Sequence[Sequence[Candidate]], before: Selection
 ) -> Selection:
     """The joint choice among more candidates, which begins with what was chosen before."""
-    selection = Selection(scene.cloud, models, found, present=scene.cloud.instances is not None)
-    selection.chosen = before.chosen
+    selection = Selection(scene.cloud, models, found, present=scene.cloud.instances is not None, before=before)
     selection.solve()
     return selection
 

@@ -44,6 +44,7 @@ class Selection:
         models, candidates: of each object.
         present: whether every object that has candidates is there, as where masks show it: one is chosen whatever it
             costs. Meshes that are not quite what stands there overlap where the objects touch.
+        before: a choice among some of these candidates, from which this one begins.
 
     Attributes:
         chosen: for each object the index of its candidate, -1 for none.
@@ -56,14 +57,16 @@ class Selection:
         candidates: Sequence[Sequence[Candidate]],
         *,
         present: bool = False,
+        before: Selection | None = None,
     ) -> None:
         self._models, self._candidates, self._present = models, candidates, present
         self._explained = [_Explained.by(found) for found in candidates]
         self._count = len(cloud.points)
         self._best = [_most(found, self._count) for found in candidates]
         self._costs = [np.array([FREE * c.free_area for c in found]) for found in candidates]
-        self._overlaps: dict[tuple[int, int, int, int], float] = {}
-        self.chosen = [-1] * len(models)
+        # Of candidates, not of objects: what shares space stays so among more candidates, and for all of a mesh.
+        self._overlaps: dict[frozenset[Candidate], float] = {} if before is None else before._overlaps
+        self.chosen: list[int] = [-1] * len(models) if before is None else list(before.chosen)
 
     def solve(self) -> None:
         """Choose, starting from the objects whose best candidate explains most."""
@@ -171,18 +174,18 @@ class Selection:
         return [j for j, m in enumerate(self.chosen) if min(k, m) >= 0 and j != i and self._overlap(i, k, j, m) > 0]
 
     def _overlap(self, i: int, k: int, j: int, m: int) -> float:
-        key = (i, k, j, m) if i < j else (j, m, i, k)
-        if key not in self._overlaps:
-            a, b = self._candidates[i][k], self._candidates[j][m]
+        a, b = self._candidates[i][k], self._candidates[j][m]
+        pair = frozenset((a, b))
+        if pair not in self._overlaps:
             near = np.linalg.norm(self.center(i, k) - self.center(j, m)) < SAME
             if self._models[i] is self._models[j] and near and self._models[i].apart(a.pose, b.pose) < SAME:
                 # Neither is inside the other; two of a kind in one place are one.
-                self._overlaps[key] = self._models[i].area / VOXEL**2
+                self._overlaps[pair] = self._models[i].area / VOXEL**2
             else:
-                self._overlaps[key] = _shared(self._models[i], a.pose, self._models[j], b.pose) + _shared(
+                self._overlaps[pair] = _shared(self._models[i], a.pose, self._models[j], b.pose) + _shared(
                     self._models[j], b.pose, self._models[i], a.pose
                 )
-        return self._overlaps[key]
+        return self._overlaps[pair]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tamp.perception.estimation import selection
 from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.fusion import Cloud
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
@@ -27,9 +28,9 @@ def _candidate(x: float, first: int, last: int, weight: float = 1.0, free: float
 
 
 def _chosen(*found: list[Candidate], models: tuple[object, ...] = (BIG, SMALL)) -> Selection:
-    selection = Selection(CLOUD, models, found)  # type: ignore[arg-type]
-    selection.solve()
-    return selection
+    choice = Selection(CLOUD, models, found)  # type: ignore[arg-type]
+    choice.solve()
+    return choice
 
 
 def test_the_small_one_leaves_the_big_ones_surface() -> None:
@@ -54,9 +55,9 @@ def test_two_do_not_stand_in_one_place() -> None:
 
 def test_what_masks_show_is_there_even_inside_another() -> None:
     found = [[_candidate(0.0, 0, 200)], [_candidate(0.01, 200, 240)]]
-    selection = Selection(CLOUD, (BIG, SMALL), found, present=True)
-    selection.solve()
-    assert selection.chosen == [0, 0]
+    choice = Selection(CLOUD, (BIG, SMALL), found, present=True)
+    choice.solve()
+    assert choice.chosen == [0, 0]
 
 
 def test_a_better_exchange_is_found() -> None:
@@ -128,3 +129,19 @@ def test_what_shares_space_with_something_is_told() -> None:
     assert selection.meeting(1) == [0]
     selection.chosen = [0, 0]
     assert selection.meeting(0) == []
+
+
+def test_what_is_known_of_shared_space_stays_so_among_more_candidates_and_for_all_of_a_mesh(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+    monkeypatch.setattr(selection, "shared", lambda *pair: asked.append(pair) or 0.0)
+    big, small = [_candidate(0.0, 0, 200)], [_candidate(0.05, 200, 250)]
+    before = _chosen(big, small, small, models=(BIG, SMALL, SMALL))
+    assert len(asked) == 2  # either in the other, for both small ones at once
+    more = _candidate(-0.05, 250, 290)
+    after = Selection(CLOUD, (BIG, SMALL, SMALL), [big, [*small, more], [*small, more]], before=before)
+    assert after.chosen == before.chosen
+    after.solve()
+    assert len(after.chosen) == 3 and min(after.chosen) >= 0
+    assert len(asked) == 2 + 2 + 2  # what came, with the big one and with the other small one

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 EDGE = 0.008
 """Edge of a cell [m]."""
 
+NEAR = 0.004
+"""The nearest point is sought within this first, and then within twice as much, up to what is asked [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Buckets:
@@ -67,24 +70,30 @@ def _nearest(
     found = np.full(len(wanted), -1, dtype=np.int64)
     low, high = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
     for n in range(len(wanted)):
-        for axis in range(3):
-            low[axis] = max(0, math.floor((wanted[n, axis] - reach - origin[axis]) / EDGE))
-            high[axis] = min(shape[axis] - 1, math.floor((wanted[n, axis] + reach - origin[axis]) / EDGE))
-        best = reach * reach
-        for i in range(low[0], high[0] + 1):
-            for j in range(low[1], high[1] + 1):
-                row = (i * shape[1] + j) * shape[2]
-                if low[2] > high[2]:
-                    continue
-                # Cells along the last axis follow each other.
-                for p in range(first[row + low[2]], first[row + high[2] + 1]):
-                    off = 0.0
-                    for axis in range(3):
-                        off += (wanted[n, axis] - places[p, axis]) ** 2
-                    if off >= best:
+        # What is nearer than the cells that were looked at reach is the nearest: most points lie on the surface.
+        within = min(NEAR, reach)
+        while found[n] < 0:
+            for axis in range(3):
+                low[axis] = max(0, math.floor((wanted[n, axis] - within - origin[axis]) / EDGE))
+                high[axis] = min(shape[axis] - 1, math.floor((wanted[n, axis] + within - origin[axis]) / EDGE))
+            best = within * within
+            for i in range(low[0], high[0] + 1):
+                for j in range(low[1], high[1] + 1):
+                    row = (i * shape[1] + j) * shape[2]
+                    if low[2] > high[2]:
                         continue
-                    for axis in range(3, 6):
-                        off += (wanted[n, axis] - places[p, axis]) ** 2
-                    if off < best:
-                        best, found[n] = off, index[p]
+                    # Cells along the last axis follow each other.
+                    for p in range(first[row + low[2]], first[row + high[2] + 1]):
+                        off = 0.0
+                        for axis in range(3):
+                            off += (wanted[n, axis] - places[p, axis]) ** 2
+                        if off >= best:
+                            continue
+                        for axis in range(3, 6):
+                            off += (wanted[n, axis] - places[p, axis]) ** 2
+                        if off < best:
+                            best, found[n] = off, index[p]
+            if within >= reach:
+                break
+            within = min(2 * within, reach)
     return found

@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tamp.compiled import compiled
 from tamp.task.mesh.parts import Part
-from tamp.world.geometry.half_spaces import half_spaces
+from tamp.world.geometry.half_spaces import half_spaces, joined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
+    _Hulls = tuple[Array, Array, NDArray[np.int64]]
+    """Of convex parts: boxes around them (n, 6), their planes (m, 4), where each one's end among these (n,)."""
 
 INSIDE = 0.004
 """Less deep is touching [m]."""
@@ -55,9 +58,22 @@ class Occupancy:
     def _tree(self) -> Any:
         return cKDTree(self.points)
 
+    @cached_property
+    def _hulls(self) -> _Hulls:
+        return _hulls(self.parts)
+
     def inside(self, points: Array) -> NDArray[np.bool_]:
         """Which points, shape (n, 3) in the object's frame, are deeper than touching inside the object."""
+        found = _within(points, *self._hulls) if self.parts else np.ones(len(points), dtype=np.bool_)
+        some = np.flatnonzero(found)
+        found[some] = self._behind(points[some])
+        return found
+
+    def _behind(self, points: Array) -> NDArray[np.bool_]:
+        """Which points, shape (n, 3), are deeper than touching behind the surface that is nearest to them."""
         found = np.zeros(len(points), dtype=np.bool_)
+        if not len(points):
+            return found
         distance, index = self._tree.query(points, k=1 if self.parts else AROUND, distance_upper_bound=REACH)
         distance, index = distance.reshape(len(points), -1), index.reshape(len(points), -1)
         near = np.flatnonzero(np.isfinite(distance[:, 0]))
@@ -65,10 +81,7 @@ class Occupancy:
         index = np.where(np.isfinite(distance), index, index[:, :1])
         depth = np.einsum("nkj,nkj->nk", self.points[index] - points[near, None], self.normals[index])
         deep = (depth[:, 0] > INSIDE) & (depth[:, 0] > 0.7 * distance[:, 0]) & self.solid[index[:, 0]]
-        deep &= (depth > 0).all(axis=1)
-        if self.parts:
-            deep[deep] = _within(self.parts, points[near[deep]])
-        found[near[deep]] = True
+        found[near] = deep & (depth > 0).all(axis=1)
         return found
 
 
@@ -86,20 +99,41 @@ def occupancy_of_parts(parts: Sequence[Part]) -> Occupancy:
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     points = np.einsum("nij,ni->nj", corners[chosen], np.stack([1 - u - v, u, v], axis=1))
     normals = crosses[chosen] / (2 * areas[chosen, None])
-    outer = ~_within(parts, points + JOINT * normals)
+    outer = ~_within(points + JOINT * normals, *_hulls(parts))
     points, normals = points[outer], normals[outer]
     return Occupancy(points, normals, np.ones(len(points), np.bool_), float(areas.sum()) * outer.mean(), tuple(parts))
 
 
-def _within(parts: Sequence[Part], points: Array) -> NDArray[np.bool_]:
+def _hulls(parts: Sequence[Part]) -> _Hulls:
+    A, b, ends = joined(half_spaces(part) for part in parts)
+    corners = [np.concatenate([part.vertices.min(axis=0), part.vertices.max(axis=0)]) for part in parts]
+    return np.array(corners), np.column_stack([A, b]), ends
+
+
+@compiled
+def _within(points: Array, boxes: Array, planes: Array, ends: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which points, shape (n, 3), are in any of some convex parts."""
     found = np.zeros(len(points), dtype=np.bool_)
-    for part in parts:
-        low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
-        some = np.flatnonzero(~found & (points >= low).all(axis=1) & (points <= high).all(axis=1))
-        if len(some):
-            A, b = half_spaces(part)
-            found[some] = (points[some] @ A.T <= b).all(axis=1)
+    around = np.empty(6)
+    for axis in range(3):
+        around[axis], around[axis + 3] = boxes[:, axis].min(), boxes[:, axis + 3].max()
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        if not (around[0] <= x <= around[3] and around[1] <= y <= around[4] and around[2] <= z <= around[5]):
+            continue
+        for part in range(len(ends)):
+            if not (boxes[part, 0] <= x <= boxes[part, 3] and boxes[part, 1] <= y <= boxes[part, 4]):
+                continue
+            if not boxes[part, 2] <= z <= boxes[part, 5]:
+                continue
+            inside = True
+            for m in range(ends[part - 1] if part else 0, ends[part]):
+                if planes[m, 0] * x + planes[m, 1] * y + planes[m, 2] * z > planes[m, 3]:
+                    inside = False
+                    break
+            if inside:
+                found[n] = True
+                break
     return found
 
 

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tamp.perception.estimation.models.object_model import object_model
-from tamp.perception.estimation.models.occupancy import Occupancy, occupancy_of_parts, shared
+from tamp.perception.estimation.models.occupancy import INSIDE, Occupancy, occupancy_of_parts, shared
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box
 from tamp.task.mesh.parts import Part, convex_hull
+from tamp.world.geometry.half_spaces import half_spaces
 
 pytest.importorskip("embreex", reason="the extra perception is not installed")
 
@@ -63,3 +64,17 @@ def test_points_lie_on_the_union_alone() -> None:
     assert (np.abs(halves.points[:, 0]) > 0.002).mean() > 0.95
     off = np.abs(halves.points) - (0.1, 0.05, 0.05)
     assert np.allclose(off.max(axis=1), 0.0, atol=1e-9)
+
+
+@given(st.integers(0, 1000))
+def test_inside_is_in_a_part_and_behind_the_nearest_surface(seed: int) -> None:
+    space = occupancy_of_parts(WALLS)
+    points = np.random.default_rng(seed).uniform(-0.12, 0.12, (200, 3))
+    planes = [half_spaces(part) for part in WALLS]
+    within = np.any([(points @ A.T <= b).all(axis=1) for A, b in planes], axis=0)
+    off = points[:, None] - space.points
+    nearest = np.linalg.norm(off, axis=2).argmin(axis=1)
+    depth = -np.einsum("nj,nj->n", off[np.arange(200), nearest], space.normals[nearest])
+    inside = space.inside(points)
+    assert not (inside & ~(within & (depth > INSIDE))).any()
+    assert not (within & (depth > 0.0055) & ~inside).any()
