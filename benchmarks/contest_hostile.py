@@ -36,7 +36,7 @@ name: hostile
 contest: [push.yaml]
 runs: 1
 execution_s: 60
-limits: {wall_s: 20, processor_s: 10, memory_mb: 400, processes: 24, output_kb: 64, scratch_mb: 16}
+limits: {processor_s: 10, idle_s: 5, wall_s: 1200, memory_mb: 400, processes: 24, output_kb: 64, scratch_mb: 16}
 uploads: {a_month: 1000, a_minute: 1000}
 """
 

@@ -47,7 +47,7 @@ def rows(
     simulators: Sequence[str],
     solutions: Sequence[str],
     seed: int,
-    wall: float,
+    processor: float,
     share: tuple[int, int],
     output: Path | None,
     show: bool,
@@ -58,7 +58,7 @@ def rows(
         runs=runs or (1 if quick else RUNS),
         libraries=LIBRARIES,
     )
-    rules = replace(rules, limits=replace(rules.limits, wall_s=wall, processor_s=2 * wall))
+    rules = replace(rules, limits=replace(rules.limits, processor_s=processor, wall_s=6 * processor))
     chosen = tuple(solutions) or (SOLUTIONS[:1] if quick else SOLUTIONS)
     with tempfile.TemporaryDirectory() as scratch:
         folder = output or Path(scratch)
@@ -177,7 +177,7 @@ def options() -> argparse.ArgumentParser:
     add("--simulators", nargs="+", default=(), metavar="NAME", help=f"default {' '.join(SIMULATORS)}")
     add("--solutions", nargs="+", default=(), metavar="SOLUTION", help=f"default {' '.join(SOLUTIONS)}")
     add("--seed", type=int, default=0, metavar="N", help="of the tasks")
-    add("--wall", type=float, default=1200.0, metavar="SECONDS", help="real time of a run; default 1200")
+    add("--processor", type=float, default=2400.0, metavar="SECONDS", help="processor time of a run; default 2400")
     add("--share", type=a_share, default=(1, 1), metavar="K/N", help="do every Nth task only, from the Kth on")
     add("--output", type=Path, metavar="DIR", help="tasks and results, to go on with; default: forgotten at the end")
     add("--show", action="store_true", help="run nothing; show what is there")

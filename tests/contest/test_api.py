@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as nps
 
+from tamp.contest.api.client import Connection, Robot
 from tamp.contest.api.schema import ANSWERS, CALLS, check
 from tamp.contest.api.wire import FROM_SOLUTION, PREFIX, Channel, Disconnected, Message, ProtocolError, decode, encode
 
@@ -148,3 +150,33 @@ def test_the_client_needs_numpy_only() -> None:
     code = "import sys, tamp.contest.api.host; print(*{name.partition('.')[0] for name in sys.modules})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"pybullet", "mujoco", "pinocchio", "pydantic", "yaml", "scipy", "ompl"} & set(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("call", "complaint"),
+    [
+        (lambda robot: robot.wait(None), "seconds is None, expected a number"),
+        (lambda robot: robot.wait(10**400), "seconds is 1000.*, expected a number"),
+        (lambda robot: robot.arm.move_joints([0.0], speed="fast"), "speed is 'fast', expected a number"),
+        (lambda robot: robot.arm.move_joints("home"), "q is 'home', expected an array of numbers"),
+        (
+            lambda robot: robot.arm.move_pose([[1.0, 0.0], [0.0]]),
+            r"T_world_tool is \[\[1.0, 0.0\], .*, expected an array",
+        ),
+        (lambda robot: robot.arm.follow([0.0, 1.0], [0.0, 1.0]), r"positions has shape \(2,\), expected 2 dimensions"),
+        (lambda robot: robot.gripper.go_to([]), r"width is \[\], expected a number"),
+        (lambda robot: robot.camera.frame(None), "camera is not text"),
+    ],
+)
+def test_what_is_no_argument_is_named_and_nothing_is_sent(call: Callable[[Robot], object], complaint: str) -> None:
+    joints = [{"name": "one"}]
+    fields = {"robot": "panda", "stroke": 0.08, "cameras": [{"name": "kinect"}], "joints": joints}
+    names = ("home", "lower", "upper", "velocity")
+    welcome = Message("welcome", 1, fields, {name: np.zeros(1) for name in names})
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        with pytest.raises(ValueError, match=complaint):
+            call(Robot(Connection(Channel(ours, FROM_SOLUTION)), welcome))
+        theirs.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            theirs.recv(1)

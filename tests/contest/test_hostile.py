@@ -21,7 +21,7 @@ from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.reaper import children
 from tests.contest.cells import QUICK, run_in
 
-TIGHTER = {name: {"wall_s": 1.5} for name in ("sleeps", "never_reads", "slow_frame")}
+TIGHTER = {name: {"idle_s": 1.5} for name in ("sleeps", "never_reads", "slow_frame")}
 TIGHTER |= {name: {"processor_s": 1.0} for name in ("burns_processor", "hidden_processor")}
 """Solutions that would use up a whole limit -> a smaller one."""
 

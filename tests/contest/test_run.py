@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tamp.cli import main
+from tamp.contest.evaluation import evaluate, trial
 from tamp.contest.evaluation.standings import counting, standings
 from tamp.contest.evaluation.workcell import Refusal, TimeOver, Workcell
 from tamp.contest.rules import Rules
@@ -77,20 +78,64 @@ def test_a_solution_moves_the_arm_and_is_scored(folder: Path, capsys: pytest.Cap
     assert "tiny, pybullet, run 0: refused: joint" in capsys.readouterr().err
     before = (folder / "out" / "results.json").read_bytes()
     assert main([*arguments, *insist, "-o", str(folder / "out")]) == 2
-    assert "results.json has results already: --overwrite replaces them; nothing was touched" in capsys.readouterr().err
+    complaint = capsys.readouterr().err
+    assert (
+        "results.json has results already: --resume runs what is missing, --overwrite replaces them; nothing"
+        in complaint
+    )
     assert (folder / "out" / "results.json").read_bytes() == before
 
 
+class _KilledError(Exception):
+    """Comes in place of the end of the process."""
+
+
+def test_what_was_killed_goes_on_with_the_runs_that_it_has(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["contest", "run", str(folder / "still.py"), "--tasks", str(folder / "tiny.yaml"), "--runs", "2"]
+    arguments += ["-o", str(folder / "out"), *([] if _isolates() else ["--no-isolation"])]
+    (folder / "still.py").write_text("class Solution:\n    def run(self, goal, robot): print('here')\n")
+    begun = []
+
+    def run_trial(*given: object, run: int, **more: object) -> object:
+        begun.append(run)
+        if len(begun) == 2:
+            raise _KilledError
+        return trial.run_trial(*given, run=run, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(evaluate, "run_trial", run_trial)
+    with pytest.raises(_KilledError):
+        main(arguments)
+    assert "here" in (folder / "out" / "tiny-pybullet-0.log").read_text()
+    first = (folder / "out" / "runs.jsonl").read_bytes()
+    assert first.count(b"\n") == 1 and not (folder / "out" / "results.json").exists()
+    assert main(arguments) == 2
+    assert "runs.jsonl has results already: --resume runs what is missing" in capsys.readouterr().err
+    with (folder / "out" / "runs.jsonl").open("ab") as file:
+        file.write(b'{"task": "tiny", "se')  # as where the disk, or the process, ended
+    assert main([*arguments, "--resume"]) == 0
+    assert begun == [0, 1, 1]
+    assert (folder / "out" / "runs.jsonl").read_bytes().startswith(first)
+    assert [run["seed"] for run in json.loads((folder / "out" / "results.json").read_text())["runs"]] == [0, 1]
+    assert main([*arguments, "--resume"]) == 0
+    assert begun == [0, 1, 1]
+    (folder / "still.py").write_text("class Solution:\n    def run(self, goal, robot): print('there')\n")
+    assert main([*arguments, "--resume"]) == 0
+    assert begun == [0, 1, 1, 0, 1]
+
+
 def test_runs_that_are_known_are_not_repeated(folder: Path) -> None:
-    from tamp.contest.evaluation.evaluate import evaluate, solution_path
+    from tamp.contest.evaluation.evaluate import solution_path
     from tamp.task.files.load import load_task
 
-    task, rules, seen = load_task(folder / "tiny.yaml"), Rules(runs=2), []
+    seen: list[trial.Trial] = []
+    task, rules = load_task(folder / "tiny.yaml"), Rules(runs=2)
     known = [_result("tiny", "pybullet", 1, 0.123)]
     sandbox = choose(insecure=not _isolates())
-    found = evaluate(solution_path("nothing"), [task], rules, sandbox, seen.append, known)
+    found = evaluate.evaluate(solution_path("nothing"), [task], rules, sandbox, seen.append, known)
     assert [(result.seed, result.ede_m == 0.123) for result in found] == [(0, False), (1, True)]
-    assert [trial.result.seed for trial in seen] == [0]
+    assert [one.result.seed for one in seen] == [0]
 
 
 def test_without_isolation_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

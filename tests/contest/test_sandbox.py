@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tamp.contest.sandbox import process
-from tamp.contest.sandbox.choice import KINDS
+from tamp.contest.sandbox.choice import KINDS, choose
 from tamp.contest.sandbox.isolation import ENVIRONMENT, Ending, Mount, Sandbox, visible
 from tamp.contest.sandbox.process import SandboxedProcess
 from tamp.contest.sandbox.runtime import interpreter, make_room
-from tests.contest.cells import QUICK, run_in
+from tests.contest.cells import QUICK, EmptyCell, run_in
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
@@ -74,3 +76,34 @@ def test_what_does_not_let_itself_be_looked_into_is_taken_to_hold_as_many_socket
         assert process.usage([os.getpid()], {})[2] - seen > 32 * process._queue()
     for end in pair:
         end.close()
+
+
+COMPUTES = """
+import threading, time
+
+def compute():
+    while time.thread_time() < 1.2: pass
+
+class Solution:
+    def run(self, goal, robot):
+        worker = threading.Thread(target=compute)  # the first thread sleeps until it has ended
+        worker.start()
+        worker.join()
+        robot.arm.state()
+"""
+
+
+def test_who_computes_or_waits_for_the_robot_is_not_idle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long that takes on a busy machine: a simulator that takes its time is no fault of the solution's."""
+    state = EmptyCell.state
+
+    def slowly(cell: EmptyCell) -> tuple[Any, Any, float]:
+        time.sleep(1.5)
+        return state(cell)
+
+    monkeypatch.setattr(EmptyCell, "state", slowly)
+    solution = tmp_path / "solution.py"
+    solution.write_text(COMPUTES)
+    sandbox = choose(insecure=all(kind().missing() for kind in KINDS))
+    ending, output = run_in(sandbox, solution, tmp_path / "run", replace(QUICK, idle_s=0.9))
+    assert ending.reason == "finished", (ending, output)

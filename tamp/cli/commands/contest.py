@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
-import re
 import secrets
 import shutil
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,7 +47,12 @@ def _add_run(parser: Parser) -> None:
     add("--runs", type=positive_int, metavar="N", help="on each task and simulator, in place of the rules'")
     add("--wall", type=seconds, metavar="SECONDS", help="real time of a run, in place of the rules'")
     add("--library", action="append", metavar="NAME", help="a distribution to offer, beside the rules'; repeat it")
-    add("-o", "--output", type=output_folder, metavar="DIR", help="results.json, and what each run printed")
+    add("-o", "--output", type=output_folder, metavar="DIR", help="runs.jsonl, results.json, and what each run printed")
+    add(
+        "--resume",
+        action="store_true",
+        help="run what DIR lacks, or has of another solution, task or rules",
+    )
     add("--overwrite", action="store_true", help="replace the results that DIR has")
     add_json(parser)
     _add_isolation(parser)
@@ -61,38 +66,53 @@ def _add_isolation(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print a table of what counted and write all runs; exit status 0 whatever the solution did."""
+    from tamp.cli.contest_runs import RESULTS, Runs
     from tamp.contest.evaluation.evaluate import evaluate, solution_path, summary, table
     from tamp.contest.sandbox.choice import choose
-    from tamp.contest.sandbox.isolation import visible
 
-    results_file = None if options.output is None else options.output / "results.json"
-    if results_file is not None and results_file.exists() and not options.overwrite:
-        raise TampError(f"{results_file} has results already: --overwrite replaces them; nothing was touched")
+    if options.resume and options.output is None:
+        raise TampError("--resume goes on with the runs of a folder: give it by -o DIR")
     solution, rules = solution_path(options.solution), _rules(options)
     tasks = _tasks(options, rules)
     sandbox = choose(name=options.sandbox, insecure=options.no_isolation)
-    logs: list[bytes] = []
+    printed = False
+    with ExitStack() as opened:
+        kept = None
+        if options.output is not None:
+            kept = opened.enter_context(
+                Runs(
+                    options.output, solution, tasks, rules, sandbox.name,
+                    resume=options.resume, overwrite=options.overwrite,
+                )
+            )  # fmt: skip
 
-    def seen(trial: Trial) -> None:
-        logs.append(trial.log)
-        if getattr(options, "verbose", 0):
-            name = f"{trial.result.task}, {trial.result.simulator}, run {trial.result.seed}"
-            lines = trial.log.decode("utf-8", errors="replace").splitlines()
-            print(*(f"{name}: {visible(line)}\n" for line in lines), sep="", end="", file=sys.stderr)
+        def seen(trial: Trial) -> None:
+            nonlocal printed
+            printed = printed or bool(trial.log)
+            if kept is not None:
+                kept.add(trial)
+            if getattr(options, "verbose", 0):
+                _show(trial)
 
-    results = evaluate(solution, tasks, rules, sandbox, seen)
-    found = summary(solution.stem, results, tasks, rules) | {"isolation": sandbox.name}
-    if options.output is not None:
-        for result, log in zip(results, logs, strict=True):
-            name = re.sub(r"[^A-Za-z0-9_.-]+", "-", f"{result.task}-{result.simulator}-{result.seed}")
-            write_text(options.output / f"{name}.log", log.decode("utf-8", errors="replace"))
-        options.json = options.json or results_file
+        results = evaluate(solution, tasks, rules, sandbox, seen, () if kept is None else kept.known)
+        found = summary(solution.stem, results, tasks, rules) | {"isolation": sandbox.name}
+        if options.output is not None:
+            write_text(options.output / RESULTS, json.dumps(found, indent=1, allow_nan=False) + "\n")
     write_json(options, found)
     if not to_stdout(options):
         print("\n".join(table(results, tasks, rules)), file=options.out)
-        if any(logs) and options.output is None and not getattr(options, "verbose", 0):
+        if printed and options.output is None and not getattr(options, "verbose", 0):
             print("what it printed is shown by -v, and kept by -o DIR", file=options.out)
     return SOLVED
+
+
+def _show(trial: Trial) -> None:
+    """What a solution printed in a run, line by line, on standard error."""
+    from tamp.contest.sandbox.isolation import visible
+
+    name = f"{trial.result.task}, {trial.result.simulator}, run {trial.result.seed}"
+    lines = trial.log.decode("utf-8", errors="replace").splitlines()
+    print(*(f"{name}: {visible(line)}\n" for line in lines), sep="", end="", file=sys.stderr)
 
 
 def _rules(options: argparse.Namespace) -> Rules:

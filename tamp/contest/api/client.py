@@ -12,6 +12,7 @@ poses are homogeneous transforms, shape (4, 4); `T_a_b` is the pose of b in a. W
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -153,11 +154,21 @@ class Connection:
         self._channel.send(check(Message(kind, self._number + 1, fields), CALLS))
 
 
-def _vector(values: ArrayLike, dimensions: int) -> Matrix:
-    array = np.array(values, dtype="<f8")
+def _vector(name: str, values: ArrayLike, dimensions: int) -> Matrix:
+    try:
+        array = np.array(values, dtype="<f8")
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {reprlib.repr(values)}, expected an array of numbers") from None
     if array.ndim != dimensions:
-        raise ValueError(f"expected an array of {dimensions} dimensions, not of shape {array.shape}")
+        raise ValueError(f"{name} has shape {array.shape}, expected {dimensions} dimensions")
     return array
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {reprlib.repr(value)}, expected a number") from None
 
 
 class Cameras:
@@ -200,12 +211,12 @@ class Arm:
 
     def move_joints(self, q: ArrayLike, speed: float = 1.0) -> None:
         """Move on a straight line in joint space to `q` [rad], at a share of the arm's speed."""
-        self._connection.ask("move_joints", {"speed": float(speed)}, {"q": _vector(q, 1)})
+        self._connection.ask("move_joints", {"speed": _number("speed", speed)}, {"q": _vector("q", q, 1)})
 
     def move_pose(self, T_world_tool: ArrayLike, speed: float = 1.0, straight: bool = True) -> None:
         """Move the tool to a pose (4, 4), on a straight line or, where not `straight`, however the joints go."""
-        fields = {"speed": float(speed), "straight": bool(straight)}
-        self._connection.ask("move_pose", fields, {"T_world_tool": _vector(T_world_tool, 2)})
+        fields = {"speed": _number("speed", speed), "straight": bool(straight)}
+        self._connection.ask("move_pose", fields, {"T_world_tool": _vector("T_world_tool", T_world_tool, 2)})
 
     def follow(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = None) -> None:
         """Follow a trajectory that begins where the arm is.
@@ -215,9 +226,9 @@ class Arm:
             positions: (n, joints) [rad].
             velocities: (n, joints) [rad/s]; without them they follow from the positions, at rest at both ends.
         """
-        arrays = {"times": _vector(times, 1), "positions": _vector(positions, 2)}
+        arrays = {"times": _vector("times", times, 1), "positions": _vector("positions", positions, 2)}
         if velocities is not None:
-            arrays["velocities"] = _vector(velocities, 2)
+            arrays["velocities"] = _vector("velocities", velocities, 2)
         self._connection.ask("follow", {}, arrays)
 
 
@@ -233,7 +244,7 @@ class Gripper:
 
     def go_to(self, width: float, effort: float = 20.0) -> None:
         """Open or close to `width` [m]; closing on something, keep pressing with `effort` [N] a finger."""
-        self._connection.ask("go_to", {"width": float(width), "effort": float(effort)})
+        self._connection.ask("go_to", {"width": _number("width", width), "effort": _number("effort", effort)})
 
 
 class Robot:
@@ -261,7 +272,7 @@ class Robot:
 
     def wait(self, seconds: float) -> None:
         """Let simulated time pass [s]."""
-        self._connection.ask("wait", {"seconds": float(seconds)})
+        self._connection.ask("wait", {"seconds": _number("seconds", seconds)})
 
 
 def connect(channel: Channel, models: Path) -> tuple[Goal, Robot, Connection]:

@@ -17,11 +17,8 @@ from tamp.contest.sandbox.process import SandboxedProcess
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SEND_S = 60.0
-"""How long a solution may take to read an answer [real s]."""
-
 LEAVE_S = 2.0
-"""How long the process may take to end after its last word [real s]."""
+"""How long the process may take to read the server's last word, and to end after its own [real s]."""
 
 Fields = dict[str, Any]
 Arrays = dict[str, "NDArray[Any]"]
@@ -49,9 +46,10 @@ def serve(
             if began == (call.kind == "hello"):
                 raise ProtocolError("hello comes first, and once")
             began = True
-            kind, fields, arrays = _answered(workcell, call, objects)
-            answer = Message(kind, call.number, {"time_left": workcell.time_left, **fields}, arrays)
-            channel.send(check(answer, ANSWERS), min(SEND_S, max(0.01, process.time_left)))
+            with process.waiting_for_us():
+                kind, fields, arrays = _answered(workcell, call, objects)
+                answer = check(Message(kind, call.number, {"time_left": workcell.time_left, **fields}, arrays), ANSWERS)
+            channel.send(answer, max(0.01, process.time_left))
     except TimeOver:
         _tell_over(channel, call.number, "the time of the task is over")
         process.wait(LEAVE_S)
@@ -66,7 +64,7 @@ def serve(
 
 def _tell_over(channel: Channel, number: int, reason: str) -> None:
     try:
-        channel.send(Message("over", number, {"reason": reason}), SEND_S)
+        channel.send(Message("over", number, {"reason": reason}), LEAVE_S)
     except (Disconnected, TimeoutError):
         return
 

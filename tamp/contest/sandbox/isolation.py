@@ -14,12 +14,13 @@ COUNTS_BY_NAMESPACE = (5, 14)
 """The first version of Linux that holds RLIMIT_NPROC against the processes of a user in a namespace."""
 
 Reason = Literal[
-    "finished", "raised", "died", "time", "wall", "processor", "memory", "processes", "output", "protocol", "start"
-]
+    "finished", "raised", "died", "time", "processor", "idle", "wall", "memory", "processes", "output", "protocol",
+    "start",
+]  # fmt: skip
 """How a run of a solution ended.
 
 "finished": `run` returned. "raised": it raised an exception. "died": the process ended by itself, or by a signal.
-"time": the simulated time was over. "wall", "processor", "memory", "processes", "output": it went over a limit.
+"time": the simulated time was over. "processor", "idle", "wall", "memory", "processes", "output": it went over a limit.
 "protocol": what it sent was none of the API's messages. "start": it did not begin to speak.
 """
 
@@ -51,17 +52,22 @@ class Ending:
 class Limits:
     """The most that a solution's processes may use, all together.
 
+    How busy the machine is shall decide nothing: who computes has `processor_s`, who waits for the robot has the
+    simulated time, who does neither has `idle_s`. Real time ends only what these do not.
+
     Attributes:
-        wall_s: real time [s].
         processor_s: processor time [s].
+        idle_s: real time in which none of them computes, and no answer of the server's is waited for [s].
+        wall_s: real time, the simulator's included [s].
         memory_mb: memory, files in its temporary folder included [MiB].
         processes: processes and threads.
         output_kb: what it may print [KiB].
         scratch_mb: what it may write into its temporary folder [MiB].
     """
 
-    wall_s: float = 1200.0
     processor_s: float = 1200.0
+    idle_s: float = 120.0
+    wall_s: float = 7200.0
     memory_mb: int = 4096
     processes: int = 128
     output_kb: int = 1024

@@ -7,8 +7,8 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import TracebackType
@@ -53,6 +53,7 @@ class SandboxedProcess:
         self._stopped: Ending | None = None
         self._lock, self._done = threading.Lock(), threading.Event()
         self._output, self._spent = bytearray(), Spent()
+        self._idle_looks, self._waits_for_us = 0, False
         self._group = cgroups.make(limits)
         join = "".join(f"echo $$ > {file} && " for file in self._group.files) if self._group else ""
         self._process = subprocess.Popen(
@@ -90,6 +91,15 @@ class SandboxedProcess:
     def stopped(self) -> Ending | None:
         """Why it was stopped; None where it was not."""
         return self._stopped
+
+    @contextmanager
+    def waiting_for_us(self) -> Iterator[None]:
+        """While the block runs the solution waits for an answer, and is not idle."""
+        self._waits_for_us = True
+        try:
+            yield
+        finally:
+            self._waits_for_us = False
 
     def wait(self, timeout_s: float) -> int | None:
         """The exit status, negative for a signal; None where it still runs."""
@@ -154,6 +164,10 @@ class SandboxedProcess:
         if self.time_left <= 0:
             self.stop(Ending("wall", f"ran longer than {self._limits.wall_s:g} s"))
         tree = self._tree()
+        # Looks are counted, not what passes between them: one that comes late is the machine's doing.
+        self._idle_looks += not (self._waits_for_us or any(_computes(pid) for pid in tree))
+        if self._idle_looks * LOOK_S > self._limits.idle_s:
+            self.stop(Ending("idle", f"did nothing for {self._limits.idle_s:g} s of real time, all in all"))
         processes, processor, memory = usage(tree, self._spent)
         if processor > self._limits.processor_s:
             self.stop(Ending("processor", f"used more than {self._limits.processor_s:g} s of processor time"))
@@ -206,6 +220,15 @@ def usage(pids: Sequence[int], spent: Spent) -> tuple[int, float, int]:
             except PermissionError:  # it does not let itself be looked into: all that it holds may be sockets
                 sockets |= {f"{pid}:{number}" for number in range(_number(pid, "status", b"FDSize:"))}
     return count, max(processor, sum(spent.values())) / TICKS, memory + len(sockets) * _queue()
+
+
+def _computes(pid: int) -> bool:
+    """Whether a thread of a process has the processor, or would have it were the machine not busy."""
+    for thread in Path(f"/proc/{pid}/task").glob("*/stat"):
+        with suppress(OSError):  # it has just ended
+            if thread.read_bytes().rpartition(b")")[2].split(maxsplit=1)[0] == b"R":
+                return True
+    return False
 
 
 def _files_made(pid: int) -> int:

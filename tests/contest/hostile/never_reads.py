@@ -1,4 +1,4 @@
-"""wall: ran"""
+"""idle: did nothing"""
 
 from tamp.contest.api.wire import Message
 

@@ -1,4 +1,4 @@
-"""wall: ran"""
+"""idle: did nothing"""
 
 import time
 
