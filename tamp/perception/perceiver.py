@@ -13,6 +13,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any, Protocol
 
+from tamp import clock
 from tamp.errors import PartError, TampError, meant, told
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
@@ -36,6 +37,9 @@ class Perceiver(Protocol):
     ) -> Mapping[str, Estimate]:
         """Object -> estimate."""
 
+
+PATIENCE_S, AT_LEAST = 60.0, 10
+"""How long a perceiver may take for each object, and for how many at least [real s]: ten times what slow ones need."""
 
 PERCEIVERS = {"fit": "tamp.perception.estimation.estimator:estimate_poses"}
 """Installed perceivers by name."""
@@ -74,12 +78,17 @@ def ask(
     """What a perceiver says; it is told what is expected if it takes that.
 
     Raises:
-        PartError: where it raises, with the line, or does not answer for every object with an estimate; says which.
+        PartError: where it raises, with the line, does not answer for every object with an estimate, or not in time;
+            says which.
     """
     takes: Any = perceiver
+    patience = PATIENCE_S * max(AT_LEAST, len(objects))
     more = {"expected": expected} if expected and "expected" in inspect.signature(perceiver).parameters else {}
     try:
-        found = takes(frames, MappingProxyType(dict(objects)), table=table, seed=seed, **more)
+        with clock.limits_in("wall"), clock.ended_at(clock.now() + patience):  # one that sleeps uses no processor time
+            found = takes(frames, MappingProxyType(dict(objects)), table=table, seed=seed, **more)
+    except clock.TimeUp:
+        raise PartError(f"the perceiver {address(perceiver)} has not answered within {patience:g} s") from None
     except TampError as error:
         raise PartError(f"the perceiver {address(perceiver)}: {error}") from error
     except (Exception, SystemExit) as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tamp import clock
 from tamp.errors import PartError, TampError
-from tamp.perception import conformance
+from tamp.perception import conformance, perceiver
 from tamp.perception.conformance import LOOKS, POSES, check_perceiver
 from tamp.perception.estimate import Estimate
 from tamp.perception.perceiver import ask, load_perceiver
@@ -166,6 +168,21 @@ def test_the_kit_says_what_is_wrong(perceiver: Any, said: str) -> None:
 def test_what_a_perceiver_does_wrong_is_its_own_fault_and_none_of_the_task() -> None:
     with pytest.raises(PartError, match="raising raised KeyError: 'brick'"):
         ask(raising, [], LOOKS, table=Table(), seed=0)
+
+
+@pytest.mark.parametrize("clock_in_use", ["wall", "processor"])
+def test_one_that_hangs_is_ended_and_named(clock_in_use: clock.Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    def hanging(frames: Any, objects: Mapping[str, Any], *, table: Any, seed: int) -> dict[str, Estimate]:
+        while True:
+            try:
+                time.sleep(3600.0)
+            except Exception:  # noqa: PERF203  as one that never gives up
+                continue
+
+    monkeypatch.setattr(perceiver, "PATIENCE_S", 0.02)
+    said = r"perceiver tests.perception.test_perceiver:.*hanging has not answered within 0.2 s"
+    with clock.limits_in(clock_in_use), pytest.raises(PartError, match=said):
+        ask(hanging, (), {"red": None}, table=Table(), seed=0)  # type: ignore[dict-item]
 
 
 def test_numbers_of_other_libraries_become_pythons() -> None:

@@ -132,6 +132,9 @@ class _Reader:
             fx, fy, cx, cy = self._numbers(row["intrinsics"], ("intrinsics",), 4)
             if fx <= 0 or fy <= 0:
                 raise self._error(("intrinsics",), f"fx and fy must be over 0 pixels, not {fx:g} and {fy:g}")
+            if not (0 <= cx <= width and 0 <= cy <= height):
+                told = f"the principal point, {cx:g}, {cy:g}, is not in a picture of {width} x {height} pixels"
+                raise self._error(("intrinsics",), f"{told}; expected [fx, fy, cx, cy], in pixels of this size")
             return Intrinsics(width, height, fx, fy, cx, cy)
         angle = row["field_of_view"]
         if type(angle) not in (int, float) or not 0.01 < angle < 3.0:

@@ -72,6 +72,11 @@ def test_a_camera_in_the_world(tmp_path: Path) -> None:
         ),
         ("field_of_view: 0.8", "field_of_view: 0.8\n    calibration: {mount_m: .inf}", "mount_m: inf is not a number"),
         ("field_of_view: 0.8", "intrinsics: [0, 60, 32, 24]", "fx and fy must be over 0 pixels, not 0 and 60"),
+        (
+            "field_of_view: 0.8",
+            "intrinsics: [60, 60, 32, 2400]",
+            "the principal point, 32, 2400, is not in a picture of",
+        ),
         ("field_of_view: 0.8", "intrinsics: [60, 60, .nan, 24]", "intrinsics: expected 4 numbers"),
         ("size: [64, 48]", "size: [64, .inf]", "size: expected 2 numbers"),
         ("size: [64, 48]", "size: [64, 1000000]", r"expected \[width, height\] in pixels, 1 to 8192 each"),
