@@ -35,12 +35,27 @@ def _if_solved(value: Callable[[Result], float]) -> Callable[[Result], float | N
     return lambda result: value(result) if result.solved else None
 
 
+def _found(result: Result) -> float | None:
+    """How many of its objects a run with perceived poses ever found [%]."""
+    rows = result.perception
+    return 100.0 * sum(row["estimate_m"] is not None for row in rows) / len(rows) if rows else None
+
+
+def _off(result: Result) -> float | None:
+    """How far the first estimates of a run are off in the mean, over the meshes' symmetries [cm]."""
+    errors = [row["estimate_m"] for row in result.perception if row["estimate_m"] is not None]
+    return 100.0 * sum(errors) / len(errors) if errors else None
+
+
 MEASURES = (
     Measure("solved [%]", lambda r: 100.0 * r.solved, "higher", ".0f"),
     Measure("EDE [cm]", lambda r: None if r.ede_m is None else 100.0 * r.ede_m, "lower"),
     Measure("planning [s], where both solve", _if_solved(lambda r: r.planning_s), "lower"),
     Measure("execution [s], where both solve", _if_solved(lambda r: r.execution_sim_s), "lower", ".0f"),
     Measure("actions, where both solve", _if_solved(lambda r: float(r.n_actions)), "lower", ".1f"),
+    Measure("objects found [%]", _found, "higher", ".0f"),
+    Measure("estimates off [cm], where both find any", _off, "lower"),
+    Measure("perceiving [s]", lambda r: r.perceiving_s if r.perception else None, "lower", ".1f"),
     Measure("load of the machine, for each core", lambda r: r.load, "neither"),
 )
 

@@ -41,6 +41,21 @@ def test_a_difference_is_told_from_chance() -> None:
     assert row.difference.lower == pytest.approx(0.5), "paired: the tasks' own differences are no noise"
 
 
+def test_perceivers_are_compared_by_what_they_see() -> None:
+    def seen(*errors: float | None) -> list[Result]:
+        rows = [{"name": f"o{i}", "estimate_m": error} for i, error in enumerate(errors)]
+        return [replace(r, perceived=True, perceiving_s=3.0, perception=tuple(rows)) for r in results(0.0)]
+
+    (comparison,) = compare({"a": seen(0.002, 0.004), "b": seen(0.01, None)})
+    rows = {row.measure.name: row for row in comparison.rows}
+    assert (rows["objects found [%]"].first.mean, rows["objects found [%]"].other.mean) == (100.0, 50.0)
+    off = rows["estimates off [cm], where both find any"]
+    assert (off.first.mean, off.other.mean, off.verdict) == (pytest.approx(0.3), pytest.approx(1.0), "worse")
+    assert rows["perceiving [s]"].verdict == "no clear difference"
+    (given_poses,) = compare({"a": results(0.0), "b": results(0.0)})
+    assert sum(row.verdict == "nothing to compare" for row in given_poses.rows) == 4  # and no load was recorded
+
+
 @pytest.mark.parametrize("tasks", [2, 5])
 def test_what_may_be_chance_in_more_than_5_of_100_has_no_verdict(tasks: int) -> None:
     """That all of five tasks differ in one direction has a chance of 2 / 2^5, that all of six do 2 / 2^6."""

@@ -53,7 +53,7 @@ def layout(name: str) -> Layout:
     return LAYOUTS[name]
 
 
-def read_scene(folder: Path, scene: int) -> Iterator[LabelledFrame]:
+def read_scene(folder: Path | str, scene: int) -> Iterator[LabelledFrame]:
     """The pictures of a scene of a data set as they were written, in whichever layout it is.
 
     Args:
@@ -63,6 +63,7 @@ def read_scene(folder: Path, scene: int) -> Iterator[LabelledFrame]:
     Raises:
         TaskError: where no layout has such a scene there.
     """
+    folder = Path(folder)
     for how in LAYOUTS.values():
         if how.scene_folder(folder, scene).is_dir():
             return how.read_scene(folder, scene)

@@ -140,6 +140,8 @@ def test_a_page_says_how_a_solution_is_written_and_names_every_call(service: Ser
                  "time_left", "finger pads", "home, lower, upper"):  # fmt: skip
         assert said in page, said
     assert 'href="/solutions"' in service.get("/").text
+    assert page.count('<table class="calls">') == page.count("<table")  # on phones what a call does stands below it
+    assert "@media (max-width: 40rem) { .calls tr" in service.get("/static/style.css").text
 
 
 def test_a_team_sees_what_it_has_left_this_month(service: Service) -> None:

@@ -61,6 +61,7 @@ def test_a_scene_is_read_in_whichever_layout_it_is(name: str, frames: list[Label
     how.write_scene(frames, tmp_path, 3)
     back = list(read_scene(tmp_path, 3))
     assert [np.array_equal(a.depth, b.depth) for a, b in zip(frames, back, strict=True)] == [True] * 3
+    assert len(list(read_scene(str(tmp_path), 3))) == 3
     with pytest.raises(TaskError, match=r"there is no scene 4: neither .*000004 nor .*000004 is there$"):
         read_scene(tmp_path, 4)
 
