@@ -9,7 +9,6 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING
 
 from tamp.pipeline.strategies.serialization.goal_graph import asking_for
 from tamp.pipeline.strategies.serialization.subproblem import Asker
@@ -21,9 +20,6 @@ from tamp.streams.grasping.hand_room import ENOUGH, hands_over, hemmed_in, matri
 from tamp.streams.pushing.nudge import free_shifts
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
-
-if TYPE_CHECKING:
-    pass
 
 PLENTY = 10  # hands with room round an object: more are no better
 TRIES = 40  # nudges that the planner is asked for
