@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from tamp.batch.identity import Making
 from tamp.batch.journal import Journal
 from tamp.cli.output import write_text
+from tamp.contest.rules import scene_of
 from tamp.errors import TampError
 from tamp.results import Result
 from tamp.task.files.digest import task_sha256
@@ -96,16 +97,7 @@ class Runs:
 
 def _deciding(rules: Rules, isolation: str) -> Mapping[str, Any]:
     """What of the rules decides a run; which ones there are, and what counts of them, does not."""
-    folder = Path() if rules.path is None else rules.path.parent
-    return {
-        "execution_s": rules.execution_s,
-        "noise": rules.seed,
-        "renderer": rules.renderer,
-        "cameras": "" if rules.cameras is None else _sha256(folder / rules.cameras),
-        "libraries": list(rules.libraries),
-        "isolation": isolation,
-        **asdict(rules.limits),
-    }
+    return {**scene_of(rules), "libraries": list(rules.libraries), "isolation": isolation, **asdict(rules.limits)}
 
 
 def _sha256(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import types
 import typing
 from collections.abc import Mapping
@@ -166,3 +167,20 @@ def task_files(rules: Rules, kind: Literal["contest", "trial"]) -> tuple[Path, .
             raise TampError(f"{rules.path}: {kind}: there is no file {pattern!r} in {folder.resolve()}")
         found |= dict.fromkeys(paths)
     return tuple(found)
+
+
+def scene_of(rules: Rules) -> dict[str, Any]:
+    """What of the rules decides how a solution does a task, in JSON's types; cameras are known by their content.
+
+    Raises:
+        TampError: where the cameras cannot be read.
+    """
+    cameras = ""
+    if rules.cameras is not None:
+        path = (Path() if rules.path is None else rules.path.parent) / rules.cameras
+        try:
+            cameras = hashlib.sha256(path.read_bytes()).hexdigest()
+        except OSError as error:
+            raise TampError(f"{path}: the cameras cannot be read: {error.strerror}") from None
+    kept = ("execution_s", "seed", "renderer")
+    return {**{name: getattr(rules, name) for name in kept}, "cameras": cameras}

@@ -7,15 +7,13 @@ service does not begin until its organiser says, by `tamp contest again`, that a
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
+from tamp.contest.rules import scene_of
 from tamp.contest.service.contest import KINDS, Contest, Entry, Kind, numbered
-from tamp.errors import TampError
 from tamp.task.files.digest import task_sha256
 
 Run = tuple[str, str, int]
@@ -53,24 +51,10 @@ def conditions(contest: Contest) -> Conditions:
         TampError: where its cameras cannot be read.
     """
     rules = contest.rules
-    folder = Path() if rules.path is None else rules.path.parent
-    scene = {
-        "execution_s": rules.execution_s,
-        "seed": rules.seed,
-        "renderer": rules.renderer,
-        "cameras": "" if rules.cameras is None else _sha256(folder / rules.cameras),
-    }
     tasks: dict[str, dict[str, str]] = {}
     for kind in KINDS:
         tasks[kind] = {entry.label: task_sha256(entry.task) for entry in contest.entries[kind]}
-    return Conditions(tasks, rules.simulators, rules.runs, scene)
-
-
-def _sha256(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise TampError(f"{path}: the cameras cannot be read: {error.strerror}") from None
+    return Conditions(tasks, rules.simulators, rules.runs, scene_of(rules))
 
 
 def labelled(contest: Contest, known: Mapping[str, str]) -> Contest:
