@@ -9,8 +9,8 @@ import pytest
 
 from tamp.checking import check
 from tamp.checking.actions.closing_pads import note_lies
+from tamp.checking.actions.deviations import check_strayed
 from tamp.checking.actions.fall import check_fall
-from tamp.checking.actions.grip_and_release import check_strayed
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
 from tamp.task import Action, At, Box, Fall, Move, Object, Plan, Pose, Task, Trajectory, load_robot

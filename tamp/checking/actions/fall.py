@@ -23,7 +23,8 @@ from tamp.checking.actions.collisions.blow import (
 )
 from tamp.checking.actions.collisions.way_down import met_on_the_way
 from tamp.checking.actions.collisions.wedging import jammed
-from tamp.checking.actions.grip_and_release import check_righted, check_strayed
+from tamp.checking.actions.deviations import check_strayed
+from tamp.checking.actions.grip_and_release import check_righted
 from tamp.checking.actions.left_standing import check_rest
 from tamp.checking.geometry.transforms import inverse, rotation
 from tamp.checking.physics.equilibrium import LEVEL

@@ -21,6 +21,7 @@ from tamp.checking.actions.closing_pads import (
 from tamp.checking.actions.collisions.blow import upset_by_fall
 from tamp.checking.actions.collisions.way_down import dropped_through
 from tamp.checking.actions.collisions.wedging import jammed
+from tamp.checking.actions.deviations import angle_between, check_attachment, check_strayed
 from tamp.checking.actions.dynamics import unheld
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.geometry.pad_region import TURN, between_pads, laid_flush, pressed_slopes, slips_out, squeezed_out
@@ -298,7 +299,7 @@ def _not_let_go(
 ) -> Iterator[tuple[str, float]]:
     """Why an object that is let go where it is held would not stand where it is said to: it only drops a little."""
     way = scene.center_of_mass(name, said) - scene.center_of_mass(name, held)
-    aside, angle = float(np.hypot(way[0], way[1])), _angle(held, said)
+    aside, angle = float(np.hypot(way[0], way[1])), angle_between(held, said)
     if aside > allow.grasp or angle > allow.grasp_angle:
         yield (
             f"{name} is let go {1000 * aside:.1f} mm beside and {np.degrees(angle):.1f} degrees from where it lies",
@@ -308,42 +309,6 @@ def _not_let_go(
         yield f"{name} is let go {1000 * way[2]:.1f} mm below where it is said to stand", float(way[2])
     if -way[2] > drop + allow.grasp:
         yield f"{name} is let go {-1000 * way[2]:.1f} mm above where it is said to stand", float(-way[2])
-
-
-def check_strayed(
-    scene: Scene, state: State, name: str, actual: Array, said: Array, allow: Tolerances, report: Report
-) -> None:
-    """Shifts aside, and turns, that each are within tolerance do not add up over a plan to more than it."""
-    state.turned[name] = state.turned.get(name, 0.0) + _angle(actual, said)
-    if state.turned[name] > allow.turned:
-        degrees = np.degrees(state.turned[name])
-        report("release", f"turns of {name} that nothing explains add up to {degrees:.1f} degrees", (name,))
-    way = scene.center_of_mass(name, said) - scene.center_of_mass(name, actual)
-    check_shifted(state, name, float(np.hypot(way[0], way[1])), allow, report)
-
-
-def check_shifted(state: State, name: str, by: float, allow: Tolerances, report: Report) -> None:
-    """Another shift aside of an object [m], added to those before."""
-    state.strayed[name] = state.strayed.get(name, 0.0) + by
-    if state.strayed[name] > allow.strayed:
-        far = state.strayed[name]
-        report("release", f"shifts of {name} that nothing explains add up to {1000 * far:.1f} mm", (name,), far)
-
-
-def _angle(A: Array, B: Array) -> float:
-    """Angle between the orientations of two poses [rad], by the chord, which is exact for small ones."""
-    chord = float(np.linalg.norm(A[:3, :3] - B[:3, :3])) / np.sqrt(8.0)
-    return 2.0 * float(np.arcsin(min(chord, 1.0)))
-
-
-def check_attachment(scene: Scene, name: str, actual: Array, claimed: Array, allow: Tolerances, report: Report) -> None:
-    """An object lies in the tool frame, T_tool_object of shape (4, 4), where a step claims that it does."""
-    center = np.append((scene.solids[name].lower + scene.solids[name].upper) / 2, 1.0)
-    shift = float(np.linalg.norm(((actual - claimed) @ center)[:3]))
-    angle = _angle(actual, claimed)
-    if shift > allow.grasp or angle > allow.grasp_angle:
-        sentence = f"{name} lies {1000 * shift:.1f} mm and {np.degrees(angle):.1f} degrees from where the plan says"
-        report("grasp", sentence, bodies=(name,), depth=shift)
 
 
 def _check_closing(

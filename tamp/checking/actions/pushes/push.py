@@ -14,7 +14,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import TOO_WILD, check_move, look
 from tamp.checking.actions.closing_pads import ASIDE, is_aside
-from tamp.checking.actions.grip_and_release import check_attachment, check_shifted, check_strayed
+from tamp.checking.actions.deviations import check_attachment, check_shifted, check_strayed
 from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.geometry.solids import clearance
 from tamp.checking.geometry.transforms import inverse

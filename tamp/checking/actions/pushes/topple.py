@@ -13,7 +13,7 @@ import numpy as np
 
 from tamp.checking.actions.arm_motion import check_move
 from tamp.checking.actions.closing_pads import note_turned_over
-from tamp.checking.actions.grip_and_release import check_attachment, check_strayed
+from tamp.checking.actions.deviations import check_attachment, check_strayed
 from tamp.checking.actions.left_standing import check_uncovered
 from tamp.checking.actions.pushes.push import aslant, check_force, founded, touched_behind, unfollowed, watch
 from tamp.checking.geometry.transforms import inverse
