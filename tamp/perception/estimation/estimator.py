@@ -13,8 +13,9 @@ from scipy.spatial import cKDTree
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import Candidate, candidates, fitted, judged, turned
+from tamp.perception.estimation.confidence import AHEAD, confidence, lead
 from tamp.perception.estimation.fit import polished
-from tamp.perception.estimation.fusion import fuse, level
+from tamp.perception.estimation.fusion import FEWEST, LEFT, Left, fuse, level
 from tamp.perception.estimation.models.object_model import ObjectModel, object_model
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import OVERLAP, Selection
@@ -33,16 +34,6 @@ if TYPE_CHECKING:
 
 ROUNDS = 2
 """Times that objects are sought anew among points that nothing explains."""
-
-LEFT = 0.3
-"""A point that is explained less well than this is left."""
-
-AHEAD = 0.06
-"""An estimate that explains so much more than the next, as a share, is trusted by two thirds."""
-
-FEWEST = 25
-"""An estimate that explains fewer points than this, and less than a fifth of the object's cells, is no sight of it."""
-
 
 ALIKE = 0.12
 """Objects whose diameters differ by less than this, as a share, are sought in each other's places."""
@@ -97,8 +88,11 @@ def estimate_poses(
     selection = _chosen_anew(scene, models, found, selection)
     verified = verify(scene, surfaces, models, found, selection)
     selection.chosen = [verified[i].candidate if i in verified else -1 for i in range(len(models))]
+    # Masks say of each point whose it is: what is left is none's.
+    left = Left(np.empty((0, 3))) if masked else Left.of(scene.cloud, selection.covered())
     return {
-        name: _estimate(scene, surfaces[i], found[i], selection, i, verified.get(i)) for i, name in enumerate(names)
+        name: _estimate(scene, surfaces[i], found[i], selection, i, verified.get(i), left)
+        for i, name in enumerate(names)
     }
 
 
@@ -271,6 +265,7 @@ def _estimate(
     selection: Selection,
     i: int,
     verified: Verified | None,
+    left: Left,
 ) -> Estimate:
     if verified is None:
         return Estimate(None, 0.0)
@@ -289,9 +284,11 @@ def _estimate(
     others = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.error(best.pose, found[o].pose) > APART
     ]
-    ahead = _ahead(selection, i, gains, others, verified)
-    confidence = _confidence(found[firm], float(gains[firm]), OVERLAP * selection.clash(i, firm), ahead)
-    return Estimate(Pose.from_matrix(pose), confidence, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
+    ahead = lead(selection, i, gains, others, verified)
+    clash = OVERLAP * selection.clash(i, firm)
+    goes_on = left.goes_on(scene.cloud.points[found[firm].points[found[firm].weights >= LEFT]])
+    trust = confidence(found[firm], float(gains[firm]), clash, ahead, goes_on)
+    return Estimate(Pose.from_matrix(pose), trust, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
 
 
 def _rivals(
@@ -334,28 +331,3 @@ def _turned(scene: Volume, surface: Surface, model: ObjectModel, pose: Array, ow
         if shown is not None:
             return np.asarray(poses[shown])
     return likeliest_turn(scene.cloud, model, pose, own)
-
-
-def _ahead(selection: Selection, i: int, gains: Array, others: Sequence[int], verified: Verified) -> float:
-    """How far the next best is behind, in scales at which two thirds are trusted.
-
-    Elsewhere, it is what the chosen pose explains more. In the same place, turned round or with another object in
-    exchange, it is how much better residuals are; what is explained decides only where nothing was fitted beside.
-    """
-    k = verified.candidate
-    gain = max(1.0, float(gains[k]))
-    here = set(selection.at(i, selection.center(i, k)))
-    away = (gain - max((float(gains[o]) for o in others if o not in here), default=0.0)) / gain / AHEAD
-    if np.isfinite(verified.lead):
-        return max(0.0, min(away, verified.lead / CLOSER))
-    turned = gain - max((float(gains[o]) for o in others if o in here), default=0.0)
-    in_place = min(turned, selection.lead_over_exchange(i)) / gain / AHEAD
-    return max(0.0, min(away, in_place))
-
-
-def _confidence(best: Candidate, gain: float, clash: float, ahead: float) -> float:
-    """How much to trust an estimate, 0..1: how much was seen, how little contradicts it, how far the next is behind."""
-    seen = 1 - np.exp(-gain / 60)
-    clean = np.exp(-8 * best.violations - clash / max(1.0, gain))
-    own = max(0.0, gain) / max(1.0, float(best.weights.sum()))
-    return float(np.clip(seen * clean * np.sqrt(own) * (1 - np.exp(-ahead)), 0.0, 1.0))

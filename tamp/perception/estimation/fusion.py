@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tamp.perception.cameras.camera import Frame
@@ -36,6 +38,18 @@ PIXELS = 2
 
 NEIGHBOURS = 18
 """Points that a normal is fitted to."""
+
+LEFT = 0.3
+"""A point that is explained less well than this is left."""
+
+FEWEST = 25
+"""Fewer points than this are no sight of a surface; of an object, unless they are a fifth of its cells."""
+
+BESIDE = 2 * VOXEL
+"""Points of one surface have neighbours within this [m]."""
+
+FRINGE = 4 * VOXEL
+"""What cameras smear beyond the edges of what they see is within this of it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +84,40 @@ class LevelFrame:
 
     frame: Frame
     T_world_camera: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """Measured surfaces that no estimate explains, but for the fringes of what estimates explain.
+
+    Attributes:
+        points: shape (n, 3) [m].
+    """
+
+    points: Array
+
+    @staticmethod
+    def of(cloud: Cloud, covered: Array) -> Left:
+        """What is left of a cloud whose points are explained so well each, 0..1, shape (n,)."""
+        left = cloud.points[covered < LEFT]
+        explained = cloud.points[covered >= LEFT]
+        if not len(left) or not len(explained):
+            return Left(left)
+        pairs = cKDTree(left).query_pairs(BESIDE, output_type="ndarray")
+        links = coo_array((np.ones(len(pairs), np.bool_), pairs.T), shape=(len(left), len(left)))
+        count, surface = connected_components(links, directed=False)
+        beyond = cKDTree(explained).query(left, distance_upper_bound=FRINGE)[0] > FRINGE
+        return Left(left[np.bincount(surface, beyond, count)[surface] >= FEWEST])
+
+    def goes_on(self, points: Array) -> float:
+        """Along how much of the border of an estimate's points, shape (n, 3), such a surface lies beside them.
+
+        As a share of the border that so many points have in a square; a jagged one has more.
+        """
+        if not len(points) or not len(self.points):
+            return 0.0
+        beside = cKDTree(self.points).query(points, distance_upper_bound=BESIDE)[0] <= BESIDE
+        return float(beside.sum() / (4 * np.sqrt(len(points))))
 
 
 def level(frame: Frame, table: Table) -> LevelFrame:

@@ -10,9 +10,9 @@ import numpy as np
 from tamp.perception.cameras.camera import Frame
 from tamp.perception.estimate import Estimate
 from tamp.perception.estimation.candidates import Candidate, fitted
-from tamp.perception.estimation.estimator import AHEAD, FEWEST
+from tamp.perception.estimation.confidence import AHEAD
 from tamp.perception.estimation.fit import explained, polished
-from tamp.perception.estimation.fusion import fuse, level
+from tamp.perception.estimation.fusion import FEWEST, fuse, level
 from tamp.perception.estimation.models.object_model import ObjectModel
 from tamp.perception.estimation.registration import register
 from tamp.perception.estimation.selection import FREE
