@@ -103,6 +103,28 @@ def test_two_of_a_kind_take_different_places() -> None:
     assert np.allclose(sorted(p[1] for p in places), sorted(p[1] for p in expected), atol=0.006)
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_twins_are_told_apart_by_what_is_printed_on_them(swapped: bool) -> None:
+    """Two boxes of one shape, each with a label on half of it, side by side."""
+    looks = {"red": _labelled((190, 50, 40)), "blue": _labelled((50, 70, 190))}
+    places = [Pose.from_rpy((-0.05, 0.07, 0.03), (0, 0, 0.4)), Pose.from_rpy((-0.06, -0.07, 0.03), (0, 0, -0.3))]
+    poses = dict(zip(looks, reversed(places) if swapped else places, strict=True))
+    for name, estimate in _estimates(looks, poses).items():
+        assert estimate.pose is not None and estimate.confidence > 0.5
+        assert math.dist(estimate.pose.xyz, poses[name].xyz) < 0.006
+        assert estimate.pose.matrix[:3, 0] @ poses[name].matrix[:3, 0] > 0.99, "the label is at the other end"
+
+
+def _labelled(label: tuple[int, int, int]) -> Surface:
+    """A white box, half of which has a colour."""
+    halves = [plain(Box((0.06, 0.08, 0.06)), color) for color in ((220, 220, 210), label)]
+    vertices = np.concatenate(
+        [half.vertices + np.array((x, 0.0, 0.0)) for half, x in zip(halves, (-0.03, 0.03), strict=True)]
+    )
+    faces = np.concatenate([halves[0].faces, halves[1].faces + len(halves[0].vertices)])
+    return Surface(vertices, faces, np.concatenate([half.colors for half in halves]))
+
+
 def test_what_is_alike_is_sought_in_each_others_place(monkeypatch: pytest.MonkeyPatch) -> None:
     looks = {"short": plain(Box((0.12, 0.08, 0.06))), "long": plain(Box((0.132, 0.08, 0.06)))}
     poses = {"short": Pose((-0.05, 0.12, 0.03)), "long": Pose((-0.1, -0.15, 0.03))}
