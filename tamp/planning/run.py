@@ -15,8 +15,9 @@ from tamp.errors import DomainError
 from tamp.language import Constant, Formula, atoms
 from tamp.planning.algorithms.adaptive import adaptive, binding, focused, incremental
 from tamp.planning.algorithms.improvement import improve
+from tamp.planning.algorithms.initial_facts import Known
 from tamp.planning.algorithms.plan_graph import draw_plan
-from tamp.planning.algorithms.session import Known, Session
+from tamp.planning.algorithms.session import Session
 from tamp.planning.grounding.kinds import unfit_conditions
 from tamp.planning.model.awaited import OWN_MARK
 from tamp.planning.model.normal_form import Condition, literals_of

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from tamp.language import Atom
 from tamp.planning.model.awaited import OWN_MARK
 from tamp.planning.model.objects import Fact, Objects
 from tamp.planning.model.schema import Schema, valued
 from tamp.planning.options import Reuse
+
+
+@dataclass(frozen=True)
+class Known:
+    """What one session tells the next, with values: facts without fluents, a state, what streams brought into it."""
+
+    facts: tuple[Fact, ...]
+    state: tuple[Fact, ...]
+    brought: tuple[Fact, ...] = ()
 
 
 def initial_facts(schema: Schema, objects: Objects, reuse: Reuse | None) -> Iterator[Fact]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from tamp.planning.algorithms.costs import Costs
 from tamp.planning.algorithms.hidden_moves import constant, few_moves, may_be_filled_in, seen_by_search
 from tamp.planning.algorithms.incumbent import Found
-from tamp.planning.algorithms.initial_facts import given_fact, initial_facts
+from tamp.planning.algorithms.initial_facts import Known, given_fact, initial_facts
 from tamp.planning.algorithms.lifting import Lifter
 from tamp.planning.binding.attempt import Attempt, Budget
 from tamp.planning.binding.backjumping import Binder, progress
@@ -38,16 +38,6 @@ from tamp.planning.sampling.stream_rounds import Rounds
 from tamp.planning.sampling.surprises import Surprises
 from tamp.planning.search.best_first import Search, SearchResult
 from tamp.planning.search.symbolic_search import SymbolicSearch
-
-
-@dataclass(frozen=True)
-class Known:
-    """What one session tells the next, with values: facts without fluents, a state, what streams brought into it."""
-
-    facts: tuple[Fact, ...]
-    state: tuple[Fact, ...]
-    brought: tuple[Fact, ...] = ()
-
 
 ALIKE = 4
 """How many attempts at skeletons with values for the same choices, maybe in another order, count as one at each."""
@@ -231,14 +221,27 @@ class Session:
         """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
 
         Where guesses bar every plan, there is a search without them, if nothing else that was learnt is left out.
+        Among real values there is no need to guess: the tests are asked in the states that a search comes to.
 
         Raises:
             Ended: at a limit.
         """
+        if self.lessons.guessed and (scope.sure or self.eager):
+            result = self._asked()
+            if result.plan is not None:
+                return result
         result = self._searched_under(scope)
         partial = scope.novel or scope.unbarred
         if result.plan is None and not result.timed_out and not partial and self.lessons.guessed:
             return self._searched_under(replace(scope, exact=True))
+        return result
+
+    def _asked(self, most: float = math.inf) -> SearchResult:
+        """A search of real values that asks tests in each of `most` states at most; each is as much work as a call."""
+        with self.stopwatch.timed("search"):
+            result = self.symbolic.ask(self.connectors.fluent, self.found.bound(), self.limits.check, most)
+        self.searching += result.states
+        self.looking += result.states
         return result
 
     def _searched_under(self, scope: Scope) -> SearchResult:
@@ -283,6 +286,9 @@ class Session:
             Ended: at a limit.
         """
         bound = self.found.bound(scope.pairs)
+        asked = self._asked(enough - self.searching) if self.lessons.guessed and not scope.pairs else SearchResult(None)
+        if asked.plan is not None:
+            return self.skeleton_of(asked.plan)
         with self.stopwatch.timed("grounding"):
             self.knowledge.refresh()
             work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL

@@ -127,6 +127,7 @@ class Scope:
         moves: with what the moves cost that are left to binding.
         pairs: these at what each costs between two values.
         exact: a stream with fluents that failed for no named reason is barred only where it is told the same.
+        asking: nothing is barred that tests with fluents have said no to: whoever searches asks them.
     """
 
     novel: bool = False
@@ -135,6 +136,7 @@ class Scope:
     moves: bool = True
     pairs: bool = False
     exact: bool = False
+    asking: bool = False
 
 
 EVERYTHING = Scope()
@@ -335,7 +337,8 @@ class TaskBuilder:
     def _operators(
         self, op: GroundOperator, number: Numbering, blames: dict[int, Blame], moves: Moves, scope: Scope
     ) -> Iterable[TaskOperator]:
-        barred = [head for instance in op.needs for head in _nogoods(instance, number, scope.exact)]
+        needs = (i for i in op.needs if not (scope.asking and i.external.is_state_test))
+        barred = [head for instance in needs for head in _nogoods(instance, number, scope.exact)]
         positive = (*op.positive, *moves.wanted(op))
         literals = number.literals(positive, (*op.negative, *barred))
         if literals is None:

@@ -73,7 +73,7 @@ class Knowledge:
         self.version = 0
         self._shown: dict[Fact, None] = {}
         self._unsupported = schema.derived | schema.fluents | {"object"}
-        self._instances: dict[tuple[str, tuple[int, ...], tuple[Fact, ...] | None], Instance] = {}
+        self._instances: dict[tuple[str, tuple[int, ...], frozenset[Fact] | None], Instance] = {}
         self._sources: dict[int, tuple[Instance, int]] = {}
         self._givers: dict[int, list[tuple[Instance, int]]] = {}
         self._given: set[int] = set()
@@ -93,9 +93,10 @@ class Knowledge:
     ) -> Instance:
         """The one instance of a stream for these inputs.
 
-        `fluents`: what a stream with fluents is told, which may be nothing; None for what stands for it in any state.
+        `fluents`: what a stream with fluents is told, in any order, which may be nothing; None for what stands for it
+        in any state.
         """
-        key = (external.name, inputs, fluents if external.fluents else None)
+        key = (external.name, inputs, frozenset(fluents) if external.fluents and fluents is not None else None)
         found = self._instances.get(key)
         if found is None:
             found = self._instances[key] = Instance(external, inputs, fluents or ())

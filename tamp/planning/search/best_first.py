@@ -98,6 +98,9 @@ class Space:
         self.task = task
         self._positive = [_mask(op.positive) for op in task.operators]
         self._negative = [_mask(op.negative) for op in task.operators]
+        self._effects = [
+            [(e.adds, 1 << e.atom, _mask(e.positive), _mask(e.negative)) for e in op.effects] for op in task.operators
+        ]
         self._goal = _mask(task.goal_positive), _mask(task.goal_negative)
         layer = axiom_layers(task.axioms)
         self._derived = _mask(layer)
@@ -135,13 +138,12 @@ class Space:
     def apply(self, index: int, state: int) -> int:
         """The state after an operator, before its derived atoms are worked out anew."""
         added = deleted = 0
-        for effect in self.task.operators[index].effects:
-            positive = _mask(effect.positive)
-            if state & positive == positive and not state & _mask(effect.negative):
-                if effect.adds:
-                    added |= 1 << effect.atom
+        for adds, atom, positive, negative in self._effects[index]:
+            if state & positive == positive and not state & negative:
+                if adds:
+                    added |= atom
                 else:
-                    deleted |= 1 << effect.atom
+                    deleted |= atom
         return (state & ~deleted) | added
 
     def estimate(self, state: int) -> int | None:

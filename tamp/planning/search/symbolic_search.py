@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import reprlib
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +16,7 @@ from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.schema import Schema
 from tamp.planning.model.stream_instances import ground
 from tamp.planning.sampling.evaluation import Evaluator
+from tamp.planning.search.attached import Attached, search_attached
 from tamp.planning.search.best_first import Search, SearchResult
 from tamp.planning.search.elimination import eliminate, reaches
 
@@ -22,6 +25,9 @@ SEARCH_S = 2.0
 
 IMPROVING_S = 0.08
 """Processor time of a search for a plan that is cheaper than the best one [s]."""
+
+ASKED = 400
+"""States that a search which asks tests in each of them may look at; doubled each time that it was not enough."""
 
 BRIEF_S = 1.0
 """Processor time of a search that leaves something out, before the full one has its turn [s]."""
@@ -51,6 +57,8 @@ class SymbolicSearch:
         self._builder = builder
         self._search = search
         self._timeouts = 0
+        self._asked = ASKED
+        self._asked_of: tuple[int, int | None] | None = None
         self._barren: tuple[GroundTask, int | None] | None = None  # what was last searched to its end in vain
 
     def task(self, blames: dict[int, Blame], scope: Scope) -> GroundTask:
@@ -87,6 +95,33 @@ class SymbolicSearch:
         self._timeouts += result.timed_out and not brief
         self.operators = len(task.operators)
         return result
+
+    def ask(self, hidden: str, bound: int | None, check: Callable[[], None], most: float = math.inf) -> SearchResult:
+        """Search among real values, and ask the tests that are told the state in each state that it comes to.
+
+        As long as nothing new is known, it is done once.
+
+        Args:
+            hidden: the fluent that the task does not follow; empty where it follows all.
+            bound: the cost at which a plan is of no use any more.
+            check: ends the run at a limit.
+            most: how many states may be looked at.
+        """
+        self._knowledge.refresh()
+        asked_of = (self._knowledge.version, bound)
+        if not self._schema.state_tests or self._asked_of == asked_of:
+            return SearchResult(None)
+        self._asked_of = asked_of
+        task = self.task({}, Scope(sure=True, exact=True, asking=True))
+        if not task.solvable:
+            return SearchResult(None)
+        attached = Attached(task, self._knowledge, self._evaluator, hidden)
+        result = search_attached(task, attached, check, bound, min(self._asked, most))
+        self._asked *= 2 if result.states >= self._asked else 1
+        if result.plan is None:
+            return result
+        shorter = eliminate(task, result.plan)
+        return replace(result, plan=shorter if attached.allow(shorter, task) else result.plan)
 
     def improve(self, task: GroundTask, left: float, bound: int) -> SearchResult:
         """Look for a plan that costs less than `bound`, for a moment; `left`: of the run's time [s].
