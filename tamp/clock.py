@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from types import FrameType
 from typing import Literal
 
@@ -68,7 +69,7 @@ class TimeUp(BaseException):
 
 
 @contextmanager
-def ended_at(deadline: float) -> Iterator[None]:
+def ended_at(deadline: float, gives_way: bool = False) -> Iterator[None]:
     """End the block by TimeUp where it goes on past a deadline, whatever it does: it may sleep, or spin.
 
     Python can be interrupted in the main thread alone, and between two of its own instructions: native code that does
@@ -77,12 +78,13 @@ def ended_at(deadline: float) -> Iterator[None]:
 
     Args:
         deadline: on the clock of `now` [s].
+        gives_way: whether what is asked inside for the same, for an earlier deadline, counts: otherwise it does not.
     """
     watch = _WATCH.get() if in_use() == "wall" else None
     if watch is not None:
         watch(deadline)
     try:
-        with _alarm(deadline):
+        with _alarm(deadline, gives_way):
             yield
     finally:
         if watch is not None:
@@ -121,37 +123,60 @@ def _is_ours(handler: object) -> bool:
     return getattr(handler, "__module__", None) == __name__
 
 
-@contextmanager
-def _alarm(deadline: float) -> Iterator[None]:
-    """Raise TimeUp by the process's alarm clock, where that is free."""
-    main = threading.current_thread() is threading.main_thread()
-    if not main or math.isinf(deadline) or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL:
-        yield
-        return
-    inside, asker = True, _asker()
+def is_free() -> bool:
+    """Whether `ended_at` would end a block here: there is no other around it that does not give way."""
+    handler = signal.getsignal(signal.SIGALRM)
+    return handler is signal.SIG_DFL or (isinstance(handler, _Alarm) and handler.gives_way)
 
-    def ring(_: int, frame: FrameType | None) -> None:
-        left = deadline + GRACE_S - now()
-        if not inside or all(calling is not asker for calling in _stack(frame)):
-            disarm()  # whoever asked is gone without a word
+
+@dataclass(eq=False)
+class _Alarm:
+    """Raises TimeUp past a deadline, where `asker` is among what is running; rings for nobody once it is empty."""
+
+    deadline: float
+    gives_way: bool
+    asker: FrameType | None
+    outer: _Alarm | None = None
+
+    def __call__(self, _: int, frame: FrameType | None) -> None:
+        left = self.deadline + GRACE_S - now()
+        if self.asker is None or all(calling is not self.asker for calling in _stack(frame)):
+            self.disarm()  # whoever asked is gone without a word
             return
         signal.setitimer(signal.ITIMER_REAL, min(FOREVER_S, left) if left > 0 else AGAIN_S)
         if left <= 0 and not _on_the_threshold(frame):
             raise TimeUp(f"interrupted {GRACE_S:g} s past the limit")
 
-    def disarm() -> None:
-        if signal.getsignal(signal.SIGALRM) is ring:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    def arm(self) -> None:
+        left = self.deadline + GRACE_S - now()
+        signal.setitimer(signal.ITIMER_REAL, min(FOREVER_S, max(AGAIN_S, left)))
 
-    signal.signal(signal.SIGALRM, ring)
+    def disarm(self) -> None:
+        ringing: object = signal.getsignal(signal.SIGALRM)
+        if ringing is self:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, self.outer or signal.SIG_DFL)
+            if self.outer is not None:
+                self.outer.arm()
+
+
+@contextmanager
+def _alarm(deadline: float, gives_way: bool) -> Iterator[None]:
+    """Raise TimeUp by the process's alarm clock, where that is free."""
+    main = threading.current_thread() is threading.main_thread()
+    if not main or math.isinf(deadline) or not is_free():
+        yield
+        return
+    handler = signal.getsignal(signal.SIGALRM)
+    outer = handler if isinstance(handler, _Alarm) else None
+    alarm = _Alarm(deadline if outer is None else min(deadline, outer.deadline), gives_way, _asker(), outer)
+    signal.signal(signal.SIGALRM, alarm)
     try:
-        signal.setitimer(signal.ITIMER_REAL, min(FOREVER_S, max(AGAIN_S, deadline + GRACE_S - now())))
+        alarm.arm()
         yield
     finally:
-        inside = False  # first of all: an alarm that rings from here on must find nobody
-        disarm()
-        asker = None  # a frame holds on to all that is in it
+        alarm.asker = None  # first of all: an alarm that rings from here on must find nobody
+        alarm.disarm()
 
 
 def _stack(frame: FrameType | None) -> Iterator[FrameType]:

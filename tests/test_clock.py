@@ -76,3 +76,22 @@ def test_a_block_that_is_abandoned_takes_its_alarm_along() -> None:
         del abandoned  # closing it leaves the alarm of others alone
         spin(10.0)
     assert not armed()
+
+
+def test_an_alarm_that_gives_way_rings_again_after_one_inside() -> None:
+    with pytest.raises(TimeUp), ended_at(clock.now() + 0.3, gives_way=True):
+        assert clock.is_free()
+        with pytest.raises(TimeUp), ended_at(clock.now() + 0.01):
+            assert not clock.is_free()
+            spin(10.0)
+        assert clock.is_free() and armed()
+        spin(10.0)
+    assert not armed()
+
+
+def test_no_alarm_inside_one_that_gives_way_rings_later_than_that() -> None:
+    began = clock.now()
+    with pytest.raises(TimeUp), ended_at(began + 0.01, gives_way=True), ended_at(began + 5.0):
+        spin(10.0)
+    assert clock.now() - began < 3.0
+    assert not armed()

@@ -7,6 +7,8 @@ import reprlib
 from dataclasses import replace
 from typing import Any
 
+from tamp import clock
+from tamp.clock import TimeUp
 from tamp.errors import DomainError, PartError, TampError, told
 from tamp.planning.constraints import Constraints
 from tamp.planning.keywords import (
@@ -21,6 +23,7 @@ from tamp.planning.keywords import (
 )
 from tamp.planning.options import Options, Reuse, Settings
 from tamp.planning.problem import GroundAction, Problem, Solution
+from tamp.planning.report import Report
 from tamp.planning.search.best_first import Search
 from tamp.planning.search.best_first import misfit as no_search
 from tamp.planning.strategies.all_at_once import AllAtOnce
@@ -121,19 +124,28 @@ def solve(
 
 
 def _answered(strategy: Strategy, problem: Problem, settings: Settings) -> Any:
-    """What a strategy answers.
+    """What a strategy answers; a timeout for one from outside that goes on past the limit without a look at the clock.
 
     Raises:
         PartError: where one from outside raises something that is no sentence to the user.
+        TimeUp: where the limit is that of whoever asks, who ends all that they do by it.
     """
-    try:
+    if type(strategy) in STRATEGIES.values():
         return strategy(problem, settings)
+    started, limit, ours = clock.now(), settings.options.timeout, clock.is_free()
+    try:
+        with clock.ended_at(started + limit, gives_way=True):
+            return strategy(problem, settings)
     except TampError:
         raise
-    except (Exception, SystemExit) as error:
-        if type(strategy) in STRATEGIES.values():
+    except TimeUp as late:
+        if not ours:
             raise
+        message = f"The time limit of {limit:g} s was reached: strategy {strategy.name!r} was {late}."
+    except (Exception, SystemExit) as error:
         raise PartError(f"strategy {strategy.name!r} raised {told(error)}") from error
+    report = Report(settings.algorithm, "timeout", math.inf, clock.now() - started, {}, (), (), {}, message)
+    return Solution(None, math.inf, "timeout", (), report)
 
 
 def _unfit(solution: Any, problem: Problem) -> str:

@@ -228,3 +228,52 @@ class Silent(Nameless):
 def test_what_is_no_strategy_is_refused_in_one_sentence(strategy, said):
     with pytest.raises((DomainError, PartError), match=said):
         solve(blocksworld.inversion(2), strategy=strategy)
+
+
+def spin():
+    while True:
+        pass
+
+
+@dataclasses.dataclass(frozen=True)
+class Hanging:
+    """Plans, and then goes on for ever."""
+
+    name: ClassVar[str] = "hanging"
+
+    def __call__(self, problem, settings):
+        AllAtOnce()(problem, settings)
+        spin()
+
+
+@dataclasses.dataclass(frozen=True)
+class Asking:
+    """Asks about what hangs for a moment, and then plans without it."""
+
+    name: ClassVar[str] = "asking"
+
+    def __call__(self, problem, settings):
+        brief = dataclasses.replace(settings, options=dataclasses.replace(settings.options, timeout=0.2))
+        hanging = Problem(
+            domain="(define (domain d) (:predicates (p ?x) (q))"
+            " (:action a :parameters (?x) :precondition (p ?x) :effect (q)))",
+            streams="(define (stream s) (:stream sample :outputs (?x) :certified (p ?x)))",
+            samplers={"sample": lambda context: spin()},
+            goal=("q",),
+        )
+        first = AllAtOnce()(hanging, brief)
+        assert first.status == "timeout" and "'sample' went on past the limit" in first.report.message
+        return AllAtOnce()(problem, settings)
+
+
+def test_a_strategy_that_does_not_look_at_the_clock_is_ended():
+    solution = solve(blocksworld.inversion(2), strategy=Hanging(), timeout=0.5)
+    assert solution.status == "timeout" and solution.report.total_s < 2.0
+    assert solution.report.message == (
+        "The time limit of 0.5 s was reached: strategy 'hanging' was interrupted 0.4 s past the limit."
+    )
+    assert solution.report.strategy == {"name": "hanging"}
+
+
+def test_each_question_of_a_strategy_of_ones_own_is_ended_by_its_own_limit():
+    assert solve(blocksworld.inversion(2), strategy=Asking(), timeout=20.0).solved
