@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from tamp.planning.grounding.relaxed_rules import Rule, relaxed_rules
 from tamp.planning.model.external import External
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact, Pattern
@@ -26,16 +27,6 @@ EVERY = 1_000
 
 EFFORT, EFFORT_A_DRAW = 5_000, 50
 """Facts looked at before the question is left open: in any case, and for each time that a stream was called."""
-
-
-@dataclass(frozen=True)
-class _Rule:
-    """Where all of `body` holds, so does `head`; `external` is the stream that says so."""
-
-    head: Pattern
-    body: tuple[Pattern, ...]
-    unequal: tuple[tuple[str | int, str | int], ...] = ()
-    external: External | None = None
 
 
 @dataclass(frozen=True)
@@ -75,7 +66,7 @@ def never_given(schema: Schema, knowledge: Knowledge, lost: Fact) -> tuple[str, 
 
     None where there may be facts like that part, about something else.
     """
-    rules = list(_relevant(list(_rules(schema)), {str(lost[0])}))
+    rules = list(_relevant(list(relaxed_rules(schema)), {str(lost[0])}))
     seen = _predicates(rules, knowledge)
     if lost[0] in seen:
         return ()
@@ -114,7 +105,7 @@ class _Relaxation:
         self._knowledge = knowledge
         self._proven = proven
         self._goal = dict.fromkeys(goal)
-        self._rules = list(_relevant(list(_rules(schema)), {str(p[0]) for p in goal}))
+        self._rules = list(_relevant(list(relaxed_rules(schema)), {str(p[0]) for p in goal}))
         self._reached: dict[str, dict[_Hope, None]] = {}
         self._having: dict[tuple[str, int, int], list[_Hope]] = {}
         self._known: deque[_Hope] = deque()
@@ -240,27 +231,7 @@ def _bind(pattern: Pattern, fact: Fact, binding: dict[str, int]) -> dict[str, in
     return found
 
 
-def _rules(schema: Schema) -> Iterator[_Rule]:
-    """Actions, axioms and streams without their negative conditions."""
-    for action in schema.actions:
-        for effect in action.effects:
-            if effect.positive:
-                body, unequal = action.condition.positive, action.condition.unequal
-                more = effect.condition
-                yield _Rule(effect.atom, checked(body + more.positive), unequal + more.unequal)
-    for axiom in schema.axioms:
-        yield _Rule(axiom.head, checked(axiom.condition.positive), axiom.condition.unequal)
-    for external in schema.externals.values():
-        for certified in external.certified:
-            yield _Rule(certified, checked(external.domain + external.awaited), external=external)
-
-
-def checked(body: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
-    """Conditions without equalities, each once."""
-    return tuple(dict.fromkeys(p for p in body if p[0] != "="))
-
-
-def _relevant(rules: list[_Rule], wanted: set[str]) -> Iterator[_Rule]:
+def _relevant(rules: list[Rule], wanted: set[str]) -> Iterator[Rule]:
     """Rules that a fact of a wanted predicate may depend on."""
     before = -1
     while len(wanted) > before:
@@ -269,7 +240,7 @@ def _relevant(rules: list[_Rule], wanted: set[str]) -> Iterator[_Rule]:
     return (rule for rule in rules if rule.head[0] in wanted)
 
 
-def _predicates(rules: list[_Rule], knowledge: Knowledge) -> set[str]:
+def _predicates(rules: list[Rule], knowledge: Knowledge) -> set[str]:
     """The predicates of which there may be a fact some day, whatever it is about."""
     found, size = {"object", *(str(fact[0]) for fact in (*knowledge.real, *knowledge.state))}, -1
     while size < (size := len(found)):

@@ -8,10 +8,9 @@ may be within reach where a value of one stream happens to be equal to another's
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from tamp.planning.grounding.datalog import EVERY, Join, JoinRule
-from tamp.planning.grounding.infeasibility import checked
+from tamp.planning.grounding.relaxed_rules import Rule, relaxed_rules
 from tamp.planning.model.fact_store import Knowledge
 from tamp.planning.model.objects import Fact, Pattern
 from tamp.planning.model.schema import Schema
@@ -26,15 +25,6 @@ class _TooMany(Exception):  # noqa: N818  control flow inside this module
 
 class _Alike(Exception):  # noqa: N818  control flow inside this module
     """Values of different streams are equal indeed, so that kinds tell nothing."""
-
-
-@dataclass(frozen=True)
-class _Rule:
-    """Where all of `body` holds, so does `head`; `name` says so, an action, a stream or a derived predicate."""
-
-    name: str
-    head: Pattern
-    body: tuple[Pattern, ...]
 
 
 def unfit_conditions(schema: Schema, knowledge: Knowledge) -> str:
@@ -57,9 +47,9 @@ class _Kinds:
         self._count = self._steps = 0
         given = [f for f in (*knowledge.real, *knowledge.state) if f[0] != "object"]
         self._find_kinds(given)
-        self._rules = [self._with_kinds(rule) for rule in _rules(schema)]
+        self._rules = [self._with_kinds(rule) for rule in relaxed_rules(schema)]
         self._goal = [self._put(p) for p in schema.goal.positive if p[0] not in ("=", "object")]
-        self._fired: set[_Rule] = set()
+        self._fired: set[Rule] = set()
         self._reach(given)
 
     def unfit(self) -> str:
@@ -78,7 +68,7 @@ class _Kinds:
                 seen |= {str(p[0]) for p in fresh}
         return ""
 
-    def _told(self, rule: _Rule) -> str:
+    def _told(self, rule: Rule) -> str:
         core = [p for p in rule.body if p[0] != "object"]
         for pattern in tuple(core):
             rest = [p for p in core if p is not pattern]
@@ -121,8 +111,8 @@ class _Kinds:
         terms = (t if isinstance(t, str) else self._kind_of.setdefault(t, self._number(t)) for t in pattern[1:])
         return (pattern[0], *terms)
 
-    def _with_kinds(self, rule: _Rule) -> _Rule:
-        return _Rule(rule.name, self._put(rule.head), tuple(map(self._put, rule.body)))
+    def _with_kinds(self, rule: Rule) -> Rule:
+        return Rule(rule.name, self._put(rule.head), tuple(map(self._put, rule.body)))
 
     def _reach(self, given: list[Fact]) -> None:
         """All that can be reached from what is given, which includes what streams have given."""
@@ -132,7 +122,7 @@ class _Kinds:
         for fact in given:
             self._add(join, (fact[0], *(self._kind_of[h] for h in fact[1:])))
 
-    def _join_rule(self, rule: _Rule, add: Callable[[Fact], None]) -> JoinRule:
+    def _join_rule(self, rule: Rule, add: Callable[[Fact], None]) -> JoinRule:
         variables = tuple(dict.fromkeys(t for p in rule.body for t in p[1:] if isinstance(t, str)))
 
         def on_match(values: tuple[int, ...]) -> None:
@@ -143,7 +133,7 @@ class _Kinds:
 
         return JoinRule(variables, rule.body, (), on_match)
 
-    def _output(self, rule: _Rule, term: str | int) -> int:
+    def _output(self, rule: Rule, term: str | int) -> int:
         """The kind of what no condition binds: an output of the stream of that name."""
         if isinstance(term, int):
             return term
@@ -181,17 +171,3 @@ class _Kinds:
             if fits and self._fits(patterns[1:], found):
                 return True
         return False
-
-
-def _rules(schema: Schema) -> Iterator[_Rule]:
-    """Actions, axioms and streams without their negative conditions."""
-    for action in schema.actions:
-        for effect in action.effects:
-            if effect.positive:
-                body = checked(action.condition.positive + effect.condition.positive)
-                yield _Rule(action.name, effect.atom, body)
-    for axiom in schema.axioms:
-        yield _Rule(str(axiom.head[0]), axiom.head, checked(axiom.condition.positive))
-    for external in schema.externals.values():
-        for certified in external.certified:
-            yield _Rule(external.name, certified, checked(external.domain + external.awaited))
