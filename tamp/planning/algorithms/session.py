@@ -226,7 +226,7 @@ class Session:
         Raises:
             Ended: at a limit.
         """
-        if self.lessons.guessed and (scope.sure or self.eager):
+        if self._asks and (scope.sure or self.eager):
             result = self._asked()
             if result.plan is not None:
                 return result
@@ -235,6 +235,11 @@ class Session:
         if result.plan is None and not result.timed_out and not partial and self.lessons.guessed:
             return self._searched_under(replace(scope, exact=True))
         return result
+
+    @property
+    def _asks(self) -> bool:
+        """Whether the search cannot be taught what tests with fluents say no to, or it is a guess."""
+        return self.lessons.guessed or (self.schema.undecided and bool(self.lessons.tried))
 
     def _asked(self, most: float = math.inf) -> SearchResult:
         """A search of real values that asks tests in each of `most` states at most; each is as much work as a call."""
@@ -286,7 +291,7 @@ class Session:
             Ended: at a limit.
         """
         bound = self.found.bound(scope.pairs)
-        asked = self._asked(enough - self.searching) if self.lessons.guessed and not scope.pairs else SearchResult(None)
+        asked = self._asked(enough - self.searching) if self._asks and not scope.pairs else SearchResult(None)
         if asked.plan is not None:
             return self.skeleton_of(asked.plan)
         with self.stopwatch.timed("grounding"):

@@ -1,6 +1,7 @@
 """Turns of real values alone: several plans among the same values, and what is asked of their like."""
 
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
@@ -129,3 +130,20 @@ def test_what_only_a_test_wants_stays_in_a_plan_and_a_cheaper_one_is_looked_for_
     solution = solve(problem, algorithm=algorithm, timeout=30.0)
     check(problem, solution)
     assert solution.cost == least
+
+
+LOOSE_STREAMS = FRAME_STREAMS.replace("test-stiff", "test-loose").replace("(Stiff)", "(Loose)")
+LOOSE = FRAME.replace("(Gone ?b) (Stiff))", "(Gone ?b) (Loose) (Falls))")
+AXIOM = "(:derived (Falls) (exists (?b) (and (Stands ?b) (Loose))))"
+
+
+@pytest.mark.parametrize("algorithm", ["adaptive", "focused", "incremental"])
+@pytest.mark.parametrize(("condition", "axiom"), [("(not (Loose))", ""), ("(not (Falls))", AXIOM)])
+def test_what_a_test_must_not_say_of_a_state_is_asked_there_too(algorithm, condition, axiom):
+    """Of negated tests, and of those in axioms, the search is taught nothing: it came with the same plans for ever."""
+    problem, _ = frame(8)
+    stiff = problem.samplers["test-stiff"]
+    domain = LOOSE.replace("(Stands ?b) (Stiff)", f"(Stands ?b) {condition}").rstrip()[:-1] + axiom + ")"
+    loose = {"sample-way": problem.samplers["sample-way"], "test-loose": lambda context: not stiff(context)}
+    solution = solve(replace(problem, domain=domain, streams=LOOSE_STREAMS, samplers=loose), algorithm=algorithm)
+    assert solution.status == "solved" and solution.cost == 15
