@@ -24,12 +24,24 @@ TILT, ENDS, PIVOT, THICK = 0.08, (-0.15, 0.12), 0.012, 0.03
 """Of what rocks: how far it is tilted [rad]; its ends, where it rocks over, and how thick it is there [m]."""
 
 
-def rocker(folder) -> tuple[Object, np.ndarray]:
-    """What lies on the lesser of two facets of its underside, tilted, and would not do so by itself; and its pose."""
+def rocker(folder, *, handle: bool = False) -> tuple[Object, np.ndarray]:
+    """What lies on the lesser of two facets of its underside, tilted, and would not do so by itself; and its pose.
+
+    With a handle it is of two pieces.
+    """
     (left, right), slope = ENDS, np.tan(TILT)
     side = [(left, 0.0), (PIVOT, 0.0), (right, (right - PIVOT) * slope), (right, THICK + (right - left) * slope)]
     corners = [(x, y, z) for x, z in (*side, (left, THICK)) for y in (-0.02, 0.02)]
-    trimesh.convex.convex_hull(np.array(corners)).export(folder / "rocker.obj")
+    pieces = [trimesh.convex.convex_hull(np.array(corners))]
+    if handle:
+        pieces.append(trimesh.creation.box((0.02, 0.02, 0.03)))
+        pieces[1].apply_translation((-0.1, 0.0, THICK + (-0.1 - left) * slope + 0.012))
+    lines, count = list[str](), 1
+    for number, piece in enumerate(pieces):
+        lines += [f"g piece_{number}", *("v {:.6f} {:.6f} {:.6f}".format(*vertex) for vertex in piece.vertices)]
+        lines += ["f {} {} {}".format(*face) for face in piece.faces + count]
+        count += len(piece.vertices)
+    (folder / "rocker.obj").write_text("\n".join(lines))
     over = np.array([PIVOT, 0.0, 0.0])
     T = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, TILT, 0.0)).matrix
     T[:3, 3] = over - T[:3, :3] @ over + (0.05, -0.1, 0.0)
@@ -98,10 +110,11 @@ def test_what_lies_turned_is_gripped_where_pads_draw_it_to(turn, wide, said_of):
     assert any(said_of in sentence for sentence in found) == bool(said_of), found
 
 
+@pytest.mark.parametrize("handle", [False, True])
 @pytest.mark.parametrize(("x", "over", "wrong"), [(0.05, 0.003, True), (0.05, 0.02, False), (-0.03, 0.003, False)])
-def test_what_gives_way_to_what_is_put_on_it_is_met_where_it_has_come_to(tmp_path, x, over, wrong):
+def test_what_gives_way_to_what_is_put_on_it_is_met_where_it_has_come_to(tmp_path, x, over, wrong, handle):
     """The same rocks under what is put on its end, and the other end comes up: 196 and 107 mm off in two simulators."""
-    thing, _ = rocker(tmp_path)
+    thing, _ = rocker(tmp_path, handle=handle)
     T = Pose((0.05, -0.1, 0.0))
     thing = replace(thing, pose=T)
     top, slope = on_top(T.matrix, x), Pose.from_rpy((0.0, 0.0, 0.0), (0.0, -TILT, 0.0))

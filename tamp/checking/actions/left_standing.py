@@ -15,7 +15,7 @@ from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pre
 from tamp.checking.physics.round_bodies.rocking import rocked
 from tamp.checking.physics.stacks import stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
-from tamp.checking.physics.yielding import gives_way
+from tamp.checking.physics.yielding import gives_way, unbalanced
 from tamp.checking.scene import Given
 
 if TYPE_CHECKING:
@@ -133,13 +133,26 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
             report("support", sentence, bodies=bodies, depth=depth)
     if tips_over(scene, state, name, allow):
         report("support", f"{name} tips over what it first touches, which does not carry it", bodies=(name,))
-    if convex(scene, state, name, allow):  # of pieces that bulge nobody knows within a millimetre what touches
-        near, ends = replace(allow, standing=allow.touching), dict[str, "Array"]()
-        for sentence, bodies in gives_way(scene, state.without(name), state, [name], allow.slump, near, ends):
-            report("support", sentence, bodies=bodies)
-        given = _moved(scene, state, ends, allow.standing)
-        state.follows |= given
-        state.given |= {other: Given(T, frozenset()) for other, T in given.items()}
+    _note_given_way(scene, state, name, allow, report)
+
+
+def _note_given_way(scene: Scene, state: State, name: str, allow: Tolerances, report: Report) -> None:
+    """What gives way under an object that has come to a place, within tolerance, is noted where it comes to.
+
+    Of pieces that bulge nobody knows within a millimetre what touches: where there are any, what sets out from rest by
+    itself tells nothing, but what does so only with the object on it does.
+    """
+    near, ends = replace(allow, standing=allow.touching), dict[str, "Array"]()
+    before = state.without(name)
+    if not convex(scene, state, name, allow):
+        under = unbalanced(scene, state, name, near) - {name}
+        if not any(other not in unbalanced(scene, before, other, near) for other in under):
+            return
+    for sentence, bodies in gives_way(scene, before, state, [name], allow.slump, near, ends):
+        report("support", sentence, bodies=bodies)
+    given = _moved(scene, state, ends, allow.standing)
+    state.follows |= given
+    state.given |= {other: Given(T, frozenset()) for other, T in given.items()}
 
 
 def _upset_in_truth(

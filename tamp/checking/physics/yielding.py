@@ -106,6 +106,14 @@ def given_way(scene: Scene, state: State, name: str, most: float, allow: Toleran
     return {body: there.poses[body] for body in far}
 
 
+def unbalanced(scene: Scene, state: State, name: str, allow: Tolerances) -> frozenset[str]:
+    """The bodies of the stack of a body, itself among them, that what they touch does not keep from setting out."""
+    there = replace(state, touching={})  # what is kept there may be by other tolerances
+    stack = stack_of(scene, there, name, allow)
+    ways = _set_out(scene, there, stack)
+    return frozenset(body for body in ways if _fastest(scene, {body: ways[body]}) > ROUNDING)
+
+
 def _set_out(scene: Scene, state: State, stack: Stack) -> dict[str, tuple[Array, Array]]:
     """As `_accelerations`, empty where that is no more than rounding, and what cones cut to edges leave out."""
     ways = _accelerations(scene, state, stack.names, pushes_of(scene, state, stack))

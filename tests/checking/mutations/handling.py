@@ -102,7 +102,12 @@ def rocks_under_what_is_put_on_it(task: Task, plan: Plan, rng: np.random.Generat
     left, pivot, right, thick = -0.15, 0.012, 0.12, 0.03
     side = [(left, 0.0), (pivot, 0.0), (right, (right - pivot) * slope), (right, thick + (right - left) * slope)]
     corners = np.array([(a, b, c) for a, c in (*side, (left, thick)) for b in (-0.02, 0.02)])
-    rocker = Object("rocker", hulls(f"rocker_{slope:.6f}", [convex_hull(corners)]), Pose((x, y, 0.0)), mass=0.15)
+    pieces = [convex_hull(corners)]
+    if rng.integers(2):  # with a handle it is of two pieces
+        handle = (-0.03, 0.0, thick + (-0.03 - left) * slope + 0.01)
+        pieces.append(convex_hull((CORNERS - (0.0, 0.0, 0.5)) * (0.02, 0.02, 0.03) + handle))
+    shape = hulls(f"rocker_{slope:.6f}_{len(pieces)}", pieces)
+    rocker = Object("rocker", shape, Pose((x, y, 0.0)), mass=0.15)
     at = rng.uniform(0.045, 0.055)
     flush = Pose.from_rpy((x + at, y, thick + (at - left) * slope), (0.0, -float(np.arctan(slope)), 0.0))
     weight, start, goal = Box((0.04, 0.04, 0.06)), Pose((x, y + 0.3, 0.03)), flush @ Pose((0.0, 0.0, 0.03))

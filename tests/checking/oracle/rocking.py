@@ -18,12 +18,12 @@ POINTS = 4000  # by which a middle is found
 
 
 def rocking(world: World) -> dict[str, np.ndarray]:
-    """Convex meshes on the table that boxes stand on, and tilt over for good: where they are then, the boxes too."""
+    """Meshes on the table that boxes stand on, and tilt over for good: where they are then, the boxes too."""
     found = dict[str, np.ndarray]()
     for thing in world.task.objects:
         body, T = world.bodies[thing.name], world.poses[thing.name]
         low = (body.points @ T[2, :3] + T[2, 3]).min()
-        if isinstance(thing.shape, Mesh) and len(body.planes) == 1 and abs(low) < LOW:
+        if isinstance(thing.shape, Mesh) and abs(low) < LOW:
             riders = [other for other in world.others(thing.name, "table") if _rides(world, thing.name, other)]
             if riders and (tilt := _tilts(world, thing.name, riders)) is not None:
                 found |= {name: tilt @ world.poses[name] for name in (thing.name, *riders)}
