@@ -37,6 +37,36 @@ def test_a_plank_between_counterweights_tips_when_one_is_taken():
     assert any("when red is taken away" in p.sentence for p in found)
 
 
+def on_a_board(x: float, goal: Pose | None) -> tuple[Task, Plan]:
+    """A board on a block 4 cm long gets a weight of 0.2 kg so far out, or loses the counterweight of one that is there.
+
+    What is left on the board, or comes, takes the common centre of mass two thirds as far out.
+    """
+    out, level = Pose((0.05 + x, -0.1, 0.066)), Pose((0.0, -0.1, 0.066))
+    taken = goal is not None
+    start, goal = (level, goal) if goal is not None else (Pose((0.05, 0.2, 0.03)), out)
+    things = [
+        Object("block", Box((0.04, 0.04, 0.03)), Pose((0.05, -0.1, 0.015)), mass=1.0),
+        Object("board", Box((0.16, 0.04, 0.006)), Pose((0.05, -0.1, 0.033)), mass=0.1),
+        Object("red", Box((0.03, 0.04, 0.06)), start, At(goal), mass=0.1 if taken else 0.2),
+    ]
+    if taken:
+        things.append(Object("weight", Box((0.03, 0.04, 0.06)), out, mass=0.2))
+    home = two_boxes()[1].home
+    actions = carry(Hand(home), "red", start, goal, 0.04, ("board", "table") if taken else ("table", "board"))
+    task = Task("board", tuple(things))
+    return task, Plan("board", "panda", 0, {o.name: o.pose for o in things}, home, {"red": goal}, tuple(actions))
+
+
+@pytest.mark.parametrize("goal", [None, Pose((0.05, 0.2, 0.03))])
+@pytest.mark.parametrize(("x", "wrong"), [(0.0305, True), (0.03, True), (0.0295, False)])
+def test_a_load_on_the_edge_of_what_carries_it_tips_with_all_that_bears_it(x, wrong, goal):
+    """A third of a millimetre beyond, and over the very edge, all of it fell in two simulators."""
+    found = [problem.sentence for problem in check(*on_a_board(x, goal)).problems]
+    assert any("its load is on the edge of what carries it" in sentence for sentence in found) == wrong, found
+    assert bool(found) == wrong, found
+
+
 @given(
     at=st.tuples(st.floats(-0.13, -0.03), st.floats(0.03, 0.13)),
     masses=st.tuples(st.floats(0.05, 1), st.floats(0.05, 1)),

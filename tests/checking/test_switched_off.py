@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tamp.checking import check
-from tamp.checking.actions import arm_motion, fall
+from tamp.checking.actions import arm_motion, fall, left_standing
 from tamp.checking.actions.collisions import pairs
 from tamp.checking.physics.round_bodies import perching
 from tests.checking.handmade import two_boxes
@@ -18,6 +18,7 @@ from tests.checking.mutations.handling import (
     met_where_it_was_let_go,
     rocks_over_its_foot,
     rocks_under_what_is_put_on_it,
+    takes_a_board_over_the_rim,
 )
 from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half_a_rim
 
@@ -31,6 +32,7 @@ from tests.checking.mutations.rounds import rolls_along_a_groove, rolls_off_half
         (rolls_off_half_a_rim, perching, "_rolls_down", False),
         (met_where_it_was_let_go, arm_motion, "astray", []),
         (rocks_under_what_is_put_on_it, arm_motion, "_let_follow", None),
+        (takes_a_board_over_the_rim, left_standing, "over_edge", []),
     ],
 )
 @pytest.mark.parametrize("seed", [2, 3])

@@ -13,10 +13,10 @@ from tamp.checking.physics.giving_way import convex, let_down, tips_over
 from tamp.checking.physics.righting import lain
 from tamp.checking.physics.round_bodies.perching import on_rollers, perched, pressed_away
 from tamp.checking.physics.round_bodies.rocking import rocked
-from tamp.checking.physics.stacks import stack_of, upset
+from tamp.checking.physics.stacks import over_edge, stack_of, upset
 from tamp.checking.physics.support import balanced, carriers, slumps, unrest
 from tamp.checking.physics.yielding import gives_way, unbalanced
-from tamp.checking.scene import Given
+from tamp.checking.scene import TABLE, Given
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -43,6 +43,11 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     for falls in (upset, _upset_in_truth):
         for sentence, bodies, depth in falls(scene, state, rest, steady, allow):
             report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
+    under = {*carriers(scene, state, name, allow).bodies} - {TABLE}
+    left, loaded = ({body for other in under for body in over_edge(scene, at, other, allow)} for at in (rest, state))
+    for body in sorted(left - loaded):
+        sentence = f"when {name} is taken away, {body} tips over: its load is on the edge of what carries it, or beyond"
+        report("precondition", sentence, bodies=(name, body))
     for sentence, bodies in let_down(scene, state, rest, beside, allow):
         report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies))
     firm = replace(allow, standing=allow.firm)
@@ -133,6 +138,10 @@ def check_rest(scene: Scene, state: State, name: str, allow: Tolerances, report:
             report("support", sentence, bodies=bodies, depth=depth)
     if tips_over(scene, state, name, allow):
         report("support", f"{name} tips over what it first touches, which does not carry it", bodies=(name,))
+    for carrier in sorted({*carriers(scene, state, name, allow).bodies} - {TABLE}):
+        for body in over_edge(scene, state, carrier, allow):
+            sentence = f"{body} tips over: with {name} its load is on the edge of what carries it, or beyond"
+            report("support", sentence, bodies=(body, name))
     _note_given_way(scene, state, name, allow, report)
 
 

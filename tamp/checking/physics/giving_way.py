@@ -16,7 +16,7 @@ import numpy as np
 from tamp.checking.geometry.transforms import turned
 from tamp.checking.physics.equilibrium import LEVEL
 from tamp.checking.physics.round_bodies.perching import round_axes
-from tamp.checking.physics.stacks import stack_of
+from tamp.checking.physics.stacks import WITHIN, stack_of
 from tamp.checking.physics.support import balanced, carriers, gaps, tipping
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ STEP = 0.001
 """How far the fastest side of a body that gives way moves between two looks [m]."""
 LOOKS = 400
 """At a body that gives way."""
-WITHIN = 1e-4
-"""What is no farther than this within the edge of all that it stands on stays there by chance [m]."""
 
 
 def tips_over(scene: Scene, state: State, name: str, allow: Tolerances) -> bool:

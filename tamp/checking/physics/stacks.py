@@ -33,6 +33,8 @@ ENDWISE = 0.3
 """Sine of the angle between a contact normal and an axis up to which a body is touched at an end of it."""
 ALIKE = 0.9
 """Cosine between contact normals from which on they are those of one round face."""
+WITHIN = 1e-4
+"""What is no farther than this within the edge of all that it stands on stays there by chance [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +87,7 @@ def upset(
     before, as far as anybody can tell, is not what the change is to blame for; what had not, but for tolerances, had
     its balance, so that many small changes do not add up.
     """
-    wider = replace(allow, standing=allow.standing + allow.slack)
+    wider = replace(allow, standing=_reach(allow))
     waiting = sorted(names)
     while waiting:
         stack = stack_of(scene, after, waiting[0], allow)
@@ -128,29 +130,74 @@ def off_balance(scene: Scene, state: State, stack: Stack, pushed: Pushed | None 
     return _least_shifts(scene, state, stack, pushed)
 
 
-def _each_on_one(scene: Scene, state: State, below: Mapping[str, Mapping[str, Patch]]) -> bool:
-    """Whether each body stands on one other, which holds up all that it carries: enough for balance, not needed."""
+def over_edge(scene: Scene, state: State, name: str, allow: Tolerances) -> list[str]:
+    """Of a body and what carries it: which have all that they carry, and themselves, on the very edge of level faces.
+
+    That is with their common centre of mass there or beyond, where each body stands on one other; else, and where
+    something is near that would catch them, or something is round, it is not asked.
+    """
+    near, far = (_margins(scene, state, name, replace(allow, standing=gap)) for gap in (allow.firm, _reach(allow)))
+    return [body for body, margin in near.items() if margin < WITHIN and far.get(body, WITHIN) < WITHIN]
+
+
+def _reach(allow: Tolerances) -> float:
+    return allow.standing + allow.slack
+
+
+def _margins(scene: Scene, state: State, name: str, allow: Tolerances) -> dict[str, float]:
+    """How far within the edge of a level face the load of a body is, and of each body that carries that [m]."""
+    there = replace(state, touching={})
+    stack = stack_of(scene, there, name, allow)
+    below = {body: stack.below(body) for body in stack.names}
+    order, found = _upwards(below), dict[str, float]()
+    if not order or any(round_axes(scene, there, body) for body in stack.names):
+        return {}
+    load, body = _loads(scene, there, below, order), name
+    while body != TABLE:
+        ((carrier, patch),) = below[body].items()
+        if (patch.normals[:, 2] > equilibrium.LEVEL).all():
+            friction = np.full(len(patch.points), scene.friction(body) * scene.friction(carrier))
+            found[body] = equilibrium.balance(patch.points, patch.normals, friction, load[body][1], allow.balance)
+        body = carrier
+    return found
+
+
+def _upwards(below: Mapping[str, Mapping[str, Patch]]) -> list[str]:
+    """The bodies of a stack, each after the one that carries it; none where not each stands on one other."""
     above: dict[str, list[str]] = {name: [] for name in (*below, TABLE)}
     for name, carrying in below.items():
         if len(carrying) != 1:
-            return False
+            return []
         above[next(iter(carrying))].append(name)
-    order = [TABLE]  # a body after what carries it; bodies that carry each other in a circle are never reached
+    order = [TABLE]
     for name in order:
         order += above[name]
-    if len(order) != len(above):
-        return False
+    return order[1:] if len(order) == len(above) else []  # those that carry each other in a circle are never reached
+
+
+def _loads(
+    scene: Scene, state: State, below: Mapping[str, Mapping[str, Patch]], order: list[str]
+) -> dict[str, tuple[float, Array]]:
+    """Mass and centre of mass of each body with all that it carries; `order` as in `_upwards`."""
     load = {name: _weighted(scene, state, name) for name in below}
-    for name in reversed(order[1:]):
-        ((carrier, patch),) = below[name].items()
-        mass, center = load[name]
-        friction = np.full(len(patch.points), scene.friction(name) * scene.friction(carrier))
-        if equilibrium.balance(patch.points, patch.normals, friction, center, 0.0) < 0.0:
-            return False
+    for name in reversed(order):
+        (carrier,), (mass, center) = below[name], load[name]
         if carrier != TABLE:
             more, middle = load[carrier]
             load[carrier] = mass + more, (mass * center + more * middle) / (mass + more)
-    return True
+    return load
+
+
+def _each_on_one(scene: Scene, state: State, below: Mapping[str, Mapping[str, Patch]]) -> bool:
+    """Whether each body stands on one other, which holds up all that it carries: enough for balance, not needed."""
+    order = _upwards(below)
+    load = _loads(scene, state, below, order) if order else {}
+    for name in reversed(order):
+        ((carrier, patch),) = below[name].items()
+        friction = np.full(len(patch.points), scene.friction(name) * scene.friction(carrier))
+        if equilibrium.balance(patch.points, patch.normals, friction, load[name][1], 0.0) < 0.0:
+            return False
+    return bool(order)
 
 
 def _on_line(patch: Patch, center: Array, axes: Iterable[Array]) -> Patch:

@@ -48,6 +48,7 @@ from tests.checking.mutations.handling import (
     met_where_it_was_let_go,
     rocks_over_its_foot,
     rocks_under_what_is_put_on_it,
+    takes_a_board_over_the_rim,
 )
 from tests.checking.mutations.margins import (
     dropped_aside,
@@ -206,6 +207,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     met_where_it_was_let_go: ("collision",),
     rocks_over_its_foot: ("fall",),
     rocks_under_what_is_put_on_it: ("collision",),
+    takes_a_board_over_the_rim: ("support",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

@@ -120,6 +120,20 @@ def rocks_under_what_is_put_on_it(task: Task, plan: Plan, rng: np.random.Generat
     return instead(task, plan, actions, rocker, Object("weight", weight, start, mass=0.8))
 
 
+def takes_a_board_over_the_rim(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """A weight is put on a board so that both have their middle a fifth of a millimetre beyond what carries."""
+    if task.robot != "panda":
+        return None
+    x, y, beyond = *rng.uniform((0.0, -0.15), (0.08, -0.05)), rng.uniform(1.2e-4, 2e-4)
+    block = Object("block", Box((0.04, 0.04, 0.03)), Pose((x, y, 0.015)), mass=1.0)
+    board = Object("board", Box((0.16, 0.04, 0.006)), Pose((x, y, 0.033)), mass=rng.uniform(0.05, 0.2))
+    mass, start = rng.uniform(0.1, 0.3), Pose((x, y + 0.3, 0.03))
+    at = (0.02 + beyond) * (board.mass + mass) / mass
+    goal = Pose((x + at, y, 0.066))
+    actions = carry(Hand(plan.home), "weight", start, goal, 0.04, ("table", "board"))
+    return instead(task, plan, actions, block, board, Object("weight", Box((0.03, 0.04, 0.06)), start, mass=mass))
+
+
 def on_a_foot(within: float):
     """A block on a foot whose near edge its centre of mass is so far within; the foot's far edge, a height to grip."""
     low, high, wide = 0.03, 0.1, 0.05

@@ -93,7 +93,7 @@ class Oracle:
                     return f"{action}: {text}"
             if sweep and action.name in ("place", "stack"):
                 world.stays.update(rocking(world))
-        return None if sweep else toppling(world)
+        return None if sweep else toppling(world) or beyond_rim(world)
 
     def _tipping(self, world: World) -> str | None:
         things = [(thing.name, thing.shape, thing.mass) for thing in world.task.objects]

@@ -1,4 +1,4 @@
-"""Does a box stand on another one alone, its middle beyond that one's rim as seen from above?"""
+"""Does a box stand on another one alone, its middle, with what it carries, beyond that one's rim as seen from above?"""
 
 from __future__ import annotations
 
@@ -19,14 +19,24 @@ def beyond_rim(world: World) -> str | None:
     level = {name: size for name, size in boxes.items() if abs(world.poses[name][2, 2]) > UPRIGHT}
     for name, size in level.items():
         near = [other for other in world.others(name) if _near(world, name, other)]
-        if len(near) != 1 or near[0] not in level or world.task.object(name).inertia is not None:
+        high = world.poses[name][2, 3]
+        riders = [o for o in near if o in level and world.poses[o][2, 3] > high and _alone_on(world, o, name)]
+        near = [other for other in near if other not in riders]
+        borne = [world.task.object(other) for other in (name, *riders)]
+        if len(near) != 1 or near[0] not in level or any(thing.inertia is not None for thing in borne):
             continue
         under, T = level[near[0]], world.poses[near[0]]
-        middle = T[:3, :3].T @ (world.poses[name][:3, 3] - T[:3, 3])
+        masses, places = [o.mass for o in borne], [world.poses[o.name][:3, 3] for o in borne]
+        middle = T[:3, :3].T @ (np.average(places, axis=0, weights=masses) - T[:3, 3])
+        middle[2] = T[:3, 2] @ (world.poses[name][:3, 3] - T[:3, 3])
         stands = abs(abs(middle[2]) - (size[2] + under[2]) / 2) < NEAR
         if stands and world.poses[name][2, 3] > T[2, 3] and (np.abs(middle[:2]) - under[:2] / 2).max() > BEYOND:
             return f"{name} falls over the rim of {near[0]}"
     return None
+
+
+def _alone_on(world: World, name: str, other: str) -> bool:
+    return [o for o in world.others(name) if _near(world, name, o)] == [other]
 
 
 def _near(world: World, name: str, other: str) -> bool:
