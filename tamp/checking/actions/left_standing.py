@@ -45,7 +45,7 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
             report("precondition", f"when {name} is taken away, {sentence}", bodies=(name, *bodies), depth=depth)
     under = {*carriers(scene, state, name, allow).bodies} - {TABLE}
     left, loaded = ({body for other in under for body in over_edge(scene, at, other, allow)} for at in (rest, state))
-    for body in sorted(left - loaded):
+    for body in sorted(left - loaded - slumped):
         sentence = f"when {name} is taken away, {body} tips over: its load is on the edge of what carries it, or beyond"
         report("precondition", sentence, bodies=(name, body))
     for sentence, bodies in let_down(scene, state, rest, beside, allow):

@@ -150,7 +150,8 @@ def _margins(scene: Scene, state: State, name: str, allow: Tolerances) -> dict[s
     stack = stack_of(scene, there, name, allow)
     below = {body: stack.below(body) for body in stack.names}
     order, found = _upwards(below), dict[str, float]()
-    if not order or any(round_axes(scene, there, body) for body in stack.names):
+    leans = len(stack.touching) > len(order)  # or touches something beside what carries it
+    if not order or leans or any(round_axes(scene, there, body) for body in stack.names):
         return {}
     load, body = _loads(scene, there, below, order), name
     while body != TABLE:
