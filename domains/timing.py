@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import sliding_share
-from tamp.streams.collisions import CONTACT_DEPTH, touched
+from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.motion.handling_contacts import touched
 from tamp.streams.motion.paths import kept_from
 from tamp.streams.motion.payload import Carried
 from tamp.streams.values import Grasp

@@ -7,9 +7,10 @@ configurations must be free of collision.
 from tamp.domains.learned import with_model
 from tamp.domains.samplers import load_sampler
 from tamp.streams.cache import recalled
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, lift_contact
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH
 from tamp.streams.context import Context
 from tamp.streams.hand.clearance import opening_for
+from tamp.streams.motion.handling_contacts import approach_contact, lift_contact
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import ArmPath, Configuration, Grasp, Handling, Placement
 from tamp.streams.workspace import TABLE, Workspace, held, standing

@@ -87,7 +87,7 @@ TABLETOP = Skill(
     streams=FOLDER / "stream.pddl",
     samplers={
         "test-cfree-placements": "tamp.streams.collisions:test_cfree_placements",
-        "test-cfree-handling": "tamp.streams.collisions:test_cfree_handling",
+        "test-cfree-handling": "tamp.streams.motion.handling_contacts:test_cfree_handling",
     },
     info={"test-cfree-placements": StreamInfo(eager=True)},
     affordances=facts,

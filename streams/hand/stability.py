@@ -106,15 +106,18 @@ def hanging(workspace: Workspace, obj: str, grasp: Grasp, pose: Pose) -> Pose | 
 
     def found() -> Pose | None:
         (turn,) = _turns(Squeezed(workspace, obj, grasp), (pose,))
-        if _angle(turn) <= FIRM:
-            return None
-        T_pads_object, T_pads_turned = np.eye(4), np.eye(4)
-        T_pads_object[:3, :3], T_pads_object[:3, 3] = in_pads(workspace.world.robot.linkage, grasp)
-        T_pads_turned[:3] = turn @ T_pads_object[:3]
-        T_object_turned = np.linalg.inv(T_pads_object) @ T_pads_turned
-        return grasp.T_object_tool.inverse() @ Pose.from_matrix(T_object_turned)
+        return None if _angle(turn) <= FIRM else _in_hand(workspace, grasp, turn)
 
     return workspace.cache.value(("hanging", obj, grasp, pose), found)
+
+
+def _in_hand(workspace: Workspace, grasp: Grasp, turn: Array) -> Pose:
+    """How an object lies in the tool frame that has made a turn about the pads' middle, a rotation (3, 3)."""
+    T_pads_object, T_pads_turned = np.eye(4), np.eye(4)
+    T_pads_object[:3, :3], T_pads_object[:3, 3] = in_pads(workspace.world.robot.linkage, grasp)
+    T_pads_turned[:3] = turn @ T_pads_object[:3]
+    T_object_turned = np.linalg.inv(T_pads_object) @ T_pads_turned
+    return grasp.T_object_tool.inverse() @ Pose.from_matrix(T_object_turned)
 
 
 def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
@@ -125,8 +128,7 @@ def _turns(squeezed: Squeezed, poses: Sequence[Pose]) -> Iterator[Array]:
 
 def askew(workspace: Workspace, obj: str, grasp: Grasp) -> bool:
     """Whether pads turn an object as they close so far that it is not where it was meant to be."""
-    several = len(workspace.world.geometries[obj].parts) > 1
-    farthest = BULGING if several else FLUSH
+    farthest = BULGING if _bulges(workspace, obj) else FLUSH
     return any(turn > farthest for turn in _flush(workspace, obj, grasp))
 
 
@@ -139,16 +141,44 @@ def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     return max(_flush(workspace, obj, grasp))
 
 
+def laid_flush(workspace: Workspace, obj: str, grasp: Grasp) -> tuple[Pose, ...]:
+    """How an object may lie in the tool frame, turned flush by pads that close on it; nothing where it keeps still.
+
+    What is of several parts bulges, and nobody knows for certain how far it turns: it counts as still.
+    """
+    if _bulges(workspace, obj):
+        return ()
+
+    def found() -> tuple[Pose, ...]:
+        turns = {turn.tobytes(): turn for _, turn in _closing(workspace, obj, grasp) if _angle(turn) > 0.0}
+        return tuple(_in_hand(workspace, grasp, turn) for turn in turns.values())
+
+    return workspace.cache.value(("laid flush", obj, grasp), found)
+
+
 def _flush(workspace: Workspace, obj: str, grasp: Grasp) -> Iterator[float]:
-    """The same for each of the rims of the pads, of which the outermost part counts for nothing."""
+    """How far pads turn an object as they close, as the score measures it [m], for each of their rims."""
+    return (displaced for displaced, _ in _closing(workspace, obj, grasp))
+
+
+def _closing(workspace: Workspace, obj: str, grasp: Grasp) -> Iterator[tuple[float, Array]]:
+    """The turn that closing pads make, a rotation (3, 3), and how far it takes the object, as the score measures it.
+
+    For each of the rims of the pads, of which the outermost part counts for nothing.
+    """
     squeezed = cache(lambda: Squeezed(workspace, obj, grasp))
 
-    def found(rim: float) -> float:
+    def found(rim: float) -> tuple[float, Array]:
         held = squeezed()
-        resisted = STICKS * held.friction * held.width * TURN_STEP
-        return held.displaced(held.turned(held.force, resisted, rim=rim))
+        turn = held.turned(held.force, STICKS * held.friction * held.width * TURN_STEP, rim=rim)
+        return held.displaced(turn), turn
 
     return (workspace.cache.value(("turned flush", obj, grasp, rim), partial(found, rim)) for rim in RIMS)
+
+
+def _bulges(workspace: Workspace, obj: str) -> bool:
+    """Whether an object is of several parts, which bulge beyond the surface that they stand for."""
+    return len(workspace.world.geometries[obj].parts) > 1
 
 
 def _angle(turn: Array) -> float:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.collisions import touched
+from tamp.streams.motion.handling_contacts import touched
 from tamp.streams.rubbing import PRESSED
 from tamp.world.transforms import moved
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from tamp.streams.affordances.neighbours import carriers, upon_carriers
 from tamp.streams.cache import SampleCache, recalled
-from tamp.streams.collisions import ARM_MARGIN, approach_contact, handling_hits, told
+from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.context import Context, Detached
 from tamp.streams.hand.clearance import caught, opening_for
 from tamp.streams.hand.finger_closing import between_pads
+from tamp.streams.motion.handling_contacts import approach_contact, handling_hits, told
 from tamp.streams.motion.lift import Reach, lifted, standing_under
 from tamp.streams.values import Configuration, Grasp, Handling, Placement, falls_straight
 from tamp.streams.workspace import Workspace, standing

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.neighbours import standing_around, standing_on
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, lift_contact, told, touched
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH
 from tamp.streams.context import Context
 from tamp.streams.motion.extraction import Way, extraction, meets
+from tamp.streams.motion.handling_contacts import lift_contact, told, touched
 from tamp.streams.motion.payload import lift_too_heavy
 from tamp.streams.rubbing import PRESSED
 from tamp.streams.values import Grasp, Handling, Placement

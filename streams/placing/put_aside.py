@@ -21,11 +21,12 @@ from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
 from tamp.streams.affordances.neighbours import within
 from tamp.streams.affordances.stable_poses import amid, resting, turned
 from tamp.streams.cache import pausing, stepwise
-from tamp.streams.collisions import handling_hits, overlap
+from tamp.streams.collisions import overlap
 from tamp.streams.context import Context, Detached
 from tamp.streams.grasping.sampler import grasps_in_steps
 from tamp.streams.hand.candidates import hangs_over
 from tamp.streams.hand.clearance import hand_above_table, reach_of_hand
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics, reaches
 from tamp.streams.placing.sampler import RELEASE_HEIGHT, put_aside, stands_then
 from tamp.streams.pushing.grasp_after_push import grippable

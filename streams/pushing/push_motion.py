@@ -9,8 +9,9 @@ import numpy as np
 
 from tamp.streams.affordances.friction_cones import sliding_share
 from tamp.streams.affordances.slide_path import Way
-from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH, approach_contact, told
+from tamp.streams.collisions import ARM_MARGIN, CONTACT_DEPTH
 from tamp.streams.context import Context
+from tamp.streams.motion.handling_contacts import approach_contact, told
 from tamp.streams.motion.payload import push_too_heavy
 from tamp.streams.pushing.hand_contact import STEP, hands_at
 from tamp.streams.rubbing import close_together, rubbed

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tamp.streams.cache import SampleCache
-from tamp.streams.collisions import handling_hits
 from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.motion.paths import plan_free_motion, plan_holding_motion
 from tamp.streams.placing.put_aside import sample_laid_aside, sample_put_aside

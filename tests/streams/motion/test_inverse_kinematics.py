@@ -5,9 +5,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from tamp.streams.collisions import ARM_MARGIN, handling_hits
+from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.grasping.sampler import sample_grasp
 from tamp.streams.hand.clearance import opening_for
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.motion.inverse_kinematics import handlings as reaching
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.motion.lift import LIFTS

@@ -11,8 +11,8 @@ from tamp.streams.affordances.flat_faces import flat_faces, lies_flat
 from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import resting, stands
 from tamp.streams.cache import SampleCache
-from tamp.streams.collisions import handling_hits
 from tamp.streams.hand.candidates import hangs_over
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.placing import put_aside as laid_aside
 from tamp.streams.placing.put_aside import FUTILE, sample_exposed_aside, sample_laid_aside, sample_put_aside

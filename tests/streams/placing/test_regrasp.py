@@ -7,8 +7,8 @@ import pytest
 
 from tamp.streams.affordances.stable_poses import amid, resting, stands, tips_at
 from tamp.streams.affordances.tilts import layable, tilts
-from tamp.streams.collisions import handling_hits
 from tamp.streams.hand.clearance import hand_above_table, opening_for
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.motion.inverse_kinematics import handlings
 from tamp.streams.placing import sampler
 from tamp.streams.placing.regrasp import regrasping, sample_regrasp

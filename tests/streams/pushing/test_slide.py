@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from tamp.streams.affordances.slide_path import directions, shifted, ways, ways_to
-from tamp.streams.collisions import approach_contact
+from tamp.streams.motion.handling_contacts import approach_contact
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
 from tamp.streams.pushing.hand_contact import barred, hands_at

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tamp.streams.collisions import approach_contact
+from tamp.streams.motion.handling_contacts import approach_contact
 from tamp.streams.motion.inverse_kinematics import inverse_kinematics
 from tamp.streams.pushing.grasp_after_push import sample_exposed_grasp
 from tamp.streams.pushing.push_motion import push_hits

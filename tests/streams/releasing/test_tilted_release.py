@@ -10,8 +10,9 @@ from tamp.checking.geometry.pad_region import between_pads
 from tamp.checking.geometry.transforms import inverse
 from tamp.checking.scene import Scene as Judged
 from tamp.streams.affordances.falls import learn_refused
-from tamp.streams.collisions import ARM_MARGIN, handling_hits
+from tamp.streams.collisions import ARM_MARGIN
 from tamp.streams.grasping.sampler import sample_grasp
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.motion.inverse_kinematics import handlings, inverse_kinematics
 from tamp.streams.releasing.tilted_release import letting_go_at, plan_laying
 from tamp.streams.values import Placement

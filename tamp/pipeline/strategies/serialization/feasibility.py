@@ -15,7 +15,8 @@ from tamp.planning.context import generator_for
 from tamp.streams.affordances.flat_faces import lies_flat
 from tamp.streams.affordances.tilts import upside_down
 from tamp.streams.affordances.topple_path import to_be_pushed
-from tamp.streams.collisions import handling_hits, overlap
+from tamp.streams.collisions import overlap
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
 from tamp.world.world import ROBOT

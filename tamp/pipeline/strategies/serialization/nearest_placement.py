@@ -28,9 +28,10 @@ from tamp.streams.affordances.slide_path import slidable
 from tamp.streams.affordances.stable_poses import amid
 from tamp.streams.affordances.tilts import layable
 from tamp.streams.affordances.topple_path import to_be_pushed
-from tamp.streams.collisions import handling_hits, overlap
+from tamp.streams.collisions import overlap
 from tamp.streams.hand.candidates import Pinches
 from tamp.streams.hand.clearance import clear_of_falling, hand_hits, opening_for
+from tamp.streams.motion.handling_contacts import handling_hits
 from tamp.streams.placing.sampler import RELEASE_HEIGHT
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace

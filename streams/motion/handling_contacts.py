@@ -1,0 +1,187 @@
+"""What arm, hand and held object meet on their way to a grasp, and off with it or down with it again."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tamp.streams.collisions import ARM_MARGIN, BESIDE, CONTACT_DEPTH, SCRAPED
+from tamp.streams.context import Context
+from tamp.streams.hand.stability import laid_flush
+from tamp.streams.rubbing import close_together, dragged_over, rubbed, wedged
+from tamp.streams.values import Grasp, Handling, Placement
+from tamp.streams.workspace import TABLE, Workspace
+from tamp.task import Pose
+from tamp.world.collision.checker import Contact
+from tamp.world.collision.swept_boxes import swept_boxes
+from tamp.world.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from tamp.world.world import World
+
+
+def test_cfree_handling(context: Context, obj: str, handling: Handling, other: str, standing: Placement) -> bool:
+    """Whether the arm can reach for `obj` and lift it (or put it down and leave) while `other` stands there."""
+    hits = handling_hits(context.scene, handling, {other: standing})
+    for reason in hits.values():
+        context.fail(reason)
+    return not hits
+
+
+def handling_hits(workspace: Workspace, handling: Handling, others: Mapping[str, Placement]) -> dict[str, str]:
+    """Those of `others` that a handling would hit as they stand, each with its collision in words.
+
+    Answers are remembered. All others are asked about at once: whoever is hit is taken away, until nobody is.
+    """
+    known: dict[tuple[str, Placement], str | None] = workspace.cache.value(("hits", handling), dict)
+    asked = [name for name in sorted(others) if (name, others[name]) not in known]
+    poses = {name: others[name].pose.matrix for name in asked if _may_meet(workspace, handling, name, others[name])}
+    while poses and (contact := _handling_contact(workspace, handling, poses)) is not None:
+        name = contact.a if contact.a in poses else contact.b
+        known[name, others[name]] = told(contact)
+        del poses[name]
+    for name in asked:
+        known.setdefault((name, others[name]), None)
+    found = {name: known[name, others[name]] for name in sorted(others)}
+    return {name: reason for name, reason in found.items() if reason is not None}
+
+
+def _may_meet(workspace: Workspace, handling: Handling, name: str, standing: Placement) -> bool:
+    """Whether the boxes around an object and around all that moves in a handling come near each other."""
+    lower, upper = _room(workspace, handling)
+    low, high = workspace.bounds(name, standing.pose)
+    # The last box is round all others.
+    if (lower[-1] > high + ARM_MARGIN).any() or (low - ARM_MARGIN > upper[-1]).any():
+        return False
+    return bool(((lower[:-1] < high + ARM_MARGIN) & (low - ARM_MARGIN < upper[:-1])).all(axis=1).any())
+
+
+def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of boxes that all that moves in a handling stays within, (n, 3) each [m], last one round all of them."""
+
+    def found() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        robot, T_tool_object = workspace.world.robot, handling.grasp.T_object_tool.inverse().matrix
+        held = workspace.points(handling.object) @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]
+        empty = swept_boxes(robot, handling.approach, handling.opening)
+        holding = swept_boxes(robot, handling.lift, handling.grasp.width, held)
+        falling = (workspace.bounds(handling.object, pose) for pose in handling.fall)
+        lower, upper = map(np.vstack, zip(empty, holding, *falling, strict=True))
+        return np.vstack([lower, lower.min(axis=0)]), np.vstack([upper, upper.max(axis=0)])
+
+    return workspace.cache.value(("room", handling), found)
+
+
+def _handling_contact(
+    workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]
+) -> Contact | None:
+    obj, pose = handling.object, handling.let_go
+    return (
+        approach_contact(workspace, obj, pose, handling.opening, handling.approach, poses)
+        or lift_contact(workspace, obj, handling.grasp, handling.lift, poses)
+        or _fall_contact(workspace, handling, poses)
+    )
+
+
+def _fall_contact(workspace: Workspace, handling: Handling, poses: Mapping[str, NDArray[np.float64]]) -> Contact | None:
+    world, obj, fall = workspace.world, handling.object, np.array([pose.matrix for pose in handling.fall])
+    for name, T in poses.items() if len(fall) else ():
+        near = world.overlaps(obj, fall[[0, -1]], name, T, tolerance=-BESIDE)
+        depth = CONTACT_DEPTH if near else SCRAPED  # what it merely passes it does not graze
+        for k in world.overlapping(obj, fall, name, T, tolerance=depth):
+            return Contact(obj, name, world.separation(obj, fall[k], name, T))
+    return None
+
+
+def approach_contact(
+    workspace: Workspace,
+    obj: str,
+    pose: Pose,
+    opening: float,
+    path: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+    near: float = 0.0,
+) -> Contact | None:
+    """What the empty open hand meets on its way to a grasp of `obj`, shape of `path` (n, joints); None if nothing.
+
+    To `obj` itself it may come as near as `near` [m].
+    """
+    scene = Scene(poses={**others, obj: pose.matrix}, opening=opening)
+    return workspace.world.checker(scene, margin=ARM_MARGIN, touch={obj: near}).first_contact(path)
+
+
+def lift_contact(
+    workspace: Workspace,
+    obj: str,
+    grasp: Grasp,
+    path: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+) -> Contact | None:
+    """What arm and held object meet while they leave the support; shape of `path` (n, joints); None if nothing.
+
+    What the object touches where it begins, it may touch on; what it is not in by then it does not press on for long,
+    since friction would take that along. All else it keeps clear of, and at the end of everything, since the motion on
+    begins there. As the pads turn it when they close it has room, too.
+    """
+    T_tool_object = grasp.T_object_tool.inverse().matrix
+    scene = Scene(poses=others).attached(obj, T_tool_object, grasp.width)
+    passed = close_together(np.array([workspace.world.robot.forward(q) @ T_tool_object for q in path]))
+    resting = touched(workspace.world, obj, passed[0], others, scraped=0.0)
+    touch = {name: max(gap - SCRAPED, -CONTACT_DEPTH) for name, gap in resting.items()}
+    leaving = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=0.0, held_touch=touch)
+    gone = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
+    return (
+        leaving.first_contact(path)
+        or gone.first_contact(path[-1:])
+        or rubbed(workspace.world, obj, passed, {o: others[o] for o in others if resting.get(o, -1.0) >= 0.0})
+        or wedged(workspace.world, obj, passed, others)
+        or dragged_over(workspace.world, obj, passed, others)
+        or _flush_contact(workspace, obj, grasp, path, others, {*resting})
+    )
+
+
+def _flush_contact(
+    workspace: Workspace,
+    obj: str,
+    grasp: Grasp,
+    path: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+    resting: Container[str],
+) -> Contact | None:
+    """What an object meets on a path, shape (n, joints), as it lies when the pads have turned it; None if nothing.
+
+    What it touches at rest it may be in as deep as where it begins, turned as it is.
+    """
+    world = workspace.world
+    for T_tool_object in laid_flush(workspace, obj, grasp):
+        passed = close_together(np.array([world.robot.forward(q) @ T_tool_object.matrix for q in path]))
+        for name in (TABLE, *sorted(others)):
+            T, depth = others.get(name), 0.0
+            if name in resting:
+                depth = min(max(-world.separation(obj, passed[0], name, T), 0.0) + SCRAPED, CONTACT_DEPTH)
+            if world.overlaps(obj, passed, name, T, tolerance=depth):
+                return Contact(obj, name, -depth)
+    return None
+
+
+def touched(
+    world: World,
+    obj: str,
+    T: NDArray[np.float64],
+    others: Mapping[str, NDArray[np.float64]],
+    scraped: float = SCRAPED,
+) -> dict[str, float]:
+    """How near a held object may come to what it touches at rest at T: name, or "table" -> least distance [m].
+
+    On its way it may be hardly deeper in those than it is at rest: by so much as is `scraped` [m].
+    """
+    resting = {name: world.separation(obj, T, name, others.get(name)) for name in world.beside(obj, T, others, BESIDE)}
+    return {name: max(min(gap, 0.0) - scraped, -CONTACT_DEPTH) for name, gap in resting.items()}
+
+
+def told(contact: Contact) -> str:
+    """A contact in words."""
+    return f"{contact.a} would hit {contact.b}"
