@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tamp.streams.affordances.friction_cones import sliding_share
+from tamp.streams.affordances.slide_path import tipping_rate
 from tamp.streams.collisions import CONTACT_DEPTH
+from tamp.streams.hand.hand_boxes import hand_boxes
 from tamp.streams.motion.handling_contacts import touched
 from tamp.streams.motion.paths import kept_from
 from tamp.streams.motion.payload import Carried
-from tamp.streams.values import Grasp
+from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import TABLE, Workspace
-from tamp.task import Attachment, Move, Trajectory
+from tamp.task import Attachment, Move, Pose, Trajectory
 from tamp.world.robot.chain import chain
 from tamp.world.robot.payload import GRAVITY
 from tamp.world.scene import Scene
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 SLOWER = (1.3, 1.6, 2.0, 3.0, 5.0)  # times as long a motion takes where fingers would not hold what they carry
 SPARED = 0.9  # share of what slows down what slides that the hand that pushes it may slow down by
+TURNED = 0.01  # what is pushed and turns by more is meant to [rad]
 CLEARANCE = 0.0005  # least distance along the timed curve; the path under it kept more [m]
 
 
@@ -148,21 +151,41 @@ class Timing:
         timed = time_free_path(path, self._world.robot.spec, checker, speed=self._speeds.pushing)
         if (trajectory := timed.trajectory) is None:
             raise NotFree(f"push: {timed.reason}")
-        share = sliding_share(self.workspace, pushed.object, below)
-        hasty = self._slowing(trajectory) / max(SPARED * GRAVITY * share, 1e-9)
+        share, rates = sliding_share(self.workspace, pushed.object, below), self._rates(trajectory)
+        hasty = max(
+            -rates.min() / max(SPARED * GRAVITY * share, 1e-9),
+            np.abs(rates).max() / self._tipping_rate(pushed, path, opening, below),
+        )
         if hasty > 1.0:
             trajectory = stretched(trajectory, math.sqrt(hasty))
         contacts = frozenset({("robot", pushed.object), *((pushed.object, other) for other in below)})
         return Move("push", trajectory, opening, None, contacts, pushed)
 
-    def _slowing(self, trajectory: Trajectory) -> float:
-        """How fast the tool slows down at most on a straight way [m/s^2]."""
+    def _tipping_rate(
+        self, pushed: Attachment, path: NDArray[np.float64], opening: float, below: tuple[str, ...]
+    ) -> float:
+        """How much faster or slower what is pushed ahead may become in a second and not tip over its foot [m/s^2].
+
+        No end to it where it is pushed over.
+        """
+        first, last = (self._world.robot.forward(q) @ pushed.T_tool_object.matrix for q in path[[0, -1]])
+        if np.abs(last[:3, :3] - first[:3, :3]).max() > TURNED:
+            return math.inf
+        place, shift = Placement(Pose.from_matrix(first), below), last[:3, 3] - first[:3, 3]
+        foot = self.workspace.bounds(pushed.object, place.pose)[0][2]
+        tip = self._world.robot.forward(path[0])[2, 3] - hand_boxes(self._world.robot).tip(opening) - foot
+        ahead = shift / max(float(np.linalg.norm(shift)), 1e-9)
+        return tipping_rate(self.workspace, pushed.object, place, ahead, float(tip))
+
+    def _rates(self, trajectory: Trajectory) -> NDArray[np.float64]:
+        """How much faster or slower the tool becomes on a straight way, from rest to rest, shape (n,) [m/s^2]."""
         at = chain(self._world.robot).forward(trajectory.positions)[1]
         gone = np.linalg.norm(np.diff(at, axis=0), axis=1)
         speeds = np.concatenate([[0.0], gone / np.diff(trajectory.times), [0.0]])
         middles = (trajectory.times[1:] + trajectory.times[:-1]) / 2
         moments = np.concatenate([trajectory.times[:1], middles, trajectory.times[-1:]])
-        return float(-(np.diff(speeds) / np.diff(moments)).min())
+        rates: NDArray[np.float64] = np.diff(speeds) / np.diff(moments)
+        return rates
 
 
 def held(obj: str, grasp: Grasp) -> Attachment:

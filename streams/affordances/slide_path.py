@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.streams.affordances.friction_cones import friction_of, pad_cone
+from tamp.streams.affordances.friction_cones import pad_cone, sliding_share
 from tamp.streams.affordances.graspable import graspable
 from tamp.streams.affordances.stable_poses import outline
 from tamp.streams.affordances.support import inside_support
@@ -22,6 +22,7 @@ from tamp.streams.hand.finger_closing import felt, felt_surface
 from tamp.streams.values import Placement, shifted_alone
 from tamp.streams.workspace import TABLE, Workspace
 from tamp.task import Pose
+from tamp.world.robot.payload import GRAVITY
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,7 +43,9 @@ ROUND = 0.3  # ... or, where that is too narrow, how far it is turned from the o
 LEAST_EDGE = 1e-9  # corners nearer to each other are one, and have no edge between them [m]
 DIGITS = 6  # of slants in radians: what differs by less is the same
 BASE = 0.002  # surface so little above the lowest stands [m]
-UPRIGHT = 0.85  # share of what keeps an object from tipping that is counted on
+UPRIGHT = 0.85  # share of what keeps an object from tipping that friction may take ...
+SWAYING = 0.88  # ... and that it and the object's inertia may take together
+LEAST_RATE = 0.05  # at which no inertia tips anything [m/s^2]
 SQUAT = 0.8  # an object higher than this share of its width would rather tip over than slide
 
 
@@ -127,11 +130,30 @@ def squat(workspace: Workspace, obj: str, placement: Placement) -> bool:
 
 def tips_above(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> float:
     """How high above what it lies on an object that is pushed tips before it slides [m]: its lever over friction."""
+    lever, _, _ = _base_ahead(workspace, obj, placement, ahead)
+    return UPRIGHT * lever / max(sliding_share(workspace, obj, placement.on), 1e-9)
+
+
+def tipping_rate(workspace: Workspace, obj: str, placement: Placement, ahead: Array, lowest: float) -> float:
+    """How much faster or slower an object may be pushed in a second until its inertia tips it [m/s^2].
+
+    It is pushed somewhere between `lowest` [m], over what it lies on, and where friction alone would tip it.
+    """
+    lever, middle, top = _base_ahead(workspace, obj, placement, ahead)
+    friction = sliding_share(workspace, obj, placement.on)
+    highest = min(top, tips_above(workspace, obj, placement, ahead))
+    lowest = min(lowest, highest)
+    spare = (GRAVITY * (SWAYING * lever - friction * h) / max(abs(h - middle), 1e-9) for h in (lowest, highest))
+    return max(min(spare), LEAST_RATE)
+
+
+def _base_ahead(workspace: Workspace, obj: str, placement: Placement, ahead: Array) -> tuple[float, float, float]:
+    """How far an object's base reaches ahead of its centre of mass, and how high that and its top are over it [m]."""
     R, center = placement.pose.matrix[:3, :3], workspace.world.geometries[obj].center_of_mass
     from_center = (felt(workspace, obj) - center) @ R.T
-    lever = (from_center[from_center[:, 2] < from_center[:, 2].min() + BASE] @ ahead).max()
-    under = min((friction_of(workspace, name) for name in placement.on), default=0.0)
-    return float(UPRIGHT * lever / max(friction_of(workspace, obj) * under, 1e-9))
+    low, high = float(from_center[:, 2].min()), float(from_center[:, 2].max())
+    lever = (from_center[from_center[:, 2] < low + BASE] @ ahead).max()
+    return float(lever), -low, high - low
 
 
 @dataclass(frozen=True, eq=False)
