@@ -27,7 +27,7 @@ from tamp.streams.hand.candidates import SURFACE, Pinches, intrinsic_cost
 from tamp.streams.hand.clearance import clear_of_object, hand_above_table, reach_of_hand
 from tamp.streams.hand.finger_closing import closed
 from tamp.streams.hand.firmness import second_best, unsteadiness
-from tamp.streams.hand.stability import FIRM, askew, too_heavy
+from tamp.streams.hand.stability import FIRM, askew, straightened, too_heavy
 from tamp.streams.values import Grasp, Placement
 from tamp.streams.workspace import Workspace
 
@@ -176,6 +176,8 @@ def _firm_first(
     for index in _spread(pinches, costs)[:LIMIT]:
         width, clearance = float(pinches.widths[index]), float(pinches.clearances[index])
         grasp = closed(workspace, obj, pinches.T_object_tool[index], width, clearance)
+        if grasp is not None and not askew(workspace, obj, grasp):
+            grasp = straightened(workspace, obj, grasp)
         if grasp is None or askew(workspace, obj, grasp):
             pass
         elif costs[index] >= HINDERED:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.streams.hand.finger_closing import between_pads, closed
 from tamp.streams.hand.pad_gap import FARTHEST_TURN, TURN_STEP
 from tamp.streams.hand.squeezed import Squeezed, in_pads
 from tamp.streams.values import Grasp
@@ -154,6 +155,23 @@ def laid_flush(workspace: Workspace, obj: str, grasp: Grasp) -> tuple[Pose, ...]
         return tuple(_in_hand(workspace, grasp, turn) for turn in turns.values())
 
     return workspace.cache.value(("laid flush", obj, grasp), found)
+
+
+def straightened(workspace: Workspace, obj: str, grasp: Grasp) -> Grasp | None:
+    """A grasp with the hand turned the way that its pads would turn the object; None where that is none.
+
+    It is the same where they would not.
+    """
+    turned = laid_flush(workspace, obj, grasp)
+    if not turned:
+        return grasp
+    T_object_tool = turned[0].inverse().matrix
+    between = between_pads(workspace, obj, T_object_tool, grasp.width)
+    if not len(between):
+        return None
+    low, high = float(between.min()), float(between.max())
+    T_object_tool[:3, 3] += T_object_tool[:3, :3] @ workspace.world.robot.spec.gripper.axis * (low + high) / 2
+    return closed(workspace, obj, T_object_tool, high - low, grasp.clearance)
 
 
 def _flush(workspace: Workspace, obj: str, grasp: Grasp) -> Iterator[float]:

@@ -18,6 +18,7 @@ from tamp.streams.hand.stability import (
     askew,
     hanging,
     slipping,
+    straightened,
     swinging,
     turned_flush,
     turning,
@@ -82,6 +83,18 @@ def test_pads_turn_what_they_close_on_until_it_lies_flush(angle):
     edge, lever = float(np.mean(item.shape.size)), 0.08
     assert turned_flush(workspace, "book", grasp) == pytest.approx(angle * np.hypot(edge, lever) / 1.6, rel=0.35)
     assert turned_flush(workspace, "book", Grasp(Pose.from_rpy((0, 0, 0.08), (np.pi, 0, np.pi / 2)), 0.042)) == 0.0
+
+
+@pytest.mark.parametrize("angle", [-0.15, -0.06, 0.06, 0.1, 0.15])
+def test_a_hand_that_is_turned_as_its_pads_would_turn_a_book_does_not_turn_it(angle):
+    workspace = workspace_of(Object("book", Box((0.042, 0.2, 0.2)), Pose((0.0, 0.1, 0.1)), friction=0.5))
+    askew = closed(workspace, "book", Pose.from_rpy((0, 0, 0.08), (np.pi, 0, np.pi / 2 + angle)).matrix, 0.043)
+    assert turned_flush(workspace, "book", askew) > 0.0
+    straight = straightened(workspace, "book", askew)
+    assert turned_flush(workspace, "book", straight) == 0.0
+    assert straight.width < askew.width
+    assert np.abs(np.subtract(straight.T_object_tool.xyz, askew.T_object_tool.xyz)).max() < 0.003
+    assert straightened(workspace, "book", straight) is straight
 
 
 DOWN = Pose.from_rpy((0, 0, 0), (np.pi, 0, 0))
