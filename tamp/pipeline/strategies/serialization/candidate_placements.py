@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -75,24 +76,34 @@ def settled(workspace: Workspace, name: str, place: Placement, simulator: str = 
         place: where it is let go.
         simulator: in which it settles.
     """
+    return _come_to_rest(workspace, name, place, simulator)[0]
+
+
+def _come_to_rest(
+    workspace: Workspace, name: str, place: Placement, simulator: str
+) -> tuple[Placement | None, frozenset[str]]:
+    """What `settled` says, and which others are pushed where it is None for that."""
     poses = {other: workspace.start[other].pose for other in _company(workspace, name, place)}
     after = settle(workspace.task, {**poses, name: place.pose}, limit_s=SETTLING_S, simulator=simulator)
     low, _ = workspace.bounds(name, after.poses[name])
     if not after.resting or low[2] < -workspace.task.table.thickness:
-        return None
-    if _moved(workspace, poses, after.poses) > PUSHED:
+        return None, frozenset()
+    if _moved(workspace, poses, after.poses, PUSHED):
         alone = settle(workspace.task, poses, limit_s=SETTLING_S, simulator=simulator).poses
-        if _moved(workspace, alone, after.poses) > PUSHED or _moved(workspace, poses, alone) > DRIFT:
-            return None
+        pushed = _moved(workspace, alone, after.poses, PUSHED) | _moved(workspace, poses, alone, DRIFT)
+        if pushed:
+            return None, pushed
     rest = placements(after.poses, after.supports)[name]
     above = (raised(rest, steps * RELEASE_HEIGHT) for steps in range(1, SUNK + 1))
-    return next((place for place in above if not _overlaps(workspace, name, place, poses)), None)
+    return next((place for place in above if not _overlaps(workspace, name, place, poses)), None), frozenset()
 
 
-def _moved(workspace: Workspace, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> float:
-    """The farthest that any of some objects moves, and turns (EDE) [m]."""
+def _moved(
+    workspace: Workspace, before: Mapping[str, Pose], after: Mapping[str, Pose], farthest: float
+) -> frozenset[str]:
+    """Which of some objects move, and turn, farther than that (EDE) [m]."""
     edges = {name: mean_edge(workspace.task.object(name).shape) for name in before}
-    return max((ede(edges[name], after[name], pose) for name, pose in before.items()), default=0.0)
+    return frozenset(name for name, pose in before.items() if ede(edges[name], after[name], pose) > farthest)
 
 
 def _overlaps(workspace: Workspace, name: str, place: Placement, others: Iterable[str]) -> bool:
@@ -124,6 +135,7 @@ SETTLED = 12  # of those that are tried in physics
 UNSEEN = 3  # of those, the nearest, that are tried whether they seem worth it or not
 UNFIT = 30  # beginnings that are looked at, the nearest, of those in which no hand has room
 APART = 0.02  # EDE between two that are tried [m]
+UPSET = 0.02  # each time that an object was pushed, places on it count as so much farther (EDE) [m]
 ALIKE = 0.02  # orientations whose entries differ by less are one
 STRIDE = 0.04  # between places that an object is pushed to [m]
 ABOVE = 0.005  # where an object begins on its way down, above everything below it [m]
@@ -156,10 +168,14 @@ class _Lowered:
 
     Attributes:
         place: there.
+        below: what it touches.
+        bound: EDE there [m].
         fit: as of where it began.
     """
 
     place: Placement
+    below: tuple[str, ...]
+    bound: float
     fit: bool
 
 
@@ -172,6 +188,8 @@ def substitutes(
     simulator: str = DEFAULT,
 ) -> Iterator[Placement]:
     """Yield places to rest that are nearer to an object's goal than it is by `GAIN`, the nearest first.
+
+    Those on what does not stay under the object where that was tried come later than others.
 
     Args:
         workspace: what stands where.
@@ -192,11 +210,15 @@ def substitutes(
     heapq.heapify(waiting)
     # Where nothing keeps it from its goal, that itself was tried, and what it is near will fail alike.
     unfit, unseen = (0, 0) if _open(workspace, name) else (UNFIT, UNSEEN)
-    lowerings, looked = LOWERED, list[Pose]()
+    lowerings, looked, upset = LOWERED, list[Pose](), Counter[str]()
     while waiting and clock.now() < deadline:
-        _, number, found = heapq.heappop(waiting)
+        counted, number, found = heapq.heappop(waiting)
         if isinstance(found, Placement):
             yield found
+            continue
+        farther = UPSET * max((upset[other] for other in found.below), default=0)
+        if found.bound + farther > counted:
+            heapq.heappush(waiting, (found.bound + farther, number, found))
             continue
         if isinstance(found, _Start):
             unfit -= not found.fit
@@ -210,7 +232,8 @@ def substitutes(
             if known or len(looked) == SETTLED or not (len(looked) < unseen or (found.fit and worth(place))):
                 continue
             looked.append(place.pose)
-            step = settled(workspace, name, place, simulator)
+            step, pushed = _come_to_rest(workspace, name, place, simulator)
+            upset.update(pushed)
         if step is not None and (error := _error(workspace, name, _pose(step))) < enough:
             heapq.heappush(waiting, (error, number, step))
 
@@ -267,7 +290,9 @@ def _lowered(workspace: Workspace, name: str, start: _Start) -> _Lowered | Place
     """Where an object touches something on its way down, as it would rest there where that is plain."""
     below = {other: workspace.start[other] for other in start.below}
     place = lowered(workspace, name, start.pose, start.least, below)
-    return place if place is None or (start.steady and place.on == (TABLE,)) else _Lowered(place, start.fit)
+    if place is None or (start.steady and place.on == (TABLE,)):
+        return place
+    return _Lowered(place, place.on, _error(workspace, name, place.pose), start.fit)
 
 
 def _pose(step: _Lowered | Placement) -> Pose:

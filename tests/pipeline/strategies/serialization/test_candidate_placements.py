@@ -240,3 +240,22 @@ def test_where_the_goal_has_all_that_it_rests_on_no_place_is_looked_at_in_which_
     crowded = workspace_of(Object("alone", HIGH.shape, HIGH.pose, At(Pose((0.1, -0.1, 0.04)))))
     assert not list(substitutes(crowded, "alone", anywhere, lambda R: False))
     assert next(substitutes(crowded, "alone", anywhere, anyhow), None) is not None
+
+
+def test_what_does_not_stay_under_an_object_is_tried_again_after_places_further_away(monkeypatch):
+    flat = Object("flat", Box((0.06, 0.1, 0.02)), Pose((0.1, -0.1, 0.01)))
+    beside = Object("beside", Box((0.12, 0.3, 0.02)), Pose((0.192, -0.1, 0.01)))
+    crowded, tried = workspace_of(LOW, flat, beside, HIGH), list[tuple[str, ...]]()
+
+    def come_to_rest(workspace, name, place, simulator):
+        tried.append(place.on)
+        return (None, frozenset({"flat"})) if "flat" in place.on else (place, frozenset())
+
+    monkeypatch.setattr(resting, "_come_to_rest", come_to_rest)
+    vain = []
+    for farther in (0.0, resting.UPSET):
+        monkeypatch.setattr(resting, "UPSET", farther)
+        tried.clear()
+        next((p for p in substitutes(crowded, "high", anywhere, anyhow) if p.on == ("beside",)), None)
+        vain.append(sum("flat" in on for on in tried))
+    assert 0 < vain[1] < vain[0]
