@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from tamp.streams.context import Context
 from tamp.streams.values import Placement
 from tamp.streams.workspace import Workspace
-
-if TYPE_CHECKING:
-    pass
 
 CONTACT_DEPTH = 0.003  # what settled together touches; what overlaps deeper collides [m]
 SUNK = 0.0018  # the same where both are convex, and no pieces bulge [m]

@@ -64,11 +64,12 @@ def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64]
     """Corners of boxes that all that moves in a handling stays within, (n, 3) each [m], last one round all of them."""
 
     def found() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        robot, T_tool_object = workspace.world.robot, handling.grasp.T_object_tool.inverse().matrix
-        held = workspace.points(handling.object) @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]
+        robot, obj, grasp = workspace.world.robot, handling.object, handling.grasp
+        lies = (pose.matrix for pose in (grasp.T_object_tool.inverse(), *laid_flush(workspace, obj, grasp)))
+        held = np.vstack([workspace.points(obj) @ T[:3, :3].T + T[:3, 3] for T in lies])
         empty = swept_boxes(robot, handling.approach, handling.opening)
-        holding = swept_boxes(robot, handling.lift, handling.grasp.width, held)
-        falling = (workspace.bounds(handling.object, pose) for pose in handling.fall)
+        holding = swept_boxes(robot, handling.lift, grasp.width, held)
+        falling = (workspace.bounds(obj, pose) for pose in handling.fall)
         lower, upper = map(np.vstack, zip(empty, holding, *falling, strict=True))
         return np.vstack([lower, lower.min(axis=0)]), np.vstack([upper, upper.max(axis=0)])
 

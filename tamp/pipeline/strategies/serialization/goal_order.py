@@ -67,7 +67,7 @@ class Ordering:
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
         self._rested: dict[tuple[str, Effort], Placements] = {}
-        self._fallen: dict[str, Placements] = {}
+        self._fallen: dict[str, tuple[Placements, str]] = {}
         self._tries = Counter[str]()
 
     @property
@@ -249,13 +249,10 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        if bar is None and self._uncertain(name):
-            if self._brought_to_rest(name, turned, effort):
-                return self._ledger.reach_near([name])
-            if self._fallen.get(name) == self._surroundings(name):
-                until = " before others come" if self._awaited(name) else ""
-                self._left[name] = f"it does not stay there{until}"
-                return False
+        if bar is None and self._uncertain(name) and self._brought_to_rest(name, turned, effort):
+            return self._ledger.reach_near([name])
+        if bar is None and self._does_not_stay(name):
+            return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
         known = self._prospects.plans.get(name) if effort.guided else None
@@ -273,9 +270,11 @@ class Ordering:
         workspace, sent_back = self._asker.workspace, len(self.progress.rejections) > rejected
         if sent_back:
             self._prospects.mislead(name)
-        unsteady = name in workspace.goals and (sent_back or tips_with(workspace, name, workspace.goals[name]))
-        if unsteady and self._brought_to_rest(name, turned, effort):
+        tips = name in workspace.goals and tips_with(workspace, name, workspace.goals[name])
+        if (sent_back or tips) and self._brought_to_rest(name, turned, effort):
             return self._ledger.reach_near([name])
+        if tips:
+            self._fallen[name] = self._surroundings(name), refused
         if solution.plan is None:
             if not effort.others_move:
                 self._vain[name] = self._surroundings(name)
@@ -315,8 +314,17 @@ class Ordering:
         if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
             return there is not None
         if away(there, name) > FALLS or (self._awaited(name) and not _is_held(there, name)):
-            self._fallen[name] = here
+            until = " before others come" if self._awaited(name) else ""
+            self._fallen[name] = here, f"it does not stay there{until}"
         return False
+
+    def _does_not_stay(self, name: str) -> bool:
+        """Whether an object is known not to stay at its goal, or to upset what carries it, before something changes."""
+        around, why = self._fallen.get(name, (None, ""))
+        fallen = around == self._surroundings(name)
+        if fallen:
+            self._left[name] = why
+        return fallen
 
     def _awaited(self, name: str) -> bool:
         """Whether another object is still to come to where it may hold an object at its goal."""

@@ -358,3 +358,27 @@ def test_what_nothing_holds_at_its_goal_waits_for_others_that_may_though_a_simul
     ordering._sweep(EFFORTS[0], {"cube"})
     assert bool(questions) is asked
     assert asked or ordering.left["red"] == "it does not stay there before others come"
+
+
+def test_what_would_tip_what_carries_it_is_not_asked_for_again_before_others_come(monkeypatch):
+    """A weight on one end of a plank that only another one, on the other end, keeps level."""
+    post = Object("post", Box((0.06, 0.06, 0.04)), Pose((0.0, -0.3, 0.02)))
+    plank = Object("plank", Box((0.3, 0.06, 0.02)), Pose((0.0, -0.3, 0.05)))
+    weights = [
+        Object(
+            f"weight{side}", Box((0.04, 0.04, 0.04)), Pose((side * 0.1, 0.2, 0.02)), At(Pose((side * 0.12, -0.3, 0.08)))
+        )
+        for side in (-1, 1)
+    ]
+    begin = attempt(Task("scales", (post, plank, *weights)))
+    ordering, questions = Ordering(begin, 0, time.monotonic() + 600.0, "adaptive"), []
+
+    def ask(asker, workspace, *args, ask=Asker.ask, **options):
+        questions.append([*workspace.goals])
+        return ask(asker, workspace, *args, **options)
+
+    monkeypatch.setattr(Asker, "ask", ask)
+    for effort in EFFORTS[:2]:
+        ordering._sweep(effort, {"weight1"})
+    assert questions == [["weight-1", "weight1"], ["weight-1"]], "whether it reaches its goal if it is alone"
+    assert ordering.left["weight-1"].endswith("plank, post would tip")
