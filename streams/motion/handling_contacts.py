@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tamp.streams.collisions import ARM_MARGIN, BESIDE, CONTACT_DEPTH, SCRAPED
 from tamp.streams.context import Context
-from tamp.streams.hand.stability import laid_flush
 from tamp.streams.rubbing import close_together, dragged_over, rubbed, wedged
 from tamp.streams.values import Grasp, Handling, Placement
-from tamp.streams.workspace import TABLE, Workspace
+from tamp.streams.workspace import Workspace
 from tamp.task import Pose
 from tamp.world.collision.checker import Contact
 from tamp.world.collision.swept_boxes import swept_boxes
@@ -65,8 +64,8 @@ def _room(workspace: Workspace, handling: Handling) -> tuple[NDArray[np.float64]
 
     def found() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         robot, obj, grasp = workspace.world.robot, handling.object, handling.grasp
-        lies = (pose.matrix for pose in (grasp.T_object_tool.inverse(), *laid_flush(workspace, obj, grasp)))
-        held = np.vstack([workspace.points(obj) @ T[:3, :3].T + T[:3, 3] for T in lies])
+        T_tool_object = grasp.T_object_tool.inverse().matrix
+        held = workspace.points(obj) @ T_tool_object[:3, :3].T + T_tool_object[:3, 3]
         empty = swept_boxes(robot, handling.approach, handling.opening)
         holding = swept_boxes(robot, handling.lift, grasp.width, held)
         falling = (workspace.bounds(obj, pose) for pose in handling.fall)
@@ -125,7 +124,7 @@ def lift_contact(
 
     What the object touches where it begins, it may touch on; what it is not in by then it does not press on for long,
     since friction would take that along. All else it keeps clear of, and at the end of everything, since the motion on
-    begins there. As the pads turn it when they close it has room, too.
+    begins there.
     """
     T_tool_object = grasp.T_object_tool.inverse().matrix
     scene = Scene(poses=others).attached(obj, T_tool_object, grasp.width)
@@ -140,32 +139,7 @@ def lift_contact(
         or rubbed(workspace.world, obj, passed, {o: others[o] for o in others if resting.get(o, -1.0) >= 0.0})
         or wedged(workspace.world, obj, passed, others)
         or dragged_over(workspace.world, obj, passed, others)
-        or _flush_contact(workspace, obj, grasp, path, others, {*resting})
     )
-
-
-def _flush_contact(
-    workspace: Workspace,
-    obj: str,
-    grasp: Grasp,
-    path: NDArray[np.float64],
-    others: Mapping[str, NDArray[np.float64]],
-    resting: Container[str],
-) -> Contact | None:
-    """What an object meets on a path, shape (n, joints), as it lies when the pads have turned it; None if nothing.
-
-    What it touches at rest it may be in as deep as where it begins, turned as it is.
-    """
-    world = workspace.world
-    for T_tool_object in laid_flush(workspace, obj, grasp):
-        passed = close_together(np.array([world.robot.forward(q) @ T_tool_object.matrix for q in path]))
-        for name in (TABLE, *sorted(others)):
-            T, depth = others.get(name), 0.0
-            if name in resting:
-                depth = min(max(-world.separation(obj, passed[0], name, T), 0.0) + SCRAPED, CONTACT_DEPTH)
-            if world.overlaps(obj, passed, name, T, tolerance=depth):
-                return Contact(obj, name, -depth)
-    return None
 
 
 def touched(
