@@ -140,6 +140,11 @@ class Limits:
         """How much time is left [s]."""
         return self.deadline - clock.now()
 
+    @property
+    def left_to_search(self) -> float:
+        """How much time one search may take [s]."""
+        return min(self.left, self._options.max_search_s)
+
     def check(self) -> None:
         """End the run where a limit is reached.
 

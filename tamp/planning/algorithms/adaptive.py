@@ -88,7 +88,7 @@ class Sobriety:
     @property
     def overdue(self) -> bool:
         """Whether real values should have a turn at once: searches under hopes are dear and it had none, or of news."""
-        return (not self._spent and self._session.searching > DEAR) or self.news
+        return (not self._spent and self._session.searches.work > DEAR) or self.news
 
     def take_turn(self) -> None:
         """At least one round, and as many as it takes to spend what hopes have spent."""
@@ -110,15 +110,15 @@ class Sobriety:
         session.grounder.be_shallow(sober=True, drawing=True)
         if not self._learnt and not self._draw(before):
             return False
-        refuted, searching, version = len(session.knowledge.refuted), session.searching, session.knowledge.version
+        refuted, searching, version = len(session.knowledge.refuted), session.searches.work, session.knowledge.version
         result = _searched(session, sure=True)
         if result.plan is not None and session.bind(session.skeleton_of(result.plan), self._budget):
             return False
         self._seen = result.plan is not None
         self._learnt = result.plan is not None and session.knowledge.version > version
         if result.plan is not None and len(session.knowledge.refuted) > refuted:
-            session.rounds.ask_alike(refuted, most=session.searching - searching)
-        self._searched = session.searching - searching
+            session.rounds.ask_alike(refuted, most=session.searches.work - searching)
+        self._searched = session.searches.work - searching
         self._spent += session.work - before
         return True
 
@@ -174,7 +174,7 @@ def incremental(session: Session) -> None:
     if session.options.hopes:
         _search_and_bind(session, revisit=4)
     while True:
-        before, searching, refuted = session.looking, session.searching, len(session.knowledge.refuted)
+        before, searching, refuted = session.searches.looking, session.searches.work, len(session.knowledge.refuted)
         result = _searched(session)
         if result.plan is not None:
             version, cost = session.knowledge.version, session.found.cost
@@ -183,13 +183,13 @@ def incremental(session: Session) -> None:
             if session.found.cost == cost and (bound or session.knowledge.version == version):
                 _go_on(session, skeleton)
             elif not bound:
-                session.rounds.ask_alike(refuted, most=session.searching - searching)
+                session.rounds.ask_alike(refuted, most=session.searches.work - searching)
         elif result.timed_out:
             _replace_hopes(session)
         elif session.optimizers and session.rounds.count:
             raise Restart(replace(session.options, hopes=True))
         else:
-            _expand(session, worth=session.looking - before)
+            _expand(session, worth=session.searches.looking - before)
 
 
 def _bind(session: Session, skeleton: Skeleton, budget: Budget) -> None:
@@ -248,14 +248,14 @@ def _searched(session: Session, sure: bool = False) -> SearchResult:
     First come also streams that were blamed, past what is not in the way of moves; at last everything.
     """
     if session.lessons.tried and not sure:
-        result = session.search(Scope(novel=True))
+        result = session.searches.search(Scope(novel=True))
         if result.plan is not None:
             return result
     if session.lessons.blames:
-        result = session.search(Scope(unbarred=True, sure=sure))
+        result = session.searches.search(Scope(unbarred=True, sure=sure))
         if result.plan is not None:
             return result
-    return session.search(Scope(sure=sure))
+    return session.searches.search(Scope(sure=sure))
 
 
 def _deepen(session: Session) -> bool:

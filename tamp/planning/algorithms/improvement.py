@@ -54,7 +54,7 @@ def improve(session: Session) -> None:
     sampling = session.sampling
     if session.found.skeleton is None or (session.costs.unit and not session.options.shorten):
         return
-    calls, searching = sampling.calls, session.searching
+    calls, searching = sampling.calls, session.searches.work
     again, anew = max(int(AGAIN_CALLS * calls), LEAST_AGAIN), max(int(CALLS * calls), LEAST_CALLS)
     worth = max(int(SEARCHING * searching), LEAST_SEARCHING)
     session.costs.guess(True)
@@ -65,12 +65,12 @@ def improve(session: Session) -> None:
             return
         _choose_anew(session, sampling.calls + anew)
         cost = session.found.cost
-        _search_below(session, session.searching + worth)
+        _search_below(session, session.searches.work + worth)
         _try_again(session, sampling.calls + again)
         if session.found.cost < cost:
             _choose_anew(session, sampling.calls + anew)
         if not session.moves_cost_alike():
-            _reorder(session, session.searching + worth, sampling.calls + anew)
+            _reorder(session, session.searches.work + worth, sampling.calls + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
 
@@ -120,8 +120,8 @@ def _search_below(session: Session, enough: int, sure: bool = False, pairs: bool
     """
     tried = {session.found.skeleton}
     for novel in (False, True):
-        while session.searching < enough:
-            searching, refuted = session.searching, len(session.knowledge.refuted)
+        while session.searches.work < enough:
+            searching, refuted = session.searches.work, len(session.knowledge.refuted)
             if pairs:
                 session.costs.guess(True)  # until a cheaper plan is found
             skeleton = session.cheaper(enough, Scope(sure=sure, novel=novel, pairs=pairs))
@@ -131,7 +131,7 @@ def _search_below(session: Session, enough: int, sure: bool = False, pairs: bool
                 break
             tried.add(skeleton)
             if session.attempt(skeleton, BRIEF).steps is None:
-                session.rounds.ask_alike(refuted, most=session.searching - searching)
+                session.rounds.ask_alike(refuted, most=session.searches.work - searching)
 
 
 def _reorder(session: Session, enough: int, most: int) -> None:

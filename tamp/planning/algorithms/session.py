@@ -11,18 +11,19 @@ from tamp.planning.algorithms.hidden_moves import constant, few_moves, may_be_fi
 from tamp.planning.algorithms.incumbent import Found
 from tamp.planning.algorithms.initial_facts import Known, given_fact, initial_facts
 from tamp.planning.algorithms.lifting import Lifter
+from tamp.planning.algorithms.searches import Searches
 from tamp.planning.binding.attempt import Attempt, Budget
 from tamp.planning.binding.backjumping import Binder, progress
 from tamp.planning.binding.learning import Lessons
 from tamp.planning.binding.reopening import reopened
 from tamp.planning.binding.skeleton import Skeleton, make_skeleton
 from tamp.planning.constraints import Course, Forbidden
-from tamp.planning.grounding.ground_task import GroundTask, TaskOperator
+from tamp.planning.grounding.ground_task import TaskOperator
 from tamp.planning.grounding.grounder import Grounder
 from tamp.planning.grounding.infeasibility import Outlook
 from tamp.planning.grounding.moves import MovePrices
 from tamp.planning.grounding.operators import GroundOperator
-from tamp.planning.grounding.task_builder import EVERYTHING, Scope, TaskBuilder
+from tamp.planning.grounding.task_builder import Scope, TaskBuilder
 from tamp.planning.model.analysis.any_object import with_any_object
 from tamp.planning.model.analysis.invariants import find_invariants, groups
 from tamp.planning.model.fact_store import Knowledge
@@ -36,15 +37,11 @@ from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.sampling.stream_calls import Sampling, Stopwatch
 from tamp.planning.sampling.stream_rounds import Rounds
 from tamp.planning.sampling.surprises import Surprises
-from tamp.planning.search.best_first import Search, SearchResult
+from tamp.planning.search.best_first import Search
 from tamp.planning.search.symbolic_search import SymbolicSearch
 
 ALIKE = 4
 """How many attempts at skeletons with values for the same choices, maybe in another order, count as one at each."""
-
-SEARCH_CALLS, OPERATORS_A_CALL, STATES_A_CALL = 20, 5, 24_000
-"""How many calls of streams a search counts for at least, where work is compared; how many operators count for one, and
-how many states times operators."""
 
 
 class Session:
@@ -52,8 +49,7 @@ class Session:
 
     Attributes:
         eager: whether the search sees real values alone, so that all streams are called.
-        searching: the part of `work` that searches were.
-        looking: the part of that which is due to the states that they looked at.
+        searches: of this question, and how much of `work` they were.
         on_better: what is done about a plan that is better than the last one.
     """
 
@@ -99,7 +95,6 @@ class Session:
         self.found = Found(options, self.costs, self.knowledge)
         self.surprises = Surprises(self.knowledge, self.sampling, self.evaluator, self.limits)
         self.outlook = Outlook(self.schema, self.knowledge, self.sampling, self.surprises, self.limits.check)
-        self.searching = self.looking = 0
         self._skeletons: dict[tuple[tuple[int, ...], ...], Skeleton] = {}
         self._builder = TaskBuilder(
             self.knowledge,
@@ -113,6 +108,16 @@ class Session:
         )
         self.symbolic = SymbolicSearch(
             self.schema, self.knowledge, self.evaluator, self.grounder, self._builder, self._search
+        )
+        self.searches = Searches(
+            self.symbolic,
+            self.knowledge,
+            self.connectors,
+            self.lessons,
+            self.found,
+            self.limits,
+            self.stopwatch,
+            self.eager,
         )
 
     def begin(self, known: Known | None = None) -> None:
@@ -215,97 +220,16 @@ class Session:
     @property
     def work(self) -> int:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
-        return self.rounds.work + len(self.knowledge.templates) + self.searching
-
-    def search(self, scope: Scope = EVERYTHING) -> SearchResult:
-        """Search for a plan under the hopes of this moment, and under guesses at why streams with fluents failed.
-
-        Where guesses bar every plan, there is a search without them, if nothing else that was learnt is left out.
-        Among real values there is no need to guess: the tests are asked in the states that a search comes to.
-
-        Raises:
-            Ended: at a limit.
-        """
-        if self._asks and (scope.sure or self.eager):
-            result = self._asked()
-            if result.plan is not None:
-                return result
-        result = self._searched_under(scope)
-        partial = scope.novel or scope.unbarred
-        if result.plan is None and not result.timed_out and not partial and self.lessons.guessed:
-            return self._searched_under(replace(scope, exact=True))
-        return result
-
-    @property
-    def _asks(self) -> bool:
-        """Whether the search cannot be taught what tests with fluents say no to, or it is a guess."""
-        return self.lessons.guessed or (self.schema.undecided and bool(self.lessons.tried))
-
-    def _asked(self, most: float = math.inf) -> SearchResult:
-        """A search of real values that asks tests in each of `most` states at most; each is as much work as a call."""
-        with self.stopwatch.timed("search"):
-            result = self.symbolic.ask(self.connectors.fluent, self.found.bound(), self.limits.check, most)
-        self.searching += result.states
-        self.looking += result.states
-        return result
-
-    def _searched_under(self, scope: Scope) -> SearchResult:
-        """One search, or two where there are no hopes, but moves that are left out of the search."""
-        if scope.sure and self.connectors.connectors:  # they lead anywhere: no plan with them where none without
-            result = self._searched(replace(scope, moves=False))
-            if result.plan is None:
-                return result
-        return self._searched(scope)
-
-    def _searched(self, scope: Scope) -> SearchResult:
-        """One search."""
-        self.limits.check()
-        self.limits.iterations += 1
-        with self.stopwatch.timed("grounding"):
-            self.knowledge.refresh()
-            task = self.symbolic.task(self.lessons.blames, scope)
-        if not task.solvable:
-            self._count(task, SearchResult(None))
-            return SearchResult(None, proven=True)
-        bound = self.found.bound()
-        with self.stopwatch.timed("search"):
-            left = min(self.limits.left, self.options.max_search_s)
-            result = self.symbolic.run(task, left, bound, brief=scope.novel or scope.unbarred or scope.sure)
-        self._count(task, result)
-        self.lessons.proofs &= result.plan is not None or result.proven or result.timed_out or bound is not None
-        self.limits.check()
-        return result
-
-    def _count(self, task: GroundTask, result: SearchResult) -> None:
-        """Count the work of a search."""
-        looked = result.states * len(task.operators) // STATES_A_CALL
-        self.searching += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL + looked
-        self.looking += looked
+        return self.rounds.work + len(self.knowledge.templates) + self.searches.work
 
     def cheaper(self, enough: int, scope: Scope) -> Skeleton | None:
-        """A skeleton that a brief search finds below the cost of the best plan; None where it finds none.
-
-        Where that would be far more work of searches than `enough` in all, only values that are real are looked at.
+        """The skeleton of what `Searches.cheaper` finds; None where it finds nothing.
 
         Raises:
             Ended: at a limit.
         """
-        bound = self.found.bound(scope.pairs)
-        asked = self._asked(enough - self.searching) if self._asks and not scope.pairs else SearchResult(None)
-        if asked.plan is not None:
-            return self.skeleton_of(asked.plan)
-        with self.stopwatch.timed("grounding"):
-            self.knowledge.refresh()
-            work = SEARCH_CALLS + len(self.grounder.operators) // OPERATORS_A_CALL
-            dear = work > 4 * (enough - self.searching)
-            task = self.symbolic.task(self.lessons.blames, replace(scope, sure=scope.sure or dear))
-        if bound is None or not task.solvable:
-            return None
-        with self.stopwatch.timed("search"):
-            result = self.symbolic.improve(task, min(self.limits.left, self.options.max_search_s), bound)
-        self._count(task, result)
-        self.limits.check()
-        return None if result.plan is None else self.skeleton_of(result.plan)
+        plan = self.searches.cheaper(enough, scope)
+        return None if plan is None else self.skeleton_of(plan)
 
     def failed(self) -> list[Skeleton]:
         """The skeletons that could not be bound when they were tried last, though they may be possible."""

@@ -61,6 +61,11 @@ class SymbolicSearch:
         self._asked_of: tuple[int, int | None] | None = None
         self._barren: tuple[GroundTask, int | None] | None = None  # what was last searched to its end in vain
 
+    @property
+    def size(self) -> int:
+        """How many operators there are to search with."""
+        return len(self._grounder.operators)
+
     def task(self, blames: dict[int, Blame], scope: Scope) -> GroundTask:
         """The ground task of this moment; `blames`: what is discouraged."""
         goal = self._schema.goal
