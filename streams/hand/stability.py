@@ -142,30 +142,16 @@ def turned_flush(workspace: Workspace, obj: str, grasp: Grasp) -> float:
     return max(_flush(workspace, obj, grasp))
 
 
-def laid_flush(workspace: Workspace, obj: str, grasp: Grasp) -> tuple[Pose, ...]:
-    """How an object may lie in the tool frame, turned flush by pads that close on it; nothing where it keeps still.
-
-    What is of several parts bulges, and nobody knows for certain how far it turns: it counts as still.
-    """
-    if _bulges(workspace, obj):
-        return ()
-
-    def found() -> tuple[Pose, ...]:
-        turns = {turn.tobytes(): turn for _, turn in _closing(workspace, obj, grasp) if _angle(turn) > 0.0}
-        return tuple(_in_hand(workspace, grasp, turn) for turn in turns.values())
-
-    return workspace.cache.value(("laid flush", obj, grasp), found)
-
-
 def straightened(workspace: Workspace, obj: str, grasp: Grasp) -> Grasp | None:
     """A grasp with the hand turned the way that its pads would turn the object; None where that is none.
 
-    It is the same where they would not.
+    It is the same where they would not. What is of several parts bulges, and nobody knows for certain how far it turns.
     """
-    turned = laid_flush(workspace, obj, grasp)
-    if not turned:
+    turns = (turn for _, turn in _closing(workspace, obj, grasp) if _angle(turn) > 0.0)
+    turn = None if _bulges(workspace, obj) else next(turns, None)
+    if turn is None:
         return grasp
-    T_object_tool = turned[0].inverse().matrix
+    T_object_tool = _in_hand(workspace, grasp, turn).inverse().matrix.copy()
     between = between_pads(workspace, obj, T_object_tool, grasp.width)
     if not len(between):
         return None
