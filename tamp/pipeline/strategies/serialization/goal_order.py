@@ -67,7 +67,8 @@ class Ordering:
         self._together: list[Report] = []
         self._vain: dict[str, Placements] = {}
         self._rested: dict[tuple[str, Effort], Placements] = {}
-        self._fallen: dict[str, tuple[Placements, str]] = {}
+        self._fallen: dict[str, Placements] = {}
+        self._upsetting: dict[str, Placements] = {}
         self._tries = Counter[str]()
 
     @property
@@ -249,9 +250,14 @@ class Ordering:
                 return self._ledger.reach_near([name]) or brought
         asked = asking_for(workspace, self._ledger.reached | {name})
         turned = {name} if self._prospects.turned(name) and not self._asker.stays_unturned(name) else set[str]()
-        if bar is None and self._uncertain(name) and self._brought_to_rest(name, turned, effort):
-            return self._ledger.reach_near([name])
-        if bar is None and self._does_not_stay(name):
+        if bar is None and self._uncertain(name):
+            if self._brought_to_rest(name, turned, effort):
+                return self._ledger.reach_near([name])
+            if self._fallen.get(name) == self._surroundings(name):
+                until = " before others come" if self._awaited(name) else ""
+                self._left[name] = f"it does not stay there{until}"
+                return False
+        if bar is None and self._upsetting.get(name) == self._surroundings(name):
             return False
         movable, regrasped = (None, self._prospects.regrasped) if effort.others_move else ({name}, turned)
         self._tries[name] += effort.others_move
@@ -274,7 +280,7 @@ class Ordering:
         if (sent_back or tips) and self._brought_to_rest(name, turned, effort):
             return self._ledger.reach_near([name])
         if tips:
-            self._fallen[name] = self._surroundings(name), refused
+            self._upsetting[name] = self._surroundings(name)
         if solution.plan is None:
             if not effort.others_move:
                 self._vain[name] = self._surroundings(name)
@@ -314,17 +320,8 @@ class Ordering:
         if there is None or bring_to_rest(self._asker, name, there, self._ledger.reached, turned, effort):
             return there is not None
         if away(there, name) > FALLS or (self._awaited(name) and not _is_held(there, name)):
-            until = " before others come" if self._awaited(name) else ""
-            self._fallen[name] = here, f"it does not stay there{until}"
+            self._fallen[name] = here
         return False
-
-    def _does_not_stay(self, name: str) -> bool:
-        """Whether an object is known not to stay at its goal, or to upset what carries it, before something changes."""
-        around, why = self._fallen.get(name, (None, ""))
-        fallen = around == self._surroundings(name)
-        if fallen:
-            self._left[name] = why
-        return fallen
 
     def _awaited(self, name: str) -> bool:
         """Whether another object is still to come to where it may hold an object at its goal."""
