@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,6 +63,10 @@ def plan_holding_motion(
     T_tool_object = grasp.T_object_tool.inverse()
     scene = Scene(poses=poses).attached(obj, T_tool_object.matrix, grasp.width)
     world = context.scene.world
+    for q, end in ((start, "start"), (goal, "goal")):
+        if (stands := _standing_still(context, obj, grasp, scene, q)).bodies:
+            _refuse(context, replace(stands, reason=stands.reason.replace("the start", f"the {end}", 1)))
+            return
     lifted = Pose.from_matrix(world.robot.forward(np.asarray(start.q))) @ T_tool_object
     turned = hanging(context.scene, obj, grasp, lifted)
     if turned is not None and clock.now() < context.deadline:
@@ -94,6 +99,24 @@ def _paths(
     if result.path is not None:
         yield ArmPath(result.path)
         return
+    _refuse(context, result)
+
+
+def _standing_still(context: Context, obj: str, grasp: Grasp, scene: Scene, q: Configuration) -> MotionResult:
+    """The motion of no length at a configuration: why none begins or ends there is found out once for all of them."""
+    others = tuple(sorted((name, place) for name, place in standing(context.fluents).items() if name != obj))
+    workspace: Workspace = context.scene
+
+    def found() -> MotionResult:
+        checker = workspace.world.checker(scene, margin=ARM_MARGIN, held_margin=ARM_MARGIN)
+        budget = max(context.deadline - clock.now(), 0.0)
+        return workspace.world.motions.plan(checker, *[np.asarray(q.q)] * 2, seed=0, timeout=budget, iterations=1)
+
+    return workspace.cache.value(("stands still", obj, grasp, q.q, others), found)
+
+
+def _refuse(context: Context, result: MotionResult) -> None:
+    """Say why there is no path, and because of what."""
     in_the_way = [fact for fact in context.fluents if fact[1] in result.bodies]
     context.fail(result.reason, because=in_the_way, proven=False)  # a random search that ended proves nothing
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.checking.actions.given_way import check_given_way, told_apart
 from tamp.checking.actions.tabletop import TABLETOP
 from tamp.checking.replay import Replay
 from tamp.checking.scene import ROBOT, TABLE, Scene, State
@@ -71,11 +72,14 @@ def check(
         check_continued(replay, plan)
     for index, action in enumerate(plan.actions):
         replay.begin(index, action)
+        own, falls = told_apart(action)
         if action.name in rules:
-            _ruled(rules[action.name], replay, action)
+            _ruled(rules[action.name], replay, own)
         else:
             known = ", ".join(sorted(rules))
             replay.report("precondition", f"the checker has no rule for action {action.name!r}; it has: {known}")
+        for fall in falls:
+            check_given_way(replay, fall)
     replay.begin(None, "goal")
     check_goals(replay, plan, goals)
     problems = tuple(sorted(replay.problems, key=lambda problem: problem.time))

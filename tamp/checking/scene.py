@@ -170,6 +170,7 @@ class State:
         given: object -> how it gave way within tolerance when something left, or came, until the hand moves it.
         follows: object -> where it comes to as soon as the hand, that has taken something from it or put something on
             it, is out of its way, with what that holds.
+        came: the objects that `stayed` tells of because they have come so from where they were said to be, and were.
         touching: (a, b) -> their poses when last looked at, and where b touches a; poses are replaced, never changed.
         facts: what else holds, as rules of a domain keep it, such as ("cleaned", "plate").
     """
@@ -192,6 +193,7 @@ class State:
     gripped: Array | None = None
     given: dict[str, Given] = field(default_factory=dict)
     follows: dict[str, Array] = field(default_factory=dict)
+    came: set[str] = field(default_factory=set)
     touching: dict[tuple[str, str], tuple[Array, Array, Patch | None]] = field(default_factory=dict, repr=False)
 
     def aside(self, name: str, under: Iterable[str] = ()) -> float:

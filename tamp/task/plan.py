@@ -125,6 +125,8 @@ class Release:
 class Fall:
     """An object that was let go falls and comes to rest: flat from a tilt, or straight down; nothing drives it.
 
+    At the end of an action that is about another object: it has given way to what the plan did, and come to rest here.
+
     Attributes:
         object: its name.
         pose: where it comes to rest (world frame).

@@ -13,7 +13,7 @@ from tamp.checking.actions.grip_and_release import check_grip
 from tamp.checking.actions.left_standing import check_rest, check_uncovered
 from tamp.checking.scene import Scene, State
 from tamp.checking.tolerances import DEFAULT
-from tamp.task import Action, At, Box, Mesh, Move, Object, Plan, Pose, Task, Trajectory, load_robot
+from tamp.task import Action, At, Box, Fall, Mesh, Move, Object, Plan, Pose, Task, Trajectory, load_robot
 from tests.checking.handmade import DOWN, OPEN, Hand, above, carry
 from tests.checking.test_carried_astray import calm
 
@@ -144,3 +144,65 @@ def test_what_gives_way_to_what_is_put_on_it_takes_that_from_its_goal(tmp_path):
     assert not said
     off = scene.displacement("weight", state.given["weight"].pose, goal.matrix)
     assert off == pytest.approx(0.0055, abs=0.001)
+
+
+@pytest.fixture(scope="module")
+def laid_down(tmp_path_factory):
+    """A weight is taken from what rocks, which lies down: the task, the plan, and where it comes to."""
+    thing, T = rocker(tmp_path_factory.mktemp("rocker"))
+    top, goal = on_top(T, 0.08), Pose((0.05, 0.2, 0.03))
+    start = Pose((*top[:2], top[2] + 0.03))
+    task = Task("rocks", (thing, Object("weight", Box((0.04, 0.04, 0.06)), start, At(goal), mass=0.8)))
+    actions = calm(carry(Hand(HOME), "weight", start, goal, 0.04, ("rocker", "table")))
+    plan = Plan("rocks", "panda", 0, {"rocker": thing.pose, "weight": start}, HOME, {"weight": goal}, actions)
+    state = check(task, plan).state
+    assert state.came == {"rocker"}
+    return task, plan, Pose.from_matrix(state.stayed["rocker"])
+
+
+def falling(plan: Plan, at: int, name: str, pose: Pose) -> Plan:
+    """The plan with a fall at the end of one of its actions."""
+    actions = list(plan.actions)
+    actions[at] = replace(actions[at], steps=(*actions[at].steps, Fall(name, pose)))
+    return replace(plan, actions=tuple(actions))
+
+
+def test_a_plan_may_say_where_what_gave_way_has_come_to(laid_down):
+    task, plan, there = laid_down
+    verdict = check(task, falling(plan, -1, "rocker", there))
+    assert verdict.accepted, verdict
+    assert np.allclose(verdict.state.poses["rocker"], there.matrix)
+    assert not verdict.state.came and "rocker" not in verdict.state.stayed
+
+
+@pytest.mark.parametrize(
+    ("at", "name", "aside", "said_of"),
+    [
+        (-1, "rocker", 0.002, "comes to rest 2.0 mm from where it is said to"),
+        (0, "rocker", 0.0, "nothing lets it"),  # the weight is still on it
+        (-1, "post", 0.0, "the task knows no post"),
+    ],
+)
+def test_nothing_comes_to_rest_elsewhere_because_a_plan_says_so(laid_down, at, name, aside, said_of):
+    task, plan, there = laid_down
+    pose = Pose((there.xyz[0] + aside, *there.xyz[1:]), there.quat)
+    verdict = check(task, falling(plan, at, name, pose))
+    assert not verdict.executable
+    assert any(said_of in problem.sentence for problem in verdict.problems), verdict
+
+
+def test_what_was_said_to_have_given_way_may_not_do_so_again(laid_down):
+    task, plan, there = laid_down
+    twice = falling(falling(plan, -1, "rocker", there), -1, "rocker", there)
+    assert any("nothing lets it" in problem.sentence for problem in check(task, twice).problems)
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_what_gave_way_is_gripped_where_the_plan_says_that_it_has_come_to(laid_down, told):
+    """It has come up by 5 mm there: a plan that does not know does not grip it as it is said to lie, turned."""
+    task, plan, there = laid_down
+    hand = Hand(tuple(plan.actions[-1].steps[-1].trajectory.positions[-1].tolist()))
+    pick = carry(hand, "rocker", there, there, 0.04, ("table", "table"), grip_height=0.02)[:2]
+    known = falling(plan, -1, "rocker", there) if told else plan
+    found = check(task, replace(known, actions=(*known.actions, *calm(pick)))).problems
+    assert any(problem.kind == "grasp" for problem in found) != told, found

@@ -153,6 +153,8 @@ def _let_follow(scene: Scene, state: State, allow: Tolerances) -> None:
     ends = {body.solid.name: body for body in standing(scene.solids, state.follows)}
     barred = touches((end, body, allow.collision) for end in ends.values() for body in leaving)
     for name in state.follows.keys() - {touch.bodies[0] for touch in barred}:
+        if name not in state.stayed:
+            state.came.add(name)
         state.stayed[name] = state.follows.pop(name)
 
 

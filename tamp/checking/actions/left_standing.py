@@ -65,6 +65,7 @@ def check_uncovered(scene: Scene, state: State, name: str, allow: Tolerances, re
     ends |= {other: state.given[other].pose for other in slumped & state.given.keys()}
     state.follows |= _moved(scene, state, ends, allow.balance)
     state.follows.pop(name, None)
+    state.came.discard(name)
     left = {body for other in steady for body in stack_of(scene, rest, other, allow).names}
     for sentence, bodies in rocked(scene, rest, sorted(left), allow):
         if not any(True for _ in rocked(scene, state, bodies[:1], allow)):

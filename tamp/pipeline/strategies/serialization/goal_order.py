@@ -266,13 +266,18 @@ class Ordering:
         return self._take(name, effort, solution, turned)
 
     def _take(self, name: str, effort: Effort, solution: Solution, turned: Collection[str]) -> bool:
-        """Add the plan for a goal, or else one to where it comes to rest from there; whether it was reached."""
-        rejected = len(self.progress.rejections)
+        """Add the plan for a goal, or else one to where it comes to rest from there; whether it was reached.
+
+        Or whether a part of it was added, since then something stands elsewhere than the rest was planned from.
+        """
+        rejected, pieces = len(self.progress.rejections), len(self.progress.pieces)
         refused = reason(solution) if solution.plan is None else self._asker.refused(solution.plan, name)
         if refused is None:
             self._ledger.reach(name)
             return True
         self._left[name] = refused
+        if len(self.progress.pieces) > pieces:
+            return True
         workspace, sent_back = self._asker.workspace, len(self.progress.rejections) > rejected
         if sent_back:
             self._prospects.mislead(name)

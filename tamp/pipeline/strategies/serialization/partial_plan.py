@@ -18,7 +18,7 @@ from tamp.errors import PartError
 from tamp.pipeline.options.guard import guarded
 from tamp.pipeline.options.settings import Samplers
 from tamp.pipeline.prepare import Setup
-from tamp.pipeline.strategies.serialization.plan_state import after, begins_at
+from tamp.pipeline.strategies.serialization.plan_state import after, begins_at, ending_with, errands
 from tamp.pipeline.strategies.serialization.rehearsal import WORTH, rehearsal
 from tamp.planning import GroundAction, Problem
 from tamp.scoring.total_error import shortfall
@@ -132,6 +132,21 @@ def _poses(places: Mapping[str, Placement]) -> dict[str, Pose]:
     return {name: place.pose for name, place in places.items()}
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a further piece.
+
+    Attributes:
+        count: how many of its actions are right.
+        refused: what is wrong with the rest.
+        came: objects that have given way to those, and where they have come to (world frame).
+    """
+
+    count: int
+    refused: str | None = None
+    came: tuple[tuple[str, Pose], ...] = ()
+
+
 @dataclass
 class Progress:
     """What a plan does so far.
@@ -160,6 +175,7 @@ class Progress:
     def take(self, solution: Sequence[GroundAction], seed: int, *, near: bool = False) -> str | None:
         """Time a further piece, have it checked and rehearsed, and add it; what is wrong with it where it is refused.
 
+        Where something gives way that it handles later, what comes before that is added all the same.
         `near`: whether it brings something merely near its goal; see `rehearsal`.
 
         Raises:
@@ -172,41 +188,72 @@ class Progress:
             return str(reason)
         before = self.now
         judged = Judged(lambda: before.checked(piece).state)
-        if (refused := presumed(lambda: self._against(piece, solution, near, judged), None)) is not None:
-            return refused
-        domain = self.now.setup.domain
+        outcome = presumed(lambda: self._judge(piece, solution, near, judged), Outcome(len(piece.actions)))
+        if outcome.count == 0:
+            return outcome.refused
+        solution, domain = solution[: outcome.count], before.setup.domain
+        piece = ending_with(replace(piece, actions=piece.actions[: outcome.count]), dict(outcome.came))
         self.before.append((len(self.actions), self.now))
         self.pieces.append(piece)
         self.actions += piece.actions
         facts = domain.facts_after(self.now.facts, piece.actions)
         start, configuration = domain.after(self.start, self.now.configuration, solution)
+        start = {**start, **{name: replace(start[name], pose=pose) for name, pose in outcome.came}}
         workspace = replace(self.now.workspace, start=start)
         self.now = replace(self.now, workspace=workspace, configuration=configuration, facts=facts, judged=judged)
-        return None
+        return outcome.refused
 
-    def _against(self, piece: Plan, solution: Sequence[GroundAction], near: bool, judged: Judged) -> str | None:
-        """What is wrong with a further piece: the checker's verdict, or where it goes astray in a simulator.
+    def _judge(self, piece: Plan, solution: Sequence[GroundAction], near: bool, judged: Judged) -> Outcome:
+        """How far a further piece holds: by the checker's verdict, and where it goes astray in a simulator.
 
         What the checker knows after it is noted in `judged`.
 
         Raises:
             PartError: where a skill and its rule have different facts hold after it.
         """
-        verdict = self.now.checked(piece)
-        judged.note(verdict.state)
+        part, verdict, refused = piece, self.now.checked(piece), None
         if not verdict.executable:
-            self.rejections.append(str(verdict))
-            self._learn(verdict, solution)
-            return str(verdict)
-        if (astray := rehearsal(self.now.setup, piece, _poses(self.start) if near else None)) is not None:
-            return astray
+            part, passed = self._while_all_stays(piece)
+            if passed is None:
+                self.rejections.append(str(verdict))
+                self._learn(verdict, solution)
+                return Outcome(0, str(verdict))
+            verdict, refused = passed, "what gives way is not where the rest was planned from"
+        if (astray := rehearsal(self.now.setup, part, _poses(self.start) if near else None)) is not None:
+            return Outcome(0, astray)
         domain = self.now.setup.domain
-        facts = domain.facts_after(self.now.facts, piece.actions)
+        facts = domain.facts_after(self.now.facts, part.actions)
         for fact in sorted(verdict.facts ^ {*facts}):
             sides = ("its rule", "its `facts`") if fact in verdict.facts else ("its `facts`", "its rule")
             told = f"({' '.join(fact)}) holds by {sides[0]} and not by {sides[1]}"
-            raise PartError(f"domain {domain.name}: after {piece.actions[-1]}, or an action before it, {told}")
-        return None
+            raise PartError(f"domain {domain.name}: after {part.actions[-1]}, or an action before it, {told}")
+        came = self._came(verdict, part)
+        judged.note(self.now.checked(ending_with(part, came)).state if came else verdict.state)
+        return Outcome(len(part.actions), refused, tuple(came.items()))
+
+    def _while_all_stays(self, piece: Plan) -> tuple[Plan, Verdict | None]:
+        """The errands of a piece up to one to which something gives way that is handled later; with their verdict.
+
+        That is None where there are none. What comes after them was planned from where that stood before.
+        """
+        done = 0
+        for errand in [*errands(piece.actions)][:-1]:
+            done += len(errand)
+            part = replace(piece, actions=piece.actions[:done])
+            verdict = self.now.checked(part)
+            later = {name for action in piece.actions[done:] for name in action.arguments}
+            if not verdict.executable or not later.isdisjoint(self._came(verdict, part)):
+                return part, verdict if verdict.executable else None
+        return piece, None
+
+    def _came(self, verdict: Verdict, piece: Plan) -> dict[str, Pose]:
+        """Objects that have given way in a piece -> where they have come to; but for what is where it shall be."""
+        state, setup = verdict.state, self.now.setup
+        if state is None or not state.came:
+            return {}
+        ends, goals = after(setup.world.robot, piece).start, _poses(self.now.workspace.goals)
+        away = sorted(name for name in state.came if ends[name] != goals.get(name))
+        return {name: Pose.from_matrix(state.stayed[name]) for name in away}
 
     def _learn(self, verdict: Verdict, solution: Sequence[GroundAction]) -> None:
         """Let no question end again with an object put, let fall or taken where the checker says this upsets a pile."""

@@ -15,9 +15,9 @@ from tamp.execution.executor import execute
 from tamp.execution.log import Execution
 from tamp.execution.monitor import Monitor
 from tamp.pipeline.prepare import Setup
-from tamp.pipeline.strategies.serialization.plan_state import after
+from tamp.pipeline.strategies.serialization.plan_state import after, errands
 from tamp.scoring.total_error import shortfall
-from tamp.task import Action, Fall, Grip, Plan, Pose, Release, Task
+from tamp.task import Fall, Plan, Pose, Task
 from tamp.world.robot.model import RobotModel
 
 if TYPE_CHECKING:
@@ -91,22 +91,7 @@ def with_falls(robot: RobotModel, plan: Plan) -> Iterator[Plan]:
     Each begins where the plan says that what comes before it ends.
     """
     done = 0
-    for errand in _errands(plan.actions):
+    for errand in errands(plan.actions):
         if any(isinstance(step, Fall) for action in errand for step in action.steps):
             yield replace(after(robot, replace(plan, actions=plan.actions[:done])), actions=errand)
         done += len(errand)
-
-
-def _errands(actions: tuple[Action, ...]) -> Iterator[tuple[Action, ...]]:
-    """The actions of a plan, in groups after each of which the hand holds nothing."""
-    errand: list[Action] = []
-    held = False
-    for action in actions:
-        errand.append(action)
-        for step in action.steps:
-            held = isinstance(step, Grip) or (held and not isinstance(step, Release))
-        if not held:
-            yield tuple(errand)
-            errand = []
-    if errand:
-        yield tuple(errand)

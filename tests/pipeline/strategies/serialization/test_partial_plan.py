@@ -7,11 +7,12 @@ from dataclasses import replace
 import pytest
 
 from tamp.checking import Problem, Verdict, check
+from tamp.checking.actions.given_way import told_apart
 from tamp.pipeline.prepare import prepare
 from tamp.pipeline.strategies.serialization.goal_order import Ordering
 from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import Asker
-from tamp.task import Action, At, Box, Object, Plan, Pose, Task, load_robot
+from tamp.task import Action, At, Box, Fall, Object, Plan, Pose, Task, load_robot
 
 SHAPE = Box((0.05, 0.05, 0.08))
 RED = Object("red", SHAPE, Pose((0.05, 0.0, 0.04)), At(Pose((0.05, -0.2, 0.04))))
@@ -101,3 +102,45 @@ def test_nothing_is_put_again_where_the_checker_says_that_it_does_not_stay(monke
     monkeypatch.setattr(Attempt, "checked", lambda self, plan: Verdict(problems=(wrong,)))
     assert asker.refused(found.plan, "red")
     assert (asker.ask(asker.workspace, 8, {"red"}).plan is None) == (kind == "support")
+
+
+def gives_way(monkeypatch, to: Pose, wrong_from: int) -> None:
+    """The checker has blue give way to the first errand, and refuses what comes after so many actions."""
+    checked = Attempt.checked
+
+    def judged(self: Attempt, plan: Plan) -> Verdict:
+        verdict = checked(self, replace(plan, actions=tuple(told_apart(action)[0] for action in plan.actions)))
+        told = any(isinstance(step, Fall) for step in plan.steps)
+        known = verdict.state.copy()
+        gave_way = len(plan.actions) >= 4 and not told
+        known.stayed, known.came = ({"blue": to.matrix}, {"blue"}) if gave_way else ({}, set())
+        wrong = Problem(wrong_from, "pick(blue, table)", 0.0, "collision", ("blue",), 0.0, "blue is met elsewhere")
+        return replace(verdict, problems=(wrong,) * (len(plan.actions) > wrong_from), state=known)
+
+    monkeypatch.setattr(Attempt, "checked", judged)
+
+
+@pytest.mark.parametrize("wrong_from", [4, 100])
+def test_what_gives_way_is_planned_with_where_it_has_come_to(monkeypatch, begin, wrong_from):
+    """A piece ends before it handles what has given way since it was planned; where that does no harm it does not."""
+    progress, there = Progress(begin), Pose((0.05, 0.21, 0.04))
+    found = Asker(progress, 0, math.inf, "adaptive").ask(begin.workspace, 8, None)
+    assert [action.args[0] for action in found.plan if action.name == "pick"] == ["red", "blue"]
+    gives_way(monkeypatch, there, wrong_from)
+    refused = progress.take(found.plan, 0)
+    assert not progress.rejections and len(progress.pieces) == 1
+    done = len(progress.pieces[0].actions)
+    assert (done, refused is None) == ((4, False) if wrong_from == 4 else (8, True))
+    assert progress.start["red"].pose == begin.workspace.goals["red"].pose
+    falls = [step for step in progress.pieces[0].steps if isinstance(step, Fall)]
+    if wrong_from == 4:
+        assert falls == [Fall("blue", there)] and progress.start["blue"].pose == there
+    else:  # it is where it shall be by then
+        assert not falls and progress.start["blue"].pose == begin.workspace.goals["blue"].pose
+
+
+def test_what_is_refused_before_anything_gives_way_is_sent_back(monkeypatch, begin):
+    progress = Progress(begin)
+    found = Asker(progress, 0, math.inf, "adaptive").ask(begin.workspace, 8, None)
+    gives_way(monkeypatch, Pose((0.05, 0.21, 0.04)), 1)
+    assert progress.take(found.plan, 0) and len(progress.rejections) == 1 and not progress.pieces
