@@ -144,3 +144,19 @@ def test_an_arm_that_stands_beside_something_or_against_it_moves_on(walled, ends
     assert distance(low) == pytest.approx(gap, abs=2e-4)
     context = ToldContext(walled, fluents=(*facts(walled, "wall"), at("cube", block(low))))
     assert bool(list(plan_free_motion(context, HOME, ends[0]))) == moves
+
+
+def test_what_bars_the_start_of_a_motion_is_found_out_once_for_all_its_ends(walled, ends, monkeypatch):
+    """The cube stands where red is held; whatever the hand may go to, it does not get away from there."""
+    asked = []
+    plan = type(walled.world.motions).plan
+    monkeypatch.setattr(
+        type(walled.world.motions), "plan", lambda self, *args, **how: asked.append(args) or plan(self, *args, **how)
+    )
+    barred = Placement(Pose((RED.pose.xyz[0], RED.pose.xyz[1], 0.12)), ("table",))
+    for goal in (ends[1], HOME, ends[0]):
+        context = ToldContext(walled, fluents=(at("cube", barred),))
+        assert not list(plan_holding_motion(context, "red", FROM_ABOVE, ends[0], goal))
+        (reason,) = context.reasons
+        assert "the start is in collision" in str(reason) and "cube" in str(reason)
+    assert len(asked) == 1
