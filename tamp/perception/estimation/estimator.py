@@ -102,7 +102,7 @@ def see(frames: Sequence[Frame], table: Table) -> Volume | None:
         return None
     mended = register([level(frame, table) for frame in frames], table)
     cloud = fuse(mended, table)
-    return None if len(cloud.points) < FEWEST else survey(mended, cloud)
+    return None if len(cloud.points) < FEWEST else survey(mended, cloud, table=table)
 
 
 def _sought(

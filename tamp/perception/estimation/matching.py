@@ -1,6 +1,7 @@
 """Loops over many poses of a model's points in the volume, compiled: where a point falls, and what was measured there.
 
-A volume is given by its arrays: `nearest` and `free` by cell, `origin` of the first cell, and the points of its cloud.
+A volume is given by its arrays: `nearest` and `free` by cell, `origin` of the first cell, and the points of its cloud;
+around it, `hidden` by coarser cells from `corner` on.
 """
 
 from __future__ import annotations
@@ -20,25 +21,54 @@ if TYPE_CHECKING:
 
 @compiled
 def look_up(
-    x: float, y: float, z: float, origin: Array, edge: float, nearest: NDArray[np.int32], free: NDArray[np.bool_]
+    x: float,
+    y: float,
+    z: float,
+    origin: Array,
+    edge: float,
+    nearest: NDArray[np.int32],
+    free: NDArray[np.bool_],
+    corner: Array,
+    coarse: float,
+    hidden: NDArray[np.bool_],
 ) -> tuple[int, bool]:
     """For a place: the nearest measured point or -1, and whether the place is known to be empty; see `Volume`."""
     i = math.floor((x - origin[0]) / edge)
     j = math.floor((y - origin[1]) / edge)
     k = math.floor((z - origin[2]) / edge)
     if i < 0 or j < 0 or k < 0 or i >= nearest.shape[0] or j >= nearest.shape[1] or k >= nearest.shape[2]:
-        return -1, z >= 0 or z < -edge
+        return -1, z < -edge or (z >= 0 and not _inside(x, y, z, corner, coarse, hidden))
     return nearest[i, j, k], free[i, j, k] or z < -edge
 
 
 @compiled
+def _inside(x: float, y: float, z: float, corner: Array, edge: float, cells: NDArray[np.bool_]) -> bool:
+    """Whether a place lies in one of the cells."""
+    i = math.floor((x - corner[0]) / edge)
+    j = math.floor((y - corner[1]) / edge)
+    k = math.floor((z - corner[2]) / edge)
+    if i < 0 or j < 0 or k < 0 or i >= cells.shape[0] or j >= cells.shape[1] or k >= cells.shape[2]:
+        return False
+    return bool(cells[i, j, k])
+
+
+@compiled
 def look_up_all(
-    points: Array, origin: Array, edge: float, nearest: NDArray[np.int32], free: NDArray[np.bool_]
+    points: Array,
+    origin: Array,
+    edge: float,
+    nearest: NDArray[np.int32],
+    free: NDArray[np.bool_],
+    corner: Array,
+    coarse: float,
+    hidden: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """`look_up` for points, shape (n, 3)."""
     found, empty = np.empty(len(points), dtype=np.int64), np.empty(len(points), dtype=np.bool_)
     for n in range(len(points)):
-        found[n], empty[n] = look_up(points[n, 0], points[n, 1], points[n, 2], origin, edge, nearest, free)
+        found[n], empty[n] = look_up(
+            points[n, 0], points[n, 1], points[n, 2], origin, edge, nearest, free, corner, coarse, hidden
+        )
     return found, empty
 
 
@@ -51,6 +81,9 @@ def nearness(
     edge: float,
     nearest: NDArray[np.int32],
     free: NDArray[np.bool_],
+    corner: Array,
+    coarse: float,
+    hidden: NDArray[np.bool_],
     reach: float,
 ) -> tuple[Array, Array]:
     """Shares of a model's points at poses, near a measured point and in free space, shape (n,) each.
@@ -63,6 +96,9 @@ def nearness(
         edge: of its cells [m].
         nearest: measured point of each cell.
         free: whether each cell is empty.
+        corner: of the cells around the volume.
+        coarse: their edge [m].
+        hidden: whether nobody has seen into each of those.
         reach: what is near [m].
     """
     count = len(model)
@@ -74,7 +110,7 @@ def nearness(
             x = T[0, 0] * a + T[0, 1] * b + T[0, 2] * c + T[0, 3]
             y = T[1, 0] * a + T[1, 1] * b + T[1, 2] * c + T[1, 3]
             z = T[2, 0] * a + T[2, 1] * b + T[2, 2] * c + T[2, 3]
-            p, empty = look_up(x, y, z, origin, edge, nearest, free)
+            p, empty = look_up(x, y, z, origin, edge, nearest, free, corner, coarse, hidden)
             if empty:
                 violations[n] += 1.0
             elif p >= 0:
@@ -95,6 +131,9 @@ def correspondences(
     edge: float,
     nearest: NDArray[np.int32],
     free: NDArray[np.bool_],
+    corner: Array,
+    coarse: float,
+    hidden: NDArray[np.bool_],
     reach: float,
     cosine: float,
 ) -> tuple[NDArray[np.int64], Array]:
@@ -114,7 +153,7 @@ def correspondences(
             x = T[0, 0] * a + T[0, 1] * b + T[0, 2] * c + T[0, 3]
             y = T[1, 0] * a + T[1, 1] * b + T[1, 2] * c + T[1, 3]
             z = T[2, 0] * a + T[2, 1] * b + T[2, 2] * c + T[2, 3]
-            p, empty = look_up(x, y, z, origin, edge, nearest, free)
+            p, empty = look_up(x, y, z, origin, edge, nearest, free, corner, coarse, hidden)
             if p >= 0:
                 a, b, c = facing[m, 0], facing[m, 1], facing[m, 2]
                 u, v, w = normals[p, 0], normals[p, 1], normals[p, 2]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tamp.perception.estimation.fusion import VOXEL, Cloud, LevelFrame, smallest
+from tamp.perception.estimation.fusion import HIGH, OUTSIDE, VOXEL, Cloud, LevelFrame, smallest
 from tamp.perception.estimation.matching import look_up_all
+from tamp.task.model import Table
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,6 +26,9 @@ BEHIND = 0.010
 MARGIN = 0.03
 """How far the volume reaches beyond the points [m]."""
 
+COARSE = 0.02
+"""Edge of the cells around the volume [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Volume:
@@ -36,6 +40,8 @@ class Volume:
         nearest: index of the nearest point within 16 mm, -1 for none; int32 (x, y, z).
         free: whether a camera saw through the cell; bool (x, y, z).
         frames: what it was surveyed from.
+        corner: of the first coarse cell around the volume, shape (3,) [m].
+        hidden: whether nobody has seen into each coarse cell, bool (x, y, z); beyond them nothing is.
     """
 
     cloud: Cloud
@@ -43,11 +49,14 @@ class Volume:
     nearest: NDArray[np.int32]
     free: NDArray[np.bool_]
     frames: tuple[LevelFrame, ...] = ()
+    corner: Array = field(default_factory=lambda: np.zeros(3))
+    hidden: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.bool_))
 
     def look_up(self, points: Array) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """For points (n, 3): the nearest measured point or -1, and whether the place is known to be empty.
 
-        Under the table nothing can be; nor can it beside the volume, where no camera measured anything.
+        Under the table nothing can be; nor can it beside the volume, where no camera measured anything but some have
+        looked. What reaches out of the pictures is not seen through there.
         """
         return look_up_all(points, *self.cells)
 
@@ -55,30 +64,55 @@ class Volume:
         """The same space with some of the measured points alone, by their indices; what was seen through stays so."""
         number = np.full(len(self.cloud.points) + 1, -1, dtype=np.int32)
         number[some] = np.arange(len(some), dtype=np.int32)
-        return Volume(self.cloud.at(some), self.origin, np.asarray(number[self.nearest]), self.free, self.frames)
+        return replace(self, cloud=self.cloud.at(some), nearest=np.asarray(number[self.nearest]))
 
     @property
-    def cells(self) -> tuple[Array, float, NDArray[np.int32], NDArray[np.bool_]]:
-        """What `matching` is told of the volume: origin, edge of a cell [m], `nearest` and `free`."""
-        return self.origin, VOXEL, self.nearest, self.free
+    def cells(
+        self,
+    ) -> tuple[Array, float, NDArray[np.int32], NDArray[np.bool_], Array, float, NDArray[np.bool_]]:
+        """What `matching` is told of the volume: origin, edge of a cell [m], `nearest`, `free`, and the same around."""
+        return self.origin, VOXEL, self.nearest, self.free, self.corner, COARSE, self.hidden
 
 
-def survey(frames: Sequence[LevelFrame], cloud: Cloud, within: tuple[Array, Array] | None = None) -> Volume:
+def survey(
+    frames: Sequence[LevelFrame],
+    cloud: Cloud,
+    within: tuple[Array, Array] | None = None,
+    *,
+    table: Table | None = None,
+) -> Volume:
     """The volume around a cloud, as the frames saw it.
 
     Args:
         frames: what was seen.
         cloud: the points.
         within: least and greatest corner of what may be occupied, shape (3,) each; None is a little around the cloud.
+        table: things on it may reach out of the volume to where nobody has looked; None: nothing does.
     """
     lower, upper = (cloud.points.min(axis=0) - MARGIN, cloud.points.max(axis=0) + MARGIN) if within is None else within
     lower = np.append(lower[:2], 0.0)
     shape = np.ceil((upper - lower) / VOXEL).astype(int)
+    free = _free(frames, lower, shape, VOXEL)
+    nearest = _nearest(cloud.points, lower, shape)
+    empty = free & (nearest < 0) | _clearly(free, nearest, cloud, lower)
+    volume = Volume(cloud, lower, nearest, empty, tuple(frames))
+    return volume if table is None else _with_surroundings(volume, table)
+
+
+def _with_surroundings(volume: Volume, table: Table) -> Volume:
+    """A volume that knows where over the table nobody has looked."""
+    middle, half = np.array(table.center), np.array(table.size) / 2 + OUTSIDE
+    corner = np.append(middle - half, 0.0)
+    shape = np.ceil((np.append(middle + half, HIGH) - corner) / COARSE).astype(int)
+    return replace(volume, corner=corner, hidden=~_free(volume.frames, corner, shape, COARSE))
+
+
+def _free(frames: Sequence[LevelFrame], lower: Array, shape: NDArray[np.int64], edge: float) -> NDArray[np.bool_]:
+    """Cells that any frame has seen through."""
     free = np.zeros(tuple(shape), dtype=bool)
     for frame in frames:
-        free |= _seen_through(frame, lower, shape)
-    nearest = _nearest(cloud.points, lower, shape)
-    return Volume(cloud, lower, nearest, free & (nearest < 0) | _clearly(free, nearest, cloud, lower), tuple(frames))
+        free |= _seen_through(frame, lower, shape, edge)
+    return free
 
 
 def _clearly(free: NDArray[np.bool_], nearest: NDArray[np.int32], cloud: Cloud, lower: Array) -> NDArray[np.bool_]:
@@ -91,13 +125,13 @@ def _clearly(free: NDArray[np.bool_], nearest: NDArray[np.int32], cloud: Cloud, 
     return found
 
 
-def _seen_through(frame: LevelFrame, lower: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _seen_through(frame: LevelFrame, lower: Array, shape: NDArray[np.int64], edge: float) -> NDArray[np.bool_]:
     """Cells before what a frame measured."""
     k = frame.frame.intrinsics
     T = np.linalg.inv(frame.T_world_camera).astype(np.float32)
     # A cell's place in the picture is linear in its three indices.
-    steps = T[:3, :3] * np.float32(VOXEL)
-    corner = T[:3, :3] @ (lower + VOXEL / 2).astype(np.float32) + T[:3, 3]
+    steps = T[:3, :3] * np.float32(edge)
+    corner = T[:3, :3] @ (lower + edge / 2).astype(np.float32) + T[:3, 3]
     axes = [np.arange(n, dtype=np.float32) for n in shape]
     parts = [
         corner[i]
