@@ -90,9 +90,8 @@ class Selection:
 
     def gains(self, i: int) -> Array:
         """What each candidate of an object would add to the others' choice, in points, shape (n,)."""
-        more = self._explained[i].beyond(self.covered(without=(i,)))
         clash = np.array([self.clash(i, k) for k in range(len(self._candidates[i]))])
-        gain: Array = more - self._costs[i] - OVERLAP * clash
+        gain: Array = self._gains_but_for_clashes(i) - OVERLAP * clash
         return gain
 
     def total(self) -> float:
@@ -135,9 +134,21 @@ class Selection:
         near = [k for k in range(len(worth)) if np.linalg.norm(self.center(i, k) - place) < PLACE]
         return sorted(near, key=lambda k: -float(worth[k]))
 
+    def _gains_but_for_clashes(self, i: int) -> Array:
+        gain: Array = self._explained[i].beyond(self.covered(without=(i,))) - self._costs[i]
+        return gain
+
     def _choose(self, i: int) -> None:
-        gains = self.gains(i)
-        self.chosen[i] = int(gains.argmax()) if len(gains) and (self._present or gains.max() > 0) else -1
+        """Choose what gains most, the first of those; who cannot even without clashes is not asked for these."""
+        bounds = self._gains_but_for_clashes(i)
+        best, most = -1, -np.inf if self._present else 0.0
+        for k in np.argsort(-bounds, kind="stable").tolist():
+            if bounds[k] < most or not (self._present or bounds[k] > 0):
+                break
+            gain = bounds[k] - OVERLAP * self.clash(i, k)
+            if gain > most or (gain == most and k < best):
+                best, most = k, gain
+        self.chosen[i] = best
 
     def _exchange(self, order: Sequence[int]) -> bool:
         """Take one object away, let another choose first, and keep it where that is better for all."""

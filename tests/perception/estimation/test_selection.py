@@ -145,3 +145,42 @@ def test_what_is_known_of_shared_space_stays_so_among_more_candidates_and_for_al
     after.solve()
     assert len(after.chosen) == 3 and min(after.chosen) >= 0
     assert len(asked) == 2 + 2 + 2  # what came, with the big one and with the other small one
+
+
+def test_what_cannot_be_chosen_is_not_asked_what_space_it_shares(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    clash = Selection.clash
+
+    def counted(choice: Selection, i: int, k: int) -> float:
+        asked.append(k)
+        return clash(choice, i, k)
+
+    monkeypatch.setattr(Selection, "clash", counted)
+    found = [_candidate(0.1 * x, 0, 100 + x) for x in range(24)]
+    choice = Selection(CLOUD, (BIG,), [found])
+    choice.solve()
+    assert choice.chosen == [23]
+    assert set(asked) <= {22, 23}
+
+
+@pytest.mark.parametrize("present", [False, True])
+def test_the_choice_is_the_first_of_the_greatest_gains(present: bool) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        found = [
+            [
+                _candidate(
+                    float(rng.integers(0, 4)) / 10,
+                    int(a),
+                    int(a) + int(rng.integers(0, 60)),
+                    free=float(rng.integers(60)),
+                )
+                for a in rng.integers(0, 240, size=8)
+            ]
+            for _ in range(2)
+        ]
+        choice = Selection(CLOUD, (BIG, SMALL), found, present=present)
+        choice.chosen = [int(rng.integers(8)), -1]
+        gains = choice.gains(1)
+        choice._choose(1)
+        assert choice.chosen[1] == (int(gains.argmax()) if present or gains.max() > 0 else -1)
