@@ -2,8 +2,9 @@
 
 Tables settle and stand in a simulated workcell with OCRTOC 2021's cameras and their noise; an observer looks, for all
 objects. Counted are those of which the set-up's views show fewer than 100 points of 4 mm, before and after the further
-views; errors are EDE over the mesh's own symmetries. With --viewpoints the arm has only its first N viewpoints, so that
-much is hidden at first. With --drawn the tables are those of `benchmarks.parts.unseen_tables`.
+views; errors are EDE over the mesh's own symmetries. With --viewpoints the arm has only its first N viewpoints, with
+--cameras only these look, so that much is hidden at first. With --drawn the tables are those of
+`benchmarks.parts.unseen_tables`, with --families of these alone. Where nothing is hidden, nobody looks.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ import argparse
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.ocrtoc import DATA
+from benchmarks.parts.cameras import some_cameras
 from benchmarks.parts.harness import Row, main
 from benchmarks.parts.unseen_tables import write_tables
 from tamp.execution.settling.settle import settle
@@ -25,7 +27,7 @@ from tamp.execution.simulators import make_simulator
 from tamp.formats.models import read_symmetries
 from tamp.formats.pairs import read_pair
 from tamp.perception.belief.observer import Observer
-from tamp.perception.cameras.camera import Camera
+from tamp.perception.cameras.camera import Camera, Frame
 from tamp.perception.cameras.capture import shoot, views
 from tamp.perception.cameras.setup import load_setup
 from tamp.perception.estimate import Estimate
@@ -64,19 +66,28 @@ class _Hidden:
     confidence: float
 
 
-def rows(quick: bool, tasks: Sequence[str], seed: int, viewpoints: int, drawn: int, tables_seed: int) -> Iterator[Row]:
+def rows(
+    quick: bool,
+    tasks: Sequence[str],
+    seed: int,
+    viewpoints: int,
+    drawn: int,
+    tables_seed: int,
+    families: Sequence[str],
+    cameras: Sequence[str],
+) -> Iterator[Row]:
     """One row for each table, and one for all."""
     data = DATA / "2021"
     if not data.is_dir():
         sys.exit(f"the tasks are not there: {data}")
+    looking = some_cameras(load_setup(), cameras, viewpoints)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) if drawn else data
-        names = (
-            write_tables(data, folder, range(drawn), tables_seed) if drawn else tasks or BOXES[: 1 if quick else None]
-        )
+        drawing = (write_tables(data, folder, (n,), tables_seed, families)[0] for n in range(drawn))
+        names = drawing if drawn else tasks or BOXES[: 1 if quick else None]
         everything: list[_Hidden] = []
         for name in names:
-            hidden, taken = _measure(folder, name, seed, viewpoints)
+            hidden, taken = _measure(folder, name, seed, looking)
             everything += hidden
             print(f"  {name}: {len(hidden)} hidden, {taken} views", flush=True)
             for case in hidden:
@@ -85,7 +96,7 @@ def rows(quick: bool, tasks: Sequence[str], seed: int, viewpoints: int, drawn: i
         yield {"table": "all", "views": "-", **_row(everything)}
 
 
-def _measure(data: Path, name: str, seed: int, viewpoints: int) -> tuple[list[_Hidden], str]:
+def _measure(data: Path, name: str, seed: int, cameras: tuple[Camera, ...]) -> tuple[list[_Hidden], str]:
     models = DATA / "2021" / "models"
     task = read_pair(
         data / "scenes" / f"{name}.yaml",
@@ -93,14 +104,18 @@ def _measure(data: Path, name: str, seed: int, viewpoints: int) -> tuple[list[_H
         models,
         read_symmetries(models / "models.yaml"),
     )
-    looks, cameras = surfaces(task, DATA / "2021" / "visual"), _with_viewpoints(load_setup(), viewpoints)
+    looks = surfaces(task, DATA / "2021" / "visual")
     start = settle(task).poses
     points = _points(task, looks, start, cameras, seed)
+    if min(points.values()) >= SEEN:
+        return [], "-"
     answers: list[Mapping[str, Estimate]] = []
+    pictures: list[int] = []
     perceive = load_perceiver("fit")
 
-    def watched(*given: object, **named: object) -> Mapping[str, Estimate]:
-        answers.append(perceive(*given, **named))  # type: ignore[arg-type]
+    def watched(frames: Sequence[Frame], *given: object, **named: object) -> Mapping[str, Estimate]:
+        pictures.append(len(frames))
+        answers.append(perceive(frames, *given, **named))  # type: ignore[arg-type]
         return answers[-1]
 
     blind = blindfolded(task)
@@ -117,14 +132,7 @@ def _measure(data: Path, name: str, seed: int, viewpoints: int) -> tuple[list[_H
         for n in looks
         if points[n] < SEEN
     ]
-    own = sum(max(1, len(camera.viewpoints)) for camera in cameras)
-    return hidden, f"{own} + {max(0, len(belief.frames) - own)}"
-
-
-def _with_viewpoints(cameras: Sequence[Camera], most: int) -> tuple[Camera, ...]:
-    return tuple(
-        replace(camera, viewpoints=camera.viewpoints[:most] if most else camera.viewpoints) for camera in cameras
-    )
+    return hidden, f"{pictures[0]} + {len(belief.frames) - pictures[0]}"
 
 
 def _points(
@@ -159,8 +167,10 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--tasks", nargs="*", default=(), metavar="NAME", help="only these, such as 4-2-1")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the noise and all choices (default 0)")
     parser.add_argument("--viewpoints", type=int, default=0, metavar="N", help="the arm's first N (default all)")
+    parser.add_argument("--cameras", nargs="*", default=(), metavar="NAME", help="of OCRTOC's set-up (default all)")
     parser.add_argument("--drawn", type=int, default=0, metavar="N", help="so many drawn tables instead")
     parser.add_argument("--tables-seed", type=int, default=0, metavar="N", help="of those (default 0)")
+    parser.add_argument("--families", nargs="*", default=(), metavar="NAME", help="of the drawn ones, such as 4-2")
     return parser
 
 

@@ -9,7 +9,8 @@ contest's are, so that some objects overlap a little. A draw is dropped where so
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -91,22 +92,28 @@ def family(task: str) -> str:
     return "-".join(task.split("-")[:2])
 
 
-def write_tables(data: Path, folder: Path, numbers: Sequence[int], seed: int) -> list[str]:
+def write_tables(
+    data: Path, folder: Path, numbers: Sequence[int], seed: int, families: Collection[str] = ()
+) -> list[str]:
     """Write `folder`/scenes, targets and models as OCRTOC 2021 has them, and return the names of the tables.
 
     Args:
         data: OCRTOC 2021.
         folder: a new one, or one with tables of the same seed, which are kept.
         numbers: of the tables; families take turns.
-        seed: the same seed and number, the same table.
+        seed: the same seed and number, the same table, of the same families.
+        families: those that take turns, as "4-3"; none is all of more than one object.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("models", "visual"):
         if not (folder / name).exists():
             (folder / name).symlink_to((data / name).resolve())
     public = read_pairs(data)
-    families = sorted({family(task.name) for task in public if len(task.objects) > 1})
-    names = [f"{families[number % len(families)]}-u{number:03d}" for number in numbers]
+    known = sorted({family(task.name) for task in public if len(task.objects) > 1})
+    if unknown := sorted(set(families) - set(known)):
+        sys.exit(f"no family of tables is called {unknown[0]!r}; there are: {', '.join(known)}")
+    turns = [name for name in known if not families or name in families]
+    names = [f"{turns[number % len(turns)]}-u{number:03d}" for number in numbers]
     for number, name in zip(numbers, names, strict=True):
         if not (folder / "targets" / f"{name}.yaml").exists():
             likes = [task for task in public if family(task.name) == family(name)]
