@@ -26,6 +26,7 @@ from tests.checking.mutations.falls import (
     fall_late,
     fall_up,
     fall_upside_down,
+    gives_way_by_itself,
     never_fall,
 )
 from tests.checking.mutations.grips import (
@@ -208,6 +209,7 @@ MUTATIONS: dict[Mutation, tuple[str, ...]] = {
     rocks_over_its_foot: ("fall",),
     rocks_under_what_is_put_on_it: ("collision",),
     takes_a_board_over_the_rim: ("support",),
+    gives_way_by_itself: ("fall",),
 }
 
 PUSHES: dict[Mutation, tuple[str, ...]] = {

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tamp.task import Fall, Move, Plan, Pose, Release, Task, Trajectory
-from tests.checking.mutations.editing import Pair, choose, put, shifted, sideways, step_at, steps_of
+from tests.checking.mutations.editing import Pair, choose, put, put_action, shifted, sideways, step_at, steps_of
 
 
 def fall_elsewhere(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
@@ -55,6 +55,19 @@ def another_falls(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | No
     others = [o.name for o in task.objects if o.name != step_at(plan, where).object]
     name = choose(others or ["nobody"], rng)
     return task, put(plan, where, replace(step_at(plan, where), object=name))
+
+
+def gives_way_by_itself(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:
+    """What nothing has touched is said to have come down a little aside."""
+    handled, options = set[str](), list[tuple[int, str]]()
+    for index, action in enumerate(plan.actions):
+        handled.update(action.arguments[:1])
+        options += [(index, name) for name in sorted(plan.start.keys() - handled)]
+    if not options:
+        return None
+    index, name = choose(options, rng)
+    action, pose = plan.actions[index], shifted(plan.start[name], sideways(rng, 0.003, 0.015))
+    return task, put_action(plan, index, replace(action, steps=(*action.steps, Fall(name, pose))))
 
 
 def fall_upside_down(task: Task, plan: Plan, rng: np.random.Generator) -> Pair | None:

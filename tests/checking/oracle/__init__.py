@@ -17,7 +17,7 @@ from tamp.task import Box, Fall, Grip, Move, Plan, Pose, Release, Step, Task
 from tests.checking.oracle.bodies import body_of, tool_at
 from tests.checking.oracle.bookkeeping import bookkeeping
 from tests.checking.oracle.carrying import jerked_out
-from tests.checking.oracle.falls import FALLEN, TOPPLED, fall
+from tests.checking.oracle.falls import FALLEN, TOPPLED, fall, gave_way
 from tests.checking.oracle.leaning import leaning
 from tests.checking.oracle.pushes import push
 from tests.checking.oracle.rocking import rocking
@@ -81,7 +81,10 @@ class Oracle:
                 return f"{action}: {text}"
             for step in action.steps:
                 text = self._swept(world, step) if sweep and isinstance(step, Move) else None
-                text = text or _carried_out(world, step, toppling=action.name == "topple")
+                if isinstance(step, Fall) and step.object not in action.arguments[:1]:
+                    text = gave_way(world, step)
+                else:
+                    text = text or _carried_out(world, step, toppling=action.name == "topple")
                 if text is not None:
                     return f"{action}: {text}"
             if not sweep and (text := misnamed(world, action, PUT)) is not None:

@@ -6,13 +6,14 @@ import numpy as np
 
 from tamp.task import Fall
 from tests.checking.oracle.bodies import depth
-from tests.checking.oracle.world import TOUCHING, World, rests
+from tests.checking.oracle.world import TOUCHING, World, rests, stands_flat
 
 RISES = 0.01  # a centre that comes to rest so much higher has not fallen [m]
 SLIDES = 0.02  # the part that was lowest, or the centre, goes no further than this along the ground [m]
 CLEARLY = 1.5  # so many times the energy that it takes to tip over is too much
 ROCKS = 0.05  # share of what a fall keeps as it rocks that lifts it over another edge of its foot
 TURNED = 0.05  # what turns less comes straight down [rad]
+STAYS = 0.001  # what is said to come no farther may not have moved [m]
 LOW = 5e-4  # what is no higher stands on the table [m]
 FALLEN, TOPPLED = 1.3, 1.8  # what falls flat, or is pushed over, turns no further [rad]
 
@@ -35,6 +36,19 @@ def fall(world: World, fall: Fall, turns: float) -> str | None:
         if depth(body, after, world.bodies[other], T) > TOUCHING:
             return f"{name} falls into {other}"
     return rests(world, name) or tips_on(world, name, before, after) or rocks(world, name, before, after)
+
+
+def gave_way(world: World, fall: Fall) -> str | None:
+    """Something that the plan does not handle comes down a little; why it clearly does not, or None."""
+    name, before, after = fall.object, world.poses.get(fall.object), fall.pose.matrix
+    if before is None:
+        return f"there is no {name}"
+    ends = [world.bodies[name].points @ T[:3, :3].T + T[:3, 3] for T in (before, after)]
+    moved, alone = np.linalg.norm(ends[1] - ends[0], axis=1).mean(), stands_flat(world, name)
+    world.poses[name] = after
+    if ends[1].mean(axis=0)[2] > ends[0].mean(axis=0)[2] + RISES or moved > SLIDES:
+        return f"{name} goes where nothing takes it"
+    return f"{name} stands flat and alone, and does not give way" if alone and moved > STAYS else None
 
 
 def tips_on(world: World, name: str, before: np.ndarray, after: np.ndarray) -> str | None:

@@ -68,7 +68,7 @@ def start(world: World) -> str | None:
         aside = np.linalg.norm((world.poses[thing.name][:3, 3] - thing.pose.xyz)[:2])
         if aside > STAYS and rests(written, thing.name) is None:
             return f"{thing.name} stands where it is written"
-        if aside > STANDS and _stands_flat(written, thing.name):
+        if aside > STANDS and stands_flat(written, thing.name):
             return f"{thing.name} stands flat and alone where it is written"
         if np.linalg.norm(world.poses[thing.name][:3, 3] - thing.pose.xyz) > 0.27:
             return f"{thing.name} starts elsewhere"
@@ -121,7 +121,7 @@ def _too_low(world: World) -> str | None:
     return None
 
 
-def _stands_flat(world: World, name: str) -> bool:
+def stands_flat(world: World, name: str) -> bool:
     """Whether an object stands on a broad face on the table, its middle well over that, and nothing is near it.
 
     What is a little above the table drops onto it.
