@@ -31,7 +31,8 @@ class ActionRule(Protocol):
 
         Args:
             replay: the state that the action begins in; `replay.report` takes what is wrong.
-            action: its name, arguments and steps.
+            action: its name, arguments and steps, but for falls at its end of objects other than its first argument:
+                those have given way, and are judged apart.
         """
 
 
