@@ -121,18 +121,31 @@ def run_jobs(
             seen = None
             if memory_limit is not None and time.monotonic() >= looked + MEMORY_WATCH_S:
                 seen, looked = processes(), time.monotonic()
-            for worker in list(running):
-                outcome = worker.outcome(seen)
-                if outcome is None:
-                    continue
-                running.remove(worker)
-                if outcome.ended == "crashed" and worker.orphaned and worker.tries < TRIES:
-                    waiting.appendleft((worker.job, worker.tries + 1))
-                else:
-                    yield outcome
+            with _undisturbed():  # Python drops an exception that a signal raises while it tidies up after a process
+                running, ended, again = _ended_among(running, seen)
+            waiting.extendleft(again)
+            yield from ended
     finally:
         for worker in running:
             worker.kill()
+
+
+def _ended_among(
+    workers: Sequence[_Worker], seen: Processes | None
+) -> tuple[list[_Worker], list[Outcome], list[tuple[Job, int]]]:
+    """The workers that go on, how others ended, and the jobs to be tried again as their fork server died."""
+    running: list[_Worker] = []
+    ended: list[Outcome] = []
+    again: list[tuple[Job, int]] = []
+    for worker in workers:
+        outcome = worker.outcome(seen)
+        if outcome is None:
+            running.append(worker)
+        elif outcome.ended == "crashed" and worker.orphaned and worker.tries < TRIES:
+            again.append((worker.job, worker.tries + 1))
+        else:
+            ended.append(outcome)
+    return running, ended, again
 
 
 def _start_server() -> None:

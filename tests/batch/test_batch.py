@@ -6,6 +6,7 @@ All batches of a process fork from the server that the first of them started: it
 from __future__ import annotations
 
 import json
+import multiprocessing.util
 import os
 import signal
 import subprocess
@@ -348,6 +349,26 @@ def test_a_batch_that_is_ended_leaves_a_file_that_can_be_resumed(tmp_path: Path,
     subprocess.run(fast, env=environment, check=True, capture_output=True)
     names = [r.task for r in read_results(tmp_path / "out" / RESULTS)]
     assert sorted(names) == sorted(f"slow_{i}" for i in range(12))
+
+
+def test_an_interrupt_while_a_process_is_tidied_up_after_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python drops what is raised there, and the batch went on."""
+    close, interrupts = multiprocessing.util.close_fds, [signal.SIGINT]
+
+    def close_fds(*fds: int) -> None:
+        if interrupts:
+            signal.raise_signal(interrupts.pop())
+        close(*fds)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    jobs = [Job(name, {"name": name, "path": "", "seed": 0}) for name in ("ok_1", "ok_2")]
+    monkeypatch.setattr(multiprocessing.util, "close_fds", close_fds)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            list(run_jobs(jobs, WORK))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not interrupts
 
 
 @needs_proc
