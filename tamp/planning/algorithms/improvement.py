@@ -7,13 +7,15 @@ Optimization", 1997). How much is done is counted in calls of streams and in sta
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
-from tamp.planning.algorithms.first_values import ask_for_first_values
+from tamp.planning.algorithms.neighbourhood import Neighbourhood
 from tamp.planning.algorithms.preview import Preview
 from tamp.planning.algorithms.session import Session
 from tamp.planning.binding.attempt import Budget
 from tamp.planning.binding.skeleton import Choose
+from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.grounding.task_builder import Scope
 from tamp.planning.model.stream_instances import Instance
 
@@ -69,8 +71,7 @@ def improve(session: Session) -> None:
         _try_again(session, sampling.calls + again)
         if session.found.cost < cost:
             _choose_anew(session, sampling.calls + anew)
-        if not session.moves_cost_alike():
-            _reorder(session, session.searches.work + worth, sampling.calls + anew)
+        _search_near(session, session.searches.work + worth, sampling.calls + anew)
     finally:  # a session may be asked further after its time was over
         session.costs.guess(False)
 
@@ -111,40 +112,57 @@ def _draw_below(session: Session, enough: int, most: int) -> None:
         _search_below(session, enough, sure=True)
 
 
-def _search_below(session: Session, enough: int, sure: bool = False, pairs: bool = False) -> None:
+def _search_near(session: Session, enough: int, most: int) -> None:
+    """Search below the cost of the best plan among its values and their like, and choose values anew.
+
+    Each time that it finds a cheaper plan it looks near that. There is less work of searches than `enough` in all, and
+    there are less than `most` calls of streams before values are chosen the first time.
+    """
+    share = most - session.sampling.calls
+    cost = math.inf
+    while not session.sampling.wild and session.found.cost < cost and session.searches.work < enough:
+        cost = session.found.cost
+        near = Neighbourhood(session)
+        near.ask(session.sampling.calls + share)
+        _search_below(session, enough, among=near.operators())
+        if session.found.cost < cost:
+            _choose_anew(session, session.sampling.calls + share)
+            share //= 2
+
+
+def _search_below(
+    session: Session, enough: int, sure: bool = False, among: frozenset[GroundOperator] | None = None
+) -> None:
     """Try skeletons below the cost of the best plan, while there is less work of searches than `enough` in all.
 
     Where the search sees none but one that was tried, it looks past streams that failed. What one value fails for is
     asked of its like, for as many calls as the search was work. `sure`: of values that are real alone;
-    `pairs`: with what each move costs that is left to binding.
+    `among`: of these actions alone, with what each move costs that is left to binding, and below what was tried.
     """
+    near = among is not None
     tried = {session.found.skeleton}
-    for novel in (False, True):
+    for novel in (False,) if near else (False, True):
+        below: int | None = None
         while session.searches.work < enough:
             searching, refuted = session.searches.work, len(session.knowledge.refuted)
-            if pairs:
+            if near:
                 session.costs.guess(True)  # until a cheaper plan is found
-            skeleton = session.cheaper(enough, Scope(sure=sure, novel=novel, pairs=pairs))
-            if skeleton is None:
+            found = session.cheaper(enough, Scope(sure=sure, novel=novel, pairs=near, among=among), below)
+            if found is None:
                 return
-            if skeleton in tried:
+            skeleton, below = found[0], found[1] if near else None
+            if skeleton in tried and not near:
                 break
+            if skeleton in tried:
+                continue
             tried.add(skeleton)
-            if session.attempt(skeleton, BRIEF).steps is None:
+            cost = session.found.cost
+            attempt = session.attempt(skeleton, BRIEF)
+            if near and attempt.steps is None:  # its order may do with other values
+                attempt = session.attempt(session.lifted(skeleton), AGAIN)
+            below = below if session.found.cost == cost else None  # costs have another scale
+            if attempt.steps is None:
                 session.rounds.ask_alike(refuted, most=session.searches.work - searching)
-
-
-def _reorder(session: Session, enough: int, most: int) -> None:
-    """Search below the cost of the best plan with what each move costs that is left to binding, and choose values anew.
-
-    What actions are near each other tells which should follow each other. There is less work of searches than `enough`
-    in all, and there are less than `most` calls of streams before values are chosen anew.
-    """
-    cost, calls = session.found.cost, session.sampling.calls
-    ask_for_first_values(session, most)
-    _search_below(session, enough, pairs=True)
-    if session.found.cost < cost:
-        _choose_anew(session, session.sampling.calls + most - calls)
 
 
 def _choose_anew(session: Session, most: int) -> None:

@@ -116,8 +116,8 @@ class Searches:
         self.work += SEARCH_CALLS + len(task.operators) // OPERATORS_A_CALL + looked
         self.looking += looked
 
-    def cheaper(self, enough: int, scope: Scope) -> Plan | None:
-        """What a brief search finds below the cost of the best plan; None where it finds none.
+    def cheaper(self, enough: int, scope: Scope, below: int | None = None) -> Plan | None:
+        """What a brief search finds below the cost of the best plan, and `below` another; None where it finds none.
 
         Where that would be far more work of searches than `enough` in all, only values that are real are looked at.
 
@@ -135,8 +135,9 @@ class Searches:
             task = self._symbolic.task(self._lessons.blames, replace(scope, sure=scope.sure or dear))
         if bound is None or not task.solvable:
             return None
+        bound = bound if below is None else min(bound, below)
         with self._stopwatch.timed("search"):
-            result = self._symbolic.improve(task, self._limits.left_to_search, bound)
+            result = self._symbolic.improve(task, self._limits.left_to_search, bound, scope.among is not None)
         self._count(task, result)
         self._limits.check()
         return result.plan

@@ -222,14 +222,14 @@ class Session:
         """How much was done, whatever the time it took: calls of streams, hopes that were grounded, and searches."""
         return self.rounds.work + len(self.knowledge.templates) + self.searches.work
 
-    def cheaper(self, enough: int, scope: Scope) -> Skeleton | None:
-        """The skeleton of what `Searches.cheaper` finds; None where it finds nothing.
+    def cheaper(self, enough: int, scope: Scope, below: int | None = None) -> tuple[Skeleton, int] | None:
+        """The skeleton of what `Searches.cheaper` finds, and its cost there; None where it finds nothing.
 
         Raises:
             Ended: at a limit.
         """
-        plan = self.searches.cheaper(enough, scope)
-        return None if plan is None else self.skeleton_of(plan)
+        plan = self.searches.cheaper(enough, scope, below)
+        return None if plan is None else (self.skeleton_of(plan), sum(step.cost for step in plan))
 
     def failed(self) -> list[Skeleton]:
         """The skeletons that could not be bound when they were tried last, though they may be possible."""

@@ -3,8 +3,8 @@
 Connectors lead from any value of their fluent to any other, so that the search needs no operator for each pair. It
 should still see that two actions at one value need no move between them, and that a way by fewer values is shorter.
 One operator for each value that an action or the goal wants stands for all moves there, at the least that one costs.
-Where a plan is improved on, there is one for each pair of values, at what a move between them costs: which actions are
-near each other decides in which order they are cheap.
+Where a plan is improved on, among few values, there is one for each pair of them, at what a move between them costs:
+which actions are near each other decides in which order they are cheap.
 """
 
 from __future__ import annotations
@@ -83,20 +83,6 @@ class MovePrices:
         self._connectors = connectors.connectors
         self._price = price
         self._between = between
-
-    def few(self, operators: list[GroundOperator], lineage: Callable[[int], int]) -> list[GroundOperator]:
-        """Operators that want no more values than moves are seen between: the first few of each lineage.
-
-        Which kinds of values are near each other decides the order of actions; among their like one is chosen later.
-        """
-        kinds: dict[tuple[object, ...], dict[Fact, None]] = {}
-        for operator in operators if self.fluent else ():
-            for fact in _wanted(operator, self.fluent):
-                kinds.setdefault(tuple(map(lineage, fact[1:])), {})[fact] = None
-        if sum(map(len, kinds.values())) <= MANY:
-            return operators
-        kept = {fact for facts in kinds.values() for fact in list(facts)[: MANY // len(kinds)]}
-        return [operator for operator in operators if kept.issuperset(_wanted(operator, self.fluent))]
 
     def over(
         self, operators: Sequence[GroundOperator], state: Iterable[Fact], goal: Iterable[Fact], pairs: bool = False

@@ -128,6 +128,7 @@ class Scope:
         pairs: these at what each costs between two values.
         exact: a stream with fluents that failed for no named reason is barred only where it is told the same.
         asking: nothing is barred that tests with fluents have said no to: whoever searches asks them.
+        among: the only operators; None for all.
     """
 
     novel: bool = False
@@ -137,6 +138,7 @@ class Scope:
     pairs: bool = False
     exact: bool = False
     asking: bool = False
+    among: frozenset[GroundOperator] | None = None
 
 
 EVERYTHING = Scope()
@@ -176,6 +178,8 @@ class TaskBuilder:
         """The task of this moment, as far as a search may look; unreachable operators are left out."""
         knowledge, novel, sure = self._knowledge, scope.novel, scope.sure
         self._note_certain(operators, axioms)
+        if scope.among is not None:
+            operators = [op for op in operators if op in scope.among]
         if sure:
             operators = [op for op in operators if op.certain or self._is_sure(op.static, op.binding.values())]
             axioms = [axiom for axiom in axioms if axiom.certain or self._is_sure(axiom.static, axiom.head[1:])]
@@ -193,7 +197,6 @@ class TaskBuilder:
         # Where there may well be no plan, as in a novel search, each price would double what must be searched.
         valid = self._surest(valid) if novel else [a if a.certain else self._priced(a, hopes) for a in valid]
         reached, live, bodies = reachable({**state, **dict.fromkeys(hopes)}, usable, valid, knowledge)
-        live = self._moves.few(live, knowledge.lineage) if scope.pairs else live
         moving = self._moves.over(live, given, goal[0], scope.pairs) if scope.moves else Moves()
         reached.update(fact for group in moving.groups for fact in group)
         number = Numbering(state, reached, bodies, knowledge)

@@ -106,6 +106,24 @@ class Rounds:
             self._asking = False
         return any_left
 
+    def ask_first(self, instances: Iterable[Instance], most: int) -> None:
+        """Draw from each of these that has given nothing, and show the first of its values, up to `most` calls in all.
+
+        Raises:
+            Ended: at a limit.
+        """
+        for instance in instances:
+            if self._sampling.calls >= most:
+                return
+            if instance.fluents or instance.external.fluents or not all(map(self._evaluator.given, instance.domain)):
+                continue
+            self._limits.check()
+            if not instance.results and not instance.exhausted:
+                self._sampling.draw(instance, brief=True)
+            self._refute(instance)
+            with self._stopwatch.timed("grounding"):
+                self._knowledge.activate(instance, 1)
+
     def ask_alike(self, since: int, most: int) -> None:
         """Ask tests that have said no of other values that came from the same streams, one value at a time.
 

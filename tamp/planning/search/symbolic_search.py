@@ -128,13 +128,19 @@ class SymbolicSearch:
         shorter = eliminate(task, result.plan)
         return replace(result, plan=shorter if attached.allow(shorter, task) else result.plan)
 
-    def improve(self, task: GroundTask, left: float, bound: int) -> SearchResult:
-        """Look for a plan that costs less than `bound`, for a moment; `left`: of the run's time [s].
+    def improve(self, task: GroundTask, left: float, bound: int, near: bool = False) -> SearchResult:
+        """Look for a plan that costs less than `bound`, for a moment, or for two.
+
+        Args:
+            task: what `task` gave.
+            left: of the run's time [s].
+            bound: the cost at which a plan is of no use any more.
+            near: whether what the search sees is like the best plan, so that more comes of it.
 
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
-        return self._searched(task, left, bound, IMPROVING_S)
+        return self._searched(task, left, bound, IMPROVING_S * (1 + near))
 
     def _theirs(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
         """What a search from outside finds, once it is known to be what it says.

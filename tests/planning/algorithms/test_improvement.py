@@ -12,7 +12,6 @@ from tamp import clock
 from tamp.planning import Problem, solve
 from tamp.planning.algorithms.adaptive import _replace_hopes
 from tamp.planning.algorithms.session import Session
-from tamp.planning.grounding.moves import MANY
 from tamp.planning.options import Options
 from tamp.planning.pddlstream import from_gen_fn, from_stream_map
 from tamp.planning.search.fast_downward import FastDownward
@@ -212,7 +211,7 @@ def test_no_needless_ways_are_gone(algorithm):
     problem = survey(2, 3, 2)
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     check(problem, solution)
-    assert len(solution.plan) <= 23 and solution.cost < 65.0
+    assert len(solution.plan) <= 23 and solution.cost < 57.0
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
@@ -278,84 +277,6 @@ def test_all_choices_of_a_long_plan_have_their_turn(algorithm):
     problem = packing(6, (12.0, 3.0), costs=True)
     costs = [solve(problem, algorithm=algorithm, timeout=20.0, seed=seed).cost for seed in (1, 2, 3)]
     assert sum(costs) / len(costs) < 135.0, costs
-
-
-HAULING = """
-(define (domain hauling)
-  (:predicates (Hand ?h) (Thing ?x) (Conf ?q) (Way ?q1 ?t ?q2) (Start ?h ?x ?q) (End ?h ?x ?q)
-               (AtConf ?q) (Free ?h) (Waits ?x) (Held ?h ?x) (Done ?x))
-  (:functions (Length ?q1 ?q2))
-  (:action move
-    :parameters (?q1 ?t ?q2)
-    :precondition (and (Way ?q1 ?t ?q2) (AtConf ?q1))
-    :effect (and (AtConf ?q2) (not (AtConf ?q1)) (increase (total-cost) (Length ?q1 ?q2))))
-  (:action take
-    :parameters (?h ?x ?q)
-    :precondition (and (Start ?h ?x ?q) (AtConf ?q) (Free ?h) (Waits ?x))
-    :effect (and (Held ?h ?x) (not (Waits ?x)) (not (Free ?h)) (increase (total-cost) 1)))
-  (:action put
-    :parameters (?h ?x ?q)
-    :precondition (and (End ?h ?x ?q) (AtConf ?q) (Held ?h ?x))
-    :effect (and (Done ?x) (Free ?h) (not (Held ?h ?x)) (increase (total-cost) 1))))
-"""
-
-HAULING_STREAMS = """
-(define (stream hauling)
-  (:stream find-start
-    :inputs (?h ?x) :domain (and (Hand ?h) (Thing ?x)) :outputs (?q) :certified (and (Conf ?q) (Start ?h ?x ?q)))
-  (:stream find-end
-    :inputs (?h ?x) :domain (and (Hand ?h) (Thing ?x)) :outputs (?q) :certified (and (Conf ?q) (End ?h ?x ?q)))
-  (:stream find-way :inputs (?q1 ?q2) :domain (and (Conf ?q1) (Conf ?q2)) :outputs (?t) :certified (Way ?q1 ?t ?q2))
-  (:function (Length ?q1 ?q2) (and (Conf ?q1) (Conf ?q2))))
-"""
-
-
-def hauling(things, away=20.0):
-    """Two hands take things from about 0 to about `away`, so that a way with both of them full is half of all ways."""
-
-    def near(place):
-        def draw(context, hand, thing):
-            while True:
-                yield place + round(context.rng.uniform(-0.5, 0.5), 3)
-
-        return draw
-
-    return Problem(
-        domain=HAULING,
-        streams=HAULING_STREAMS,
-        samplers={
-            "find-start": near(0.0),
-            "find-end": near(away),
-            "find-way": lambda context, a, b: iter([(f"{a}-{b}",)]),
-            "length": lambda context, a, b: abs(a - b),
-        },
-        init=[("Conf", 0.0), ("AtConf", 0.0), *((p, x) for x in things for p in ("Thing", "Waits"))]
-        + [(p, h) for h in ("left", "right") for p in ("Hand", "Free")],
-        goal=("and", *(("Done", x) for x in things)),
-    )
-
-
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-def test_what_lies_on_one_way_is_done_on_one_way(algorithm):
-    """The search sees what each move costs between two values: one hand after the other goes three times as far."""
-    problem = hauling("ab")
-    solution = solve(problem, algorithm=algorithm, timeout=20.0)
-    check(problem, solution)
-    assert solution.cost < 26.0, solution.cost
-
-
-def test_values_of_a_kind_stand_for_their_like_where_moves_are_priced():
-    """Among real values alone there are far more than the search may see moves between."""
-    problem = hauling("ab")
-    session = Session(problem, Options(), FastDownward(), True, clock.now())
-    session.begin()
-    for _ in range(8):
-        session.rounds.expand()
-    operators = session.grounder.operators
-    few = session._builder._moves.few(operators, session.knowledge.lineage)
-    values = {op.binding["?q"] for op in few}
-    assert len({op.binding["?q"] for op in operators}) > MANY >= len(values)
-    assert {op.schema.name for op in few} == {"take", "put"}
 
 
 def test_a_plan_that_was_found_among_real_values_is_improved_on_among_them_first():

@@ -1,0 +1,145 @@
+"""Another order of actions is looked for among the best plan's values, and what streams give first for these."""
+
+import pytest
+
+from tamp import clock
+from tamp.planning import Problem, solve
+from tamp.planning.algorithms.neighbourhood import Neighbourhood
+from tamp.planning.algorithms.session import Session
+from tamp.planning.grounding.moves import MANY
+from tamp.planning.options import Options
+from tamp.planning.search.fast_downward import FastDownward
+from tests.planning.test_problems import ALGORITHMS, check
+
+HAULING = """
+(define (domain hauling)
+  (:predicates (Hand ?h) (Thing ?x) (Conf ?q) (Way ?q1 ?t ?q2) (Start ?h ?x ?q) (End ?h ?x ?q)
+               (AtConf ?q) (Free ?h) (Waits ?x) (Held ?h ?x) (Done ?x))
+  (:functions (Length ?q1 ?q2))
+  (:action move
+    :parameters (?q1 ?t ?q2)
+    :precondition (and (Way ?q1 ?t ?q2) (AtConf ?q1))
+    :effect (and (AtConf ?q2) (not (AtConf ?q1)) (increase (total-cost) (Length ?q1 ?q2))))
+  (:action take
+    :parameters (?h ?x ?q)
+    :precondition (and (Start ?h ?x ?q) (AtConf ?q) (Free ?h) (Waits ?x))
+    :effect (and (Held ?h ?x) (not (Waits ?x)) (not (Free ?h)) (increase (total-cost) 1)))
+  (:action put
+    :parameters (?h ?x ?q)
+    :precondition (and (End ?h ?x ?q) (AtConf ?q) (Held ?h ?x))
+    :effect (and (Done ?x) (Free ?h) (not (Held ?h ?x)) (increase (total-cost) 1))))
+"""
+
+HAULING_STREAMS = """
+(define (stream hauling)
+  (:stream find-start
+    :inputs (?h ?x) :domain (and (Hand ?h) (Thing ?x)) :outputs (?q) :certified (and (Conf ?q) (Start ?h ?x ?q)))
+  (:stream find-end
+    :inputs (?h ?x) :domain (and (Hand ?h) (Thing ?x)) :outputs (?q) :certified (and (Conf ?q) (End ?h ?x ?q)))
+  (:stream find-way :inputs (?q1 ?q2) :domain (and (Conf ?q1) (Conf ?q2)) :outputs (?t) :certified (Way ?q1 ?t ?q2))
+  (:function (Length ?q1 ?q2) (and (Conf ?q1) (Conf ?q2))))
+"""
+
+
+def hauling(things, away=20.0):
+    """Two hands take things from about 0 to about `away`, so that a way with both of them full is half of all ways."""
+
+    def near(place):
+        def draw(context, hand, thing):
+            while True:
+                yield place + round(context.rng.uniform(-0.5, 0.5), 3)
+
+        return draw
+
+    return Problem(
+        domain=HAULING,
+        streams=HAULING_STREAMS,
+        samplers={
+            "find-start": near(0.0),
+            "find-end": near(away),
+            "find-way": lambda context, a, b: iter([(f"{a}-{b}",)]),
+            "length": lambda context, a, b: abs(a - b),
+        },
+        init=[("Conf", 0.0), ("AtConf", 0.0), *((p, x) for x in things for p in ("Thing", "Waits"))]
+        + [(p, h) for h in ("left", "right") for p in ("Hand", "Free")],
+        goal=("and", *(("Done", x) for x in things)),
+    )
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_what_lies_on_one_way_is_done_on_one_way(algorithm):
+    """The search sees what each move costs between two values: one hand after the other goes three times as far."""
+    problem = hauling("ab")
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert solution.cost < 26.0, solution.cost
+
+
+def test_one_value_of_each_stream_stands_for_its_like_where_moves_are_priced():
+    """Among real values alone there are far more than the search may see moves between."""
+    problem = hauling("ab")
+    session = Session(problem, Options(), FastDownward(), True, clock.now())
+    session.begin()
+    for _ in range(8):
+        session.rounds.expand()
+    operators = Neighbourhood(session).operators()
+    values = {op.binding["?q"] for op in operators}
+    assert len({op.binding["?q"] for op in session.grounder.operators}) > MANY >= len(values) == 8
+    assert {op.schema.name for op in operators} == {"take", "put"}
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_a_better_order_is_found_among_values_that_fit_each_other(algorithm):
+    """Of the first that streams had given few fitted each other, so that none of them gave another plan: 103.8."""
+    problem = hauling("abcd")
+    solution = solve(problem, algorithm=algorithm, timeout=20.0, seed=2)
+    check(problem, solution)
+    assert solution.cost < 70.0, solution.cost
+
+
+JUGS = """
+(define (domain jugs)
+  (:predicates (Jug ?j) (Volume ?l) (Level ?j ?l) (Full ?j ?l) (Pour ?i ?x ?j ?y ?x2 ?y2) (Wanted ?l) (Done))
+  (:functions (Amount ?x ?x2))
+  (:action fill
+    :parameters (?j ?l ?c)
+    :precondition (and (Jug ?j) (Level ?j ?l) (Full ?j ?c))
+    :effect (and (Level ?j ?c) (not (Level ?j ?l)) (increase (total-cost) 3)))
+  (:action pour
+    :parameters (?i ?x ?j ?y ?x2 ?y2)
+    :precondition (and (Pour ?i ?x ?j ?y ?x2 ?y2) (Level ?i ?x) (Level ?j ?y))
+    :effect (and (Level ?i ?x2) (Level ?j ?y2) (not (Level ?i ?x)) (not (Level ?j ?y))
+                 (increase (total-cost) (Amount ?x ?x2))))
+  (:derived (Done) (exists (?j ?l) (and (Level ?j ?l) (Wanted ?l)))))
+"""
+
+JUGS_STREAMS = """
+(define (stream jugs)
+  (:stream pour
+    :inputs (?i ?x ?j ?y) :domain (and (Jug ?i) (Jug ?j) (Volume ?x) (Volume ?y)) :outputs (?x2 ?y2)
+    :certified (and (Volume ?x2) (Volume ?y2) (Pour ?i ?x ?j ?y ?x2 ?y2)))
+  (:stream test-wanted :inputs (?l) :domain (Volume ?l) :certified (Wanted ?l))
+  (:function (Amount ?x ?x2) (and (Volume ?x) (Volume ?x2))))
+"""
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_values_that_streams_give_of_each_other_are_no_trap(algorithm):
+    """One litre with jugs of five and three: what is poured one way may be poured back."""
+    sizes = {"five": 5.0, "three": 3.0}
+
+    def pour(context, i, x, j, y):
+        amount = min(x, sizes[j] - y)
+        if i != j and amount > 0.0 and x <= sizes[i]:
+            yield x - amount, y + amount
+
+    samplers = {
+        "pour": pour,
+        "test-wanted": lambda context, volume: volume == 1.0,
+        "amount": lambda context, x, y: abs(x - y),
+    }
+    init = [f for j, c in sizes.items() for f in (("Jug", j), ("Level", j, 0.0), ("Full", j, c), ("Volume", c))]
+    problem = Problem(JUGS, JUGS_STREAMS, samplers, [("Volume", 0.0), *init], ("Done",))
+    solution = solve(problem, algorithm=algorithm, timeout=20.0)
+    check(problem, solution)
+    assert solution.cost == 11.0
