@@ -19,7 +19,7 @@ def reaches(task: GroundTask, plan: tuple[TaskOperator, ...]) -> bool:
     """Whether every operator of a plan can be applied in its turn, and the goal holds in the end."""
     if not all(isinstance(operator, TaskOperator) for operator in plan):
         return False
-    space = Space(replace(task, operators=tuple(plan), axioms=tuple(_relevant(task, plan))))
+    space = Space(replace(task, operators=tuple(plan), axioms=tuple(relevant_axioms(task, plan))))
     state = space.close(sum(1 << atom for atom in task.initial))
     for step in range(len(plan)):
         if not space.applicable(step, state):
@@ -30,7 +30,7 @@ def reaches(task: GroundTask, plan: tuple[TaskOperator, ...]) -> bool:
 
 def eliminate(task: GroundTask, plan: tuple[TaskOperator, ...]) -> tuple[TaskOperator, ...]:
     """The plan without each action that can be left out together with those that then are not possible any more."""
-    axioms = tuple(_relevant(task, plan))
+    axioms = tuple(relevant_axioms(task, plan))
     if len(plan) ** 2 * (1 + len(axioms)) > EFFORT:
         return plan
     space = Space(replace(task, operators=plan, axioms=axioms))
@@ -57,7 +57,7 @@ def _without(space: Space, state: int, steps: list[int]) -> list[int] | None:
     return kept if space.is_goal(state) else None
 
 
-def _relevant(task: GroundTask, plan: tuple[TaskOperator, ...]) -> Iterator[TaskAxiom]:
+def relevant_axioms(task: GroundTask, plan: tuple[TaskOperator, ...]) -> Iterator[TaskAxiom]:
     """The axioms that conditions of a plan and its goal may depend on."""
     wanted = {*task.goal_positive, *task.goal_negative}
     for operator in plan:

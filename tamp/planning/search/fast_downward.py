@@ -79,17 +79,23 @@ CHEAP = {
 }
 """Name -> the searches for small tasks: each sees more states than what follows, for cheaper plans."""
 
-CHEAPER_S = 0.08
-"""Effort of one search for a plan below the cost of another, where so little time is given for it [s]."""
+CHEAPER_S, NEARBY_S = 0.08, 0.16
+"""Efforts for which it is searched by `CHEAPER` and by `NEARBY` for a plan below the cost of another [s]."""
 
-CHEAPER = (
+CHEAPER = Cheap(
+    _FF + "lazy_wastar([h], preferred=[h], w=1, boost=1000, max_time={seconds}{bound}))",
+    EVER,
+    1_000_000,
+    CHEAPER_S,
+    2000,
+)
+"""The search for a plan below the cost of another, where so little time is given for it."""
+
+NEARBY = (
     Cheap(
-        _FF + "lazy_wastar([h], preferred=[h], w=1, boost=1000, max_time={seconds}{bound}))",
-        EVER,
-        1_000_000,
-        CHEAPER_S,
-        2000,
+        _FF + "eager_greedy([h], preferred=[h], boost=0, max_time={seconds}{bound}))", EVER, 1_000_000, CHEAPER_S, 2000
     ),
+    CHEAPER,
     Cheap(
         _FF + "eager_wastar([h], preferred=[h], w=2, boost=0, max_time={seconds}{bound}))",
         1000,
@@ -98,8 +104,9 @@ CHEAPER = (
         2000,
     ),
 )
-"""How it is searched, one after the other as far as effort goes, until one finds a plan. What is lazy takes a state for
-as good as the one before it: it misses much of what is dear at first and cheap in the end."""
+"""Searches where more comes of them, one after the other until one finds a plan. Under a bound, those in the order of
+costs see all that is cheap at first: going downhill finds a plan for many things among few states. What is lazy takes a
+state for as good as the one before it, and misses much of what is dear at first and cheap in the end."""
 
 IN_PLACE = {"astar-lmcut": "astar-max"}
 """Name -> what is searched by in its place where its heuristic knows neither axioms nor conditional effects."""
@@ -149,7 +156,7 @@ class FastDownward:
         """Search for a plan that costs less than `bound`.
 
         After `timeout` seconds the program is killed; after `effort` seconds of processor time, rounded up, it ends.
-        Where there is a bound, and no more effort than for `CHEAPER`, it is searched so and in no other way.
+        Where there is a bound, and no more effort than for `NEARBY`, it is searched so and in no other way.
         """
         if not task.goal_positive and not task.goal_negative:
             return SearchResult(())
@@ -158,7 +165,7 @@ class FastDownward:
         text = write_sas(task)
         if text is None:
             return SearchResult(None, proven=True)
-        if bound is not None and effort <= len(CHEAPER) * CHEAPER_S:
+        if bound is not None and effort <= NEARBY_S:
             return _seen_below(task, text, limit, deadline, effort)
         in_vain: list[int] = []
         states = 0
@@ -207,9 +214,9 @@ class _End:
 def _seen_below(task: GroundTask, text: str, limit: str, deadline: float, effort: float) -> SearchResult:
     """What is found below a bound by as many of the searches that are meant for that as the effort is enough for."""
     states = 0
-    for number, cheaper in enumerate(CHEAPER):
-        if not number or (len(task.operators) <= cheaper.most and effort > number * CHEAPER_S):
-            end = _seen_cheaply(task, text, cheaper, limit, deadline, 1.0)
+    for cheap in NEARBY if effort > CHEAPER_S else (CHEAPER,):
+        if len(task.operators) <= cheap.most:
+            end = _seen_cheaply(task, text, cheap, limit, deadline, 1.0)
             states += end.states
             if end.plan is not None or end.exhausted or clock.now() >= deadline:
                 return SearchResult(end.plan, timed_out=not end.exhausted, states=states)

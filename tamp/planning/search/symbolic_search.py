@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from tamp import clock
 from tamp.errors import PartError, TampError, told
 from tamp.planning.grounding.ground_task import GroundTask
 from tamp.planning.grounding.grounder import Grounder
@@ -19,6 +20,7 @@ from tamp.planning.sampling.evaluation import Evaluator
 from tamp.planning.search.attached import Attached, search_attached
 from tamp.planning.search.best_first import Search, SearchResult
 from tamp.planning.search.elimination import eliminate, reaches
+from tamp.planning.search.windows import improve_windows
 
 SEARCH_S = 2.0
 """Processor time of the first search before more is sampled instead; doubled each time that it was not enough [s]."""
@@ -129,7 +131,7 @@ class SymbolicSearch:
         return replace(result, plan=shorter if attached.allow(shorter, task) else result.plan)
 
     def improve(self, task: GroundTask, left: float, bound: int, near: bool = False) -> SearchResult:
-        """Look for a plan that costs less than `bound`, for a moment, or for two.
+        """Look for a plan that costs less than `bound`, for a moment, or for two and then in windows of that plan.
 
         Args:
             task: what `task` gave.
@@ -140,7 +142,17 @@ class SymbolicSearch:
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
-        return self._searched(task, left, bound, IMPROVING_S * (1 + near))
+        result = self._searched(task, left, bound, IMPROVING_S * (1 + near))
+        if not near or result.plan is None:
+            return result
+        deadline = clock.now() + left
+
+        def search(part: GroundTask, least: int) -> SearchResult:
+            rest = deadline - clock.now()
+            return self._searched(part, rest, least, IMPROVING_S) if rest > 0.0 else SearchResult(None)
+
+        better = improve_windows(task, result.plan, search)
+        return replace(better, states=better.states + result.states)
 
     def _theirs(self, task: GroundTask, left: float, bound: int | None, effort: float) -> SearchResult:
         """What a search from outside finds, once it is known to be what it says.

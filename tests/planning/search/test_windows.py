@@ -1,0 +1,62 @@
+"""Long plans get cheaper part by part, and what does not fit together is not taken."""
+
+from tamp.planning.grounding.ground_task import GroundTask, TaskEffect, TaskOperator
+from tamp.planning.search.best_first import BuiltinSearch, SearchResult
+from tamp.planning.search.elimination import reaches
+from tamp.planning.search.windows import WINDOW, cost, improve_windows
+
+
+def operator(positive, adds, deletes=(), cost=1):
+    effects = tuple(TaskEffect(a, True) for a in adds) + tuple(TaskEffect(a, False) for a in deletes)
+    return TaskOperator(None, tuple(positive), (), effects, cost)
+
+
+def task(operators, goal, atoms):
+    return GroundTask(tuple(("p", i) for i in range(atoms)), frozenset({0}), goal, (), tuple(operators), ())
+
+
+def search(part, bound):
+    result = BuiltinSearch()(part, 5.0, bound=bound)
+    return result if result.plan is None or cost(result.plan) < bound else SearchResult(None, states=result.states)
+
+
+def test_a_plan_gets_cheaper_in_parts_that_are_short_beside_it():
+    count = 4 * WINDOW
+    steps = [operator([i], [i + 1], [i], 10) for i in range(count)]
+    leaps = [operator([i], [i + 2], [i], 3) for i in range(0, count - 1, 2)]
+    sizes = []
+
+    def noted(part, bound):
+        result = search(part, bound)
+        sizes.append(len(result.plan or ()))
+        return result
+
+    whole = task((*steps, *leaps), (count,), count + 1)
+    better = improve_windows(whole, tuple(steps), noted)
+    assert reaches(whole, better.plan) and cost(better.plan) == 3 * count // 2
+    assert max(sizes) <= WINDOW
+
+
+def test_what_later_effects_are_conditional_on_is_kept():
+    """The cheap way does not bring what the last action's effect rests on, though that may be applied."""
+    dear, cheap = operator([0], [1, 2], cost=10), operator([0], [1], cost=1)
+    filler = [operator([1] if not i else [2 + i], [3 + i], cost=5) for i in range(2 * WINDOW)]
+    last = TaskOperator(None, (2 + len(filler),), (), (TaskEffect(40, True, positive=(2,)),), 1)
+    whole = task((dear, cheap, *filler, last), (40,), 41)
+    plan = (dear, *filler, last)
+    assert reaches(whole, plan)
+    better = improve_windows(whole, plan, search)
+    assert reaches(whole, better.plan) and cost(better.plan) == cost(plan)
+
+
+def test_a_plan_that_cannot_get_cheaper_is_searched_through_a_few_times_only():
+    count = 4 * WINDOW
+    steps = [operator([i], [i + 1], [i]) for i in range(count)]
+    asked = []
+
+    def vain(part, bound):
+        asked.append(bound)
+        return SearchResult(None, states=1)
+
+    better = improve_windows(task(steps, (count,), count + 1), tuple(steps), vain)
+    assert better.plan == tuple(steps) and better.states == len(asked) <= 24
