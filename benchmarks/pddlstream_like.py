@@ -9,6 +9,7 @@ from statistics import median
 from benchmarks.parts.harness import Row, main
 from benchmarks.pddlstream.belief import hidden
 from benchmarks.pddlstream.features import cash, counting, cutting, floors, latent, modes, pushing
+from benchmarks.pddlstream.known import doors, guards, jugs, meeting, tray
 from benchmarks.pddlstream.roads import logistics, visits
 from benchmarks.pddlstream.shapes import field, shelf, states, tea
 from benchmarks.pddlstream.shelf import carrying, optimised
@@ -23,6 +24,21 @@ FAR = {"left": (-1.0, 5.5), "right": (2.5, 30.0)}
 LINE = {"floor": (-10.0, 10.0), "goal": (5.0, 10.0), "slit": (-10.0, -8.5), "stove": (5.0, 10.0), "middle": (-2.0, 2.0)}
 
 EITHER = ["slit", "goal"]
+
+HOMES, POINTS = (0.0, 4.0, 10.0, 7.0), (1.0, 9.0, 5.0, 4.5, 3.0)
+
+KNOWN: dict[str, Callable[[], tuple[Problem, float]]] = {
+    "guards watch cells, 2 of them": lambda: guards(6, ((2, 1), (4, 0))),
+    "guards watch cells, one to be lured": lambda: guards(8, ((2, 0), (4, 0), (4, 1))),
+    "doors that are discovered, 5 rooms": lambda: doors(5),
+    "meeting, 3 robots": lambda: meeting(HOMES[:3], POINTS),
+    "meeting, 4 robots": lambda: meeting(HOMES, POINTS),
+    "meeting, where one is at home": lambda: meeting(HOMES[:3], POINTS, at_home=(0,)),
+    "jugs of 5 and 3 litres, 4 wanted": lambda: jugs((5.0, 3.0), 4.0),
+    "eggs on a tray, 2 by the rough road": lambda: tray(2),
+    "eggs on a tray, 5 by the long one": lambda: tray(5),
+}
+"""Problems with the cost of their cheapest plans."""
 
 PROBLEMS: dict[str, Callable[[], Problem]] = {
     "pick and place, 3 blocks": lambda: packing(3, (8.0, 1.0)),
@@ -80,6 +96,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "garden, spots that are looked for in vain": lambda: banks.garden(2),
     "garden, spots that are seldom found, or never": lambda: banks.garden(2, 0.1),
     "garden, a parameter of which nothing is said": lambda: banks.garden(3, idle=True),
+    **{name: lambda make=make: make()[0] for name, make in KNOWN.items()},  # type: ignore[misc]
 }
 ALGORITHMS = ("adaptive", "binding", "focused", "incremental")
 SEEDS = range(5)
