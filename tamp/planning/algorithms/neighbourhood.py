@@ -15,6 +15,10 @@ from tamp.planning.grounding.relevance import Relevance
 from tamp.planning.model.stream_instances import Instance
 
 
+MOST = 500
+"""Actions at most that are grounded besides: more are no neighbourhood, and to ground and search them takes longer."""
+
+
 class Neighbourhood:
     """One result of each stream stands for its like: that which the best plan uses, or else the first that was given.
 
@@ -39,7 +43,8 @@ class Neighbourhood:
     def ask(self, most: int) -> None:
         """Ask streams that have given nothing for values of the neighbourhood, while there are less than `most` calls.
 
-        What the goal cannot need is not asked for: its sampler may be slow.
+        What the goal cannot need is not asked for: its sampler may be slow. Where pieces of what is given multiply, it
+        ends at so many actions.
 
         Raises:
             Ended: at a limit.
@@ -47,13 +52,17 @@ class Neighbourhood:
         session = self._session
         relevance = Relevance(session.schema, session.connectors, session.knowledge)
         asked: set[Instance] = set()
-        while session.sampling.calls < most:
+        enough = len(session.grounder.operators) + MOST
+        while session.sampling.calls < most and len(session.grounder.operators) < enough:
             new = [i for i in session.knowledge.instances() if i not in asked and relevance.of(i)]
             known = [i for i in new if self._fit(i.inputs)]
             if not known:
                 return
             asked.update(known)
-            session.rounds.ask_first(known, most)
+            for instance in known:
+                if len(session.grounder.operators) >= enough:
+                    return
+                session.rounds.ask_first((instance,), most)
 
     def operators(self) -> frozenset[GroundOperator]:
         """Actions with its values; what is only hoped for is none."""
