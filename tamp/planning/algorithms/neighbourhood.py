@@ -14,7 +14,6 @@ from tamp.planning.grounding.operators import GroundOperator
 from tamp.planning.grounding.relevance import Relevance
 from tamp.planning.model.stream_instances import Instance
 
-
 MOST = 500
 """Actions at most that are grounded besides: more are no neighbourhood, and to ground and search them takes longer."""
 
