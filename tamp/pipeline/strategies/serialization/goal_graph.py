@@ -31,18 +31,30 @@ def goal_supports(workspace: Workspace, name: str) -> list[str]:
 def nearly_there(workspace: Workspace, name: str) -> bool:
     """Whether an object is as near to its goal pose as a solved task asks, on supports that are at theirs.
 
-    It may touch other objects besides, but not the table: what has tilted down to that does not bear what comes next.
+    It may touch other objects besides, and the table once it bears all that it shall: what has tilted down to that does
+    not bear what comes next.
     """
+    if not _near(workspace, name):
+        return False
+    tilted_down = TABLE in {*workspace.start[name].on} - {*workspace.goals[name].on}
+    at_theirs = all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    return at_theirs and not (tilted_down and not _bears_all(workspace, name))
+
+
+def _near(workspace: Workspace, name: str) -> bool:
+    """The same wherever its supports are."""
     obj, here = workspace.task.object(name), workspace.start[name]
     if not isinstance(obj.goal, At):
         return False
-    on, meant = {*here.on}, {*workspace.goals[name].on}
-    return (
-        on >= meant
-        and TABLE not in on - meant
-        and ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
-        and all(workspace.start[lower] == workspace.goals[lower] for lower in goal_supports(workspace, name))
+    return {*here.on} >= {*workspace.goals[name].on} and (
+        ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
     )
+
+
+def _bears_all(workspace: Workspace, name: str) -> bool:
+    """Whether all whose goal poses rest on an object, or on what does, are near them."""
+    above = [other for other, goal in workspace.goals.items() if name in goal.on]
+    return all(_near(workspace, other) and _bears_all(workspace, other) for other in above)
 
 
 def away(workspace: Workspace, name: str) -> float:

@@ -227,6 +227,8 @@ def bring_to_rest(
 ) -> bool:
     """Put an object to where it comes to rest from its goal, if that is another place nearby; whether it was.
 
+    Not if that is where another shall be that is carried by it: at its goal it may wait for that one.
+
     Args:
         asker: the plan so far, which grows.
         name: an object with a goal pose, on supports that are at theirs.
@@ -236,6 +238,9 @@ def bring_to_rest(
         effort: how hard it is tried.
     """
     if away(there, name) <= RELEASE_HEIGHT or not nearly_there(there, name):
+        return False
+    carried = [other for other, goal in there.goals.items() if name in goal.on and goal != there.start[other]]
+    if _covers(there, name, there.start[name], carried):
         return False
     movable = None if effort.others_move else ()
     return _put(asker, name, there.start[name], kept, (), effort.iterations, regrasped, movable)

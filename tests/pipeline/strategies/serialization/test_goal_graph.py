@@ -2,7 +2,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tamp.pipeline.strategies.serialization.goal_graph import alone, farthest_first, supports_in_the_way
+import pytest
+
+from tamp.pipeline.strategies.serialization.goal_graph import (
+    alone,
+    farthest_first,
+    nearly_there,
+    supports_in_the_way,
+)
 from tamp.streams.values import Placement
 from tamp.task import At, Box, Object, Pose
 from tests.streams.tables import workspace_of
@@ -50,3 +57,14 @@ def test_a_support_is_in_the_way_only_where_the_object_shall_stand_in_its_place(
         workspace = workspace_of(TRAY, BLOCK, replace(CUBE, goal=goal), on={"cube": ("block",)})
         assert supports_in_the_way(workspace, "cube") == found
     assert supports_in_the_way(workspace, "tray") == []
+
+
+@pytest.mark.parametrize(("shift", "there"), [(0.01, True), (0.1, False)])
+def test_what_has_tilted_down_to_the_table_is_nearly_there_once_all_that_it_shall_bear_is(shift, there):
+    """A block on a tray touches the table beside it; what shall stand on the block is so far from its goal."""
+    block = replace(BLOCK, pose=Pose((0.005, -0.3, 0.04)))
+    cube = replace(CUBE, pose=Pose((shift, -0.3, 0.08)), goal=At(Pose((0.0, -0.3, 0.08))))
+    workspace = workspace_of(TRAY, block, cube, on={"block": ("table", "tray"), "cube": ("block",)})
+    on = {"block": ("tray",), "cube": ("block",)}
+    goals = {name: Placement(place.pose, on[name]) for name, place in workspace.goals.items()}
+    assert nearly_there(replace(workspace, goals=goals), "block") == there

@@ -141,6 +141,17 @@ def test_what_does_not_stay_at_its_goal_alone_is_put_where_it_comes_to_rest_from
     assert asker.workspace.start["red"].pose.matrix[2, 2] > 0.9999
 
 
+@pytest.mark.parametrize(("height", "brought"), [(0.075, True), (0.06, False)])
+def test_what_would_rest_where_another_shall_be_that_it_carries_waits_for_that_at_its_goal(height, brought):
+    asker = asker_of(replace(RED, goal=At(Pose((0.1, -0.2, 0.025)))), Object("top", CUBE, Pose((-0.1, 0.1, 0.025))))
+    now = asker.progress.now
+    tilted = Placement(Pose.from_rpy((0.1, -0.2, 0.0265), (0.06, 0.0, 0.0)), ("table",))
+    goals = {"red": tilted, "top": Placement(Pose((0.1, -0.2, height)), ("red",))}
+    asker.progress.now = replace(now, workspace=replace(now.workspace, goals=goals))
+    there = rest_from_goal(asker, "red")
+    assert bring_to_rest(asker, "red", there, set(), set(), EFFORTS[0]) == brought
+
+
 @pytest.mark.parametrize("effort", EFFORTS[:2])
 def test_what_is_in_its_way_there_moves_with_the_greater_efforts_only(effort):
     """A cube on top keeps the other from being taken to where it comes to rest from a tilted goal."""
