@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tamp.execution.settling.settle import settle
 from tamp.streams.affordances.friction_cones import around, center_at, in_equilibrium, least
 from tamp.streams.affordances.stable_poses import base, inside_by, outline
 from tamp.streams.context import Context
 from tamp.streams.hand.finger_closing import felt
 from tamp.streams.values import Balance, Placement
 from tamp.streams.workspace import TABLE, Workspace, standing
+from tamp.task import Pose
 from tamp.world.geometry.half_spaces import half_spaces
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 NEAR = 0.004  # surface this near to another body may rest on it [m]
 UPWARD = 0.7  # what carries without friction has about this vertical share of its normal
+SLUMP = 0.01  # so far what is left of a pile may move: the checker grants little more [m]
+SLUMPING_S = 2.0  # what moves longer than this rolls [s]
 GIVEN = 5e-4  # how far elsewhere the centres of mass may lie, all together [m]
 
 
@@ -68,11 +72,28 @@ def _tips(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, pu
         joined = dict(pile_at(obj, around))
         apart = {name: place for name, place in joined.items() if name != obj}
         stood, stands = (apart, joined) if put else (joined, apart)
-        if at_rest(workspace, stands) or not at_rest(workspace, stood):
+        if at_rest(workspace, stands) or not at_rest(workspace, stood) or in_equilibrium(workspace, stands):
             return False
-        return not in_equilibrium(workspace, stands)
+        return put or not _slumps(workspace, stands)
 
     return workspace.cache.value(("upset", obj, put, pile_at(obj, around)), found)
+
+
+def _slumps(workspace: Workspace, places: Mapping[str, Placement]) -> bool:
+    """Whether the rest of a pile comes to rest where it is, or a little lower, as something has been taken from it.
+
+    Physics tells: what lies on a round handle rolls with that until both lie.
+    """
+    poses = {name: place.pose for name, place in places.items()}
+    rest = settle(workspace.task, poses, limit_s=SLUMPING_S, simulator=workspace.settling)
+    return rest.resting and all(_moved(workspace, name, poses[name], rest.poses[name]) < SLUMP for name in poses)
+
+
+def _moved(workspace: Workspace, name: str, before: Pose, after: Pose) -> float:
+    """How far an object is from one pose at another, in the mean over its corners [m]."""
+    points = workspace.points(name)
+    way = points @ (after.matrix - before.matrix)[:3, :3].T + np.subtract(after.xyz, before.xyz)
+    return float(np.linalg.norm(way, axis=1).mean())
 
 
 def learn_upset(workspace: Workspace, obj: str, around: Mapping[str, Placement], *, put: bool = True) -> None:

@@ -98,6 +98,22 @@ def test_a_counterweight_stays_where_the_rest_would_tip(mass, stays):
     assert bool(list(balance_without(context, "a", places["a"]))) == stays
 
 
+@pytest.mark.parametrize(("height", "taken"), [(0.06, False), (0.006, True)])
+def test_what_holds_others_up_by_a_little_may_be_taken_from_them(height, taken):
+    """A counterweight on a plank that comes down to the table without it, from so high."""
+    low = Object("block", Box((0.05, 0.05, height)), Pose((0.0, 0.0, height / 2)))
+    plank = replace(PLANK, pose=Pose((0.0, 0.0, height + 0.01)))
+    weights = [
+        Object(name, Box((0.03, 0.03, 0.06)), Pose((x, 0.0, height + 0.05)), mass=0.2)
+        for name, x in (("a", -0.1), ("b", 0.1))
+    ]
+    workspace = workspace_of(low, plank, *weights)
+    on = {"block": "table", "plank": "block"}
+    places = {o.name: Placement(o.pose, (on.get(o.name, "plank"),)) for o in (low, plank, *weights)}
+    context = ToldContext(replace(workspace, start=places), fluents=facts(places))
+    assert bool(list(balance_without(context, "a", places["a"]))) == taken
+
+
 @pytest.mark.parametrize(("x", "stays"), [(0.12, False), (0.01, True)])
 def test_what_is_set_on_a_plank_does_not_tip_it(x, stays):
     workspace, places = scales((x, 1.0))
