@@ -59,12 +59,13 @@ class Rounds:
         """A stream instance whose domain facts are there: call it, or hope for it."""
         knowledge = self._knowledge
         eager = (self._eager and not instance.external.fluents) or instance.external.info.eager
-        eager |= instance.external.is_test and (self._asking or not self._lazy_tests)
+        brings = instance.external.name in self._sampling.wild  # and that may have no end
+        eager |= instance.external.is_test and not brings and (self._asking or not self._lazy_tests)
         eager &= not instance.external.fluents  # there is no state to ask for
         callable_now = self._is_real(instance) and all(
             f in knowledge.real or f in knowledge.state or f[0] == "object" for f in instance.domain
         )
-        plain = callable_now and instance.external.is_test and instance.external.name not in self._sampling.wild
+        plain = callable_now and instance.external.is_test and not brings
         if plain and eager:
             self._ask(instance)
         elif plain and not self._eager and not instance.external.fluents and self._rare.take(instance):
