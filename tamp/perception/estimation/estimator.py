@@ -47,6 +47,9 @@ SEEN_THROUGH = 0.06
 RIVALS = 12
 """Poses in an object's place that are held against the chosen one."""
 
+LIKELY = 3.0
+"""What explains less by more than so many times `AHEAD` hardly takes anything from the trust in what was chosen."""
+
 
 def estimate_poses(
     frames: Sequence[Frame],
@@ -281,14 +284,27 @@ def _estimate(
     pose = _shown(scene, surface, model, [verified.pose, *rivals], verified.own)
     if not verified.shown or pose is not verified.pose:
         pose = _turned(scene, surface, model, pose, verified.own)
-    others = [
+    apart = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.error(best.pose, found[o].pose) > APART
     ]
+    likely = [o for o in apart if gains[o] > (1 - LIKELY * AHEAD) * gains[k]]
+    same = _fitted_alike(scene, model, [found[o].pose for o in likely], verified)
+    others = [o for o in apart if o not in {likely[n] for n in same}]
     ahead = lead(selection, i, gains, others, verified)
     clash = OVERLAP * selection.clash(i, firm)
     goes_on = left.goes_on(scene.cloud.points[found[firm].points[found[firm].weights >= LEFT]])
     trust = confidence(found[firm], float(gains[firm]), clash, ahead, goes_on)
     return Estimate(Pose.from_matrix(pose), trust, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
+
+
+def _fitted_alike(scene: Volume, model: ObjectModel, poses: Sequence[Array], verified: Verified) -> set[int]:
+    """Those of some poses, (4, 4) each, by their numbers, that are the chosen one once they fit its points as it does.
+
+    Guesses err by a centimetre or two: a guess beside the pose that was made of another one is no other answer.
+    """
+    some = verified.own[:: max(1, len(verified.own) // POINTS)]
+    fitted = (polished(scene.cloud, model, pose, some) for pose in poses)
+    return {n for n, pose in enumerate(fitted) if model.error(verified.pose, pose) <= APART}
 
 
 def _rivals(

@@ -17,7 +17,7 @@ from tamp.perception.estimation.candidates import Candidate
 from tamp.perception.estimation.estimator import estimate_poses
 from tamp.perception.estimation.models.object_model import object_model
 from tamp.perception.estimation.turns.rendered import Shown
-from tamp.perception.estimation.verification import verify
+from tamp.perception.estimation.verification import APART, Verified, verify
 from tamp.perception.rendering.surface import Surface, plain
 from tamp.task import Box, Cylinder, Pose, Table, load_robot
 
@@ -177,3 +177,15 @@ def test_pictures_that_hardly_tell_two_ways_round_leave_it_to_the_points(
     monkeypatch.setattr(estimator, "all_shown", lambda *_: [Shown(0, 400.0 + by), Shown(0, 400.0)])
     found = estimator._shown(scene, LOOKS["brick"], model, [upright, rolled], np.arange(0))
     assert (model.error(found, upright) < 0.001) == kept
+
+
+def test_a_guess_that_is_the_chosen_pose_once_it_fits_the_points_is_no_other_answer() -> None:
+    shots = shoot({"brick": LOOKS["brick"]}, {"brick": POSES["brick"]}, views(CAMERAS, PANDA), PANDA)
+    scene = estimator.see([shot.frame for shot in shots], Table())
+    assert scene is not None
+    model, true = object_model(LOOKS["brick"]), POSES["brick"].matrix
+    beside = true @ Pose.from_rpy((0.015, 0.012, 0.0), (0.0, 0.0, 0.2)).matrix
+    rolled = true @ Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0)).matrix
+    assert model.error(true, beside) > APART
+    chosen = Verified(0, true, np.arange(len(scene.cloud.points)), math.inf)
+    assert estimator._fitted_alike(scene, model, [beside, rolled], chosen) == {0}
