@@ -24,7 +24,8 @@ class _Way:
     Attributes:
         head: its atom; `sign` is whether it becomes true.
         needs: the literals that this wants, each with its sign.
-            outputs: the objects that the stream gives.
+        brings: all atoms that the action makes true.
+        outputs: the objects that the stream gives.
     """
 
     head: Pattern
