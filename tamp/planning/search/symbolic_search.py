@@ -142,10 +142,10 @@ class SymbolicSearch:
         Raises:
             TampError: where the search returned something else than a SearchResult.
         """
+        deadline = clock.now() + left
         result = self._searched(task, left, bound, IMPROVING_S * (1 + near))
         if not near or result.plan is None:
             return result
-        deadline = clock.now() + left
 
         def search(part: GroundTask, least: int) -> SearchResult:
             rest = deadline - clock.now()
