@@ -46,15 +46,13 @@ def _near(workspace: Workspace, name: str) -> bool:
     obj, here = workspace.task.object(name), workspace.start[name]
     if not isinstance(obj.goal, At):
         return False
-    return {*here.on} >= {*workspace.goals[name].on} and (
-        ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
-    )
+    near = ede(mean_edge(obj.shape), here.pose, obj.goal.pose) <= SOLVED_WITHIN_M
+    return near and {*here.on} >= {*workspace.goals[name].on}
 
 
 def _bears_all(workspace: Workspace, name: str) -> bool:
     """Whether all whose goal poses rest on an object, or on what does, are near them."""
-    above = [other for other, goal in workspace.goals.items() if name in goal.on]
-    return all(_near(workspace, other) and _bears_all(workspace, other) for other in above)
+    return all(_near(workspace, other) for other in workspace.goals if name in _all_below(workspace.goals, other))
 
 
 def away(workspace: Workspace, name: str) -> float:
