@@ -287,9 +287,8 @@ def _estimate(
     apart = [
         o for o in np.argsort(-gains, kind="stable") if gains[o] > 0 and model.error(best.pose, found[o].pose) > APART
     ]
-    likely = [o for o in apart if gains[o] > (1 - LIKELY * AHEAD) * gains[k]]
-    same = _fitted_alike(scene, model, [found[o].pose for o in likely], verified)
-    others = [o for o in apart if o not in {likely[n] for n in same}]
+    likely = (1 - LIKELY * AHEAD) * gains[k]
+    others = [o for o in apart if gains[o] <= likely or not _fitted_alike(scene, model, found[o].pose, verified)]
     ahead = lead(selection, i, gains, others, verified)
     clash = OVERLAP * selection.clash(i, firm)
     goes_on = left.goes_on(scene.cloud.points[found[firm].points[found[firm].weights >= LEFT]])
@@ -297,14 +296,13 @@ def _estimate(
     return Estimate(Pose.from_matrix(pose), trust, tuple(Pose.from_matrix(found[o].pose) for o in others[:5]))
 
 
-def _fitted_alike(scene: Volume, model: ObjectModel, poses: Sequence[Array], verified: Verified) -> set[int]:
-    """Those of some poses, (4, 4) each, by their numbers, that are the chosen one once they fit its points as it does.
+def _fitted_alike(scene: Volume, model: ObjectModel, pose: Array, verified: Verified) -> bool:
+    """Whether a pose, (4, 4), is the chosen one once it fits its points as that does.
 
     Guesses err by a centimetre or two: a guess beside the pose that was made of another one is no other answer.
     """
     some = verified.own[:: max(1, len(verified.own) // POINTS)]
-    fitted = (polished(scene.cloud, model, pose, some) for pose in poses)
-    return {n for n, pose in enumerate(fitted) if model.error(verified.pose, pose) <= APART}
+    return model.error(verified.pose, polished(scene.cloud, model, pose, some)) <= APART
 
 
 def _rivals(

@@ -188,4 +188,5 @@ def test_a_guess_that_is_the_chosen_pose_once_it_fits_the_points_is_no_other_ans
     rolled = true @ Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0)).matrix
     assert model.error(true, beside) > APART
     chosen = Verified(0, true, np.arange(len(scene.cloud.points)), math.inf)
-    assert estimator._fitted_alike(scene, model, [beside, rolled], chosen) == {0}
+    assert estimator._fitted_alike(scene, model, beside, chosen)
+    assert not estimator._fitted_alike(scene, model, rolled, chosen)
