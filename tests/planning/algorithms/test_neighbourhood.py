@@ -2,6 +2,7 @@
 
 import pytest
 
+from benchmarks.pddlstream.known import jugs
 from tamp import clock
 from tamp.planning import Problem, solve
 from tamp.planning.algorithms.neighbourhood import Neighbourhood
@@ -106,49 +107,10 @@ def test_a_long_plan_is_improved_part_by_part(algorithm):
     assert solution.cost < 150.0, solution.cost
 
 
-JUGS = """
-(define (domain jugs)
-  (:predicates (Jug ?j) (Volume ?l) (Level ?j ?l) (Full ?j ?l) (Pour ?i ?x ?j ?y ?x2 ?y2) (Wanted ?l) (Done))
-  (:functions (Amount ?x ?x2))
-  (:action fill
-    :parameters (?j ?l ?c)
-    :precondition (and (Jug ?j) (Level ?j ?l) (Full ?j ?c))
-    :effect (and (Level ?j ?c) (not (Level ?j ?l)) (increase (total-cost) 3)))
-  (:action pour
-    :parameters (?i ?x ?j ?y ?x2 ?y2)
-    :precondition (and (Pour ?i ?x ?j ?y ?x2 ?y2) (Level ?i ?x) (Level ?j ?y))
-    :effect (and (Level ?i ?x2) (Level ?j ?y2) (not (Level ?i ?x)) (not (Level ?j ?y))
-                 (increase (total-cost) (Amount ?x ?x2))))
-  (:derived (Done) (exists (?j ?l) (and (Level ?j ?l) (Wanted ?l)))))
-"""
-
-JUGS_STREAMS = """
-(define (stream jugs)
-  (:stream pour
-    :inputs (?i ?x ?j ?y) :domain (and (Jug ?i) (Jug ?j) (Volume ?x) (Volume ?y)) :outputs (?x2 ?y2)
-    :certified (and (Volume ?x2) (Volume ?y2) (Pour ?i ?x ?j ?y ?x2 ?y2)))
-  (:stream test-wanted :inputs (?l) :domain (Volume ?l) :certified (Wanted ?l))
-  (:function (Amount ?x ?x2) (and (Volume ?x) (Volume ?x2))))
-"""
-
-
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_values_that_streams_give_of_each_other_are_no_trap(algorithm):
     """One litre with jugs of five and three: what is poured one way may be poured back."""
-    sizes = {"five": 5.0, "three": 3.0}
-
-    def pour(context, i, x, j, y):
-        amount = min(x, sizes[j] - y)
-        if i != j and amount > 0.0 and x <= sizes[i]:
-            yield x - amount, y + amount
-
-    samplers = {
-        "pour": pour,
-        "test-wanted": lambda context, volume: volume == 1.0,
-        "amount": lambda context, x, y: abs(x - y),
-    }
-    init = [f for j, c in sizes.items() for f in (("Jug", j), ("Level", j, 0.0), ("Full", j, c), ("Volume", c))]
-    problem = Problem(JUGS, JUGS_STREAMS, samplers, [("Volume", 0.0), *init], ("Done",))
+    problem, best = jugs((5.0, 3.0), 1.0)
     solution = solve(problem, algorithm=algorithm, timeout=20.0)
     check(problem, solution)
-    assert solution.cost == 11.0
+    assert solution.cost == best
