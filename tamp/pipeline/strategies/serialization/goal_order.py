@@ -13,7 +13,7 @@ from tamp.pipeline.strategies.serialization.feasibility import Prospects, barred
 from tamp.pipeline.strategies.serialization.goal_graph import asking_for, away, goal_supports, supports_first
 from tamp.pipeline.strategies.serialization.ledger import Early, Ledger
 from tamp.pipeline.strategies.serialization.nearest_placement import bring_near, bring_to_rest, rest_from_goal
-from tamp.pipeline.strategies.serialization.partial_plan import Attempt, Progress
+from tamp.pipeline.strategies.serialization.partial_plan import SHIFTED, Attempt, Progress
 from tamp.pipeline.strategies.serialization.subproblem import EFFORTS, LAST, Asker, Effort, reason
 from tamp.planning import Report, Solution, combined
 from tamp.scoring.ede import ede, mean_edge
@@ -30,7 +30,6 @@ from tamp.task import Goal, In, On
 
 UNLIMITED = 1_000_000
 REST = 0.5  # of what a try for all goals gets goes to one for those that single tries have left: it succeeds soon
-SHIFTED = 0.003  # what stands no farther off (EDE) carries as it shall [m]
 FALLS = 0.03  # what comes to rest so far from its goal (EDE) does not stay there [m]
 FELT = 0.003  # surface so near to another body touches it: the checker counts on no more [m]
 ALONE = 0.5  # of what a goal gets for which others may move goes to it while they do not

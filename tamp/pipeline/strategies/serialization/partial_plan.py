@@ -21,13 +21,16 @@ from tamp.pipeline.prepare import Setup
 from tamp.pipeline.strategies.serialization.plan_state import after, begins_at, ending_with, errands
 from tamp.pipeline.strategies.serialization.rehearsal import WORTH, rehearsal
 from tamp.planning import GroundAction, Problem
+from tamp.scoring.ede import ede, mean_edge
 from tamp.scoring.total_error import shortfall
 from tamp.speculation import presumed
 from tamp.streams.affordances.falls import learn_refused, learn_too_high
 from tamp.streams.affordances.stack_balance import learn_upset
 from tamp.streams.values import Configuration, Handling, Placement
 from tamp.streams.workspace import Workspace
-from tamp.task import Action, Plan, Pose
+from tamp.task import Action, Plan, Pose, Release
+
+SHIFTED = 0.003  # what stands no farther off (EDE) is where it is said to be, and carries as it shall there [m]
 
 
 class Judged:
@@ -212,13 +215,14 @@ class Progress:
             PartError: where a skill and its rule have different facts hold after it.
         """
         part, verdict, refused = piece, self.now.checked(piece), None
+        if not verdict.executable or self._handles_astray(piece, verdict):
+            shorter, passed = self._while_all_stays(piece)
+            if passed is not None:
+                part, verdict, refused = shorter, passed, "what gives way is not where the rest was planned from"
         if not verdict.executable:
-            part, passed = self._while_all_stays(piece)
-            if passed is None:
-                self.rejections.append(str(verdict))
-                self._learn(verdict, solution)
-                return Outcome(0, str(verdict))
-            verdict, refused = passed, "what gives way is not where the rest was planned from"
+            self.rejections.append(str(verdict))
+            self._learn(verdict, solution)
+            return Outcome(0, str(verdict))
         if (astray := rehearsal(self.now.setup, part, _poses(self.start) if near else None)) is not None:
             return Outcome(0, astray)
         domain = self.now.setup.domain
@@ -230,6 +234,16 @@ class Progress:
         came = self._came(verdict, part)
         judged.note(self.now.checked(ending_with(part, came)).state if came else verdict.state)
         return Outcome(len(part.actions), refused, tuple(came.items()))
+
+    def _handles_astray(self, piece: Plan, verdict: Verdict) -> bool:
+        """Whether a piece leaves something that it has handled plainly elsewhere than it says."""
+        state, task = verdict.state, self.now.setup.task
+        if state is None:
+            return False
+        handled = {step.object for step in piece.steps if isinstance(step, Release)} & state.stayed.keys()
+        said = {name: Pose.from_matrix(state.poses[name]) for name in handled}
+        lies = {name: Pose.from_matrix(state.stayed[name]) for name in handled}
+        return any(ede(mean_edge(task.object(name).shape), said[name], lies[name]) > SHIFTED for name in handled)
 
     def _while_all_stays(self, piece: Plan) -> tuple[Plan, Verdict | None]:
         """The errands of a piece up to one to which something gives way that is handled later; with their verdict.

@@ -4,6 +4,7 @@ import math
 import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tamp.checking import Problem, Verdict, check
@@ -104,8 +105,8 @@ def test_nothing_is_put_again_where_the_checker_says_that_it_does_not_stay(monke
     assert (asker.ask(asker.workspace, 8, {"red"}).plan is None) == (kind == "support")
 
 
-def gives_way(monkeypatch, to: Pose, wrong_from: int) -> None:
-    """The checker has blue give way to the first errand, and refuses what comes after so many actions."""
+def gives_way(monkeypatch, by: float, wrong_from: int) -> None:
+    """The checker has blue give way to the first errand by so much [m], and refuses what comes after some actions."""
     checked = Attempt.checked
 
     def judged(self: Attempt, plan: Plan) -> Verdict:
@@ -113,34 +114,35 @@ def gives_way(monkeypatch, to: Pose, wrong_from: int) -> None:
         told = any(isinstance(step, Fall) for step in plan.steps)
         known = verdict.state.copy()
         gave_way = len(plan.actions) >= 4 and not told
-        known.stayed, known.came = ({"blue": to.matrix}, {"blue"}) if gave_way else ({}, set())
+        to = known.poses["blue"] + by * np.outer([0, 1, 0, 0], [0, 0, 0, 1])  # along y
+        known.stayed, known.came = ({"blue": to}, {"blue"}) if gave_way else ({}, set())
         wrong = Problem(wrong_from, "pick(blue, table)", 0.0, "collision", ("blue",), 0.0, "blue is met elsewhere")
         return replace(verdict, problems=(wrong,) * (len(plan.actions) > wrong_from), state=known)
 
     monkeypatch.setattr(Attempt, "checked", judged)
 
 
-@pytest.mark.parametrize("wrong_from", [4, 100])
-def test_what_gives_way_is_planned_with_where_it_has_come_to(monkeypatch, begin, wrong_from):
-    """A piece ends before it handles what has given way since it was planned; where that does no harm it does not."""
-    progress, there = Progress(begin), Pose((0.05, 0.21, 0.04))
+@pytest.mark.parametrize(("by", "wrong_from", "whole"), [(0.01, 4, False), (0.01, 100, False), (0.001, 100, True)])
+def test_what_gives_way_is_planned_with_where_it_has_come_to(monkeypatch, begin, by, wrong_from, whole):
+    """A piece ends before it handles what has given way since it was planned; where that is little it does not."""
+    progress, blue = Progress(begin), begin.workspace.start["blue"].pose
+    there = replace(blue, xyz=(blue.xyz[0], blue.xyz[1] + by, blue.xyz[2]))
     found = Asker(progress, 0, math.inf, "adaptive").ask(begin.workspace, 8, None)
     assert [action.args[0] for action in found.plan if action.name == "pick"] == ["red", "blue"]
-    gives_way(monkeypatch, there, wrong_from)
+    gives_way(monkeypatch, by, wrong_from)
     refused = progress.take(found.plan, 0)
     assert not progress.rejections and len(progress.pieces) == 1
-    done = len(progress.pieces[0].actions)
-    assert (done, refused is None) == ((4, False) if wrong_from == 4 else (8, True))
+    assert (len(progress.pieces[0].actions), refused is None) == ((8, True) if whole else (4, False))
     assert progress.start["red"].pose == begin.workspace.goals["red"].pose
     falls = [step for step in progress.pieces[0].steps if isinstance(step, Fall)]
-    if wrong_from == 4:
-        assert falls == [Fall("blue", there)] and progress.start["blue"].pose == there
-    else:  # it is where it shall be by then
+    if whole:  # it is where it shall be by then
         assert not falls and progress.start["blue"].pose == begin.workspace.goals["blue"].pose
+    else:
+        assert falls == [Fall("blue", there)] and progress.start["blue"].pose == there
 
 
 def test_what_is_refused_before_anything_gives_way_is_sent_back(monkeypatch, begin):
     progress = Progress(begin)
     found = Asker(progress, 0, math.inf, "adaptive").ask(begin.workspace, 8, None)
-    gives_way(monkeypatch, Pose((0.05, 0.21, 0.04)), 1)
+    gives_way(monkeypatch, 0.01, 1)
     assert progress.take(found.plan, 0) and len(progress.rejections) == 1 and not progress.pieces
