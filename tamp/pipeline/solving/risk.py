@@ -7,15 +7,15 @@ from dataclasses import replace
 
 from tamp.pipeline.strategies.serialization.plan_state import after
 from tamp.scoring.total_error import shortfall
-from tamp.task import Grip, Move, Plan, Task
+from tamp.task import Action, Grip, Move, Plan, Task
 from tamp.world.robot.model import RobotModel
 
 
 def worth_its_risk(task: Task, robot: RobotModel, plan: Plan, failing_share: float, chance: float) -> bool:
-    """Whether a plan brings more than it is likely to cost.
+    """Whether a plan is expected to leave the table better than it is.
 
-    Each time the hand takes or pushes something, it may go wrong, and the table stays as it is then, unless another
-    plan mends it; at the worst that is when most has been taken apart.
+    Each time the hand takes or pushes something, it may go wrong. The table stays as it was before that action, unless
+    another plan brings what this one would have brought.
 
     Args:
         task: what is asked for.
@@ -26,12 +26,19 @@ def worth_its_risk(task: Task, robot: RobotModel, plan: Plan, failing_share: flo
     """
     if task.goal:
         return True  # nobody can say what a symbolic goal is worth in lengths
-    now, *then = stages(task, robot, plan)
-    handlings = sum(
-        isinstance(step, Grip) or (isinstance(step, Move) and step.pushed is not None) for step in plan.steps
-    )
-    failing = 1.0 - (1.0 - failing_share) ** handlings
-    return not then or now - then[-1] >= failing * (1.0 - chance) * (max(then) - now)
+    missing = [*stages(task, robot, plan)]
+    now, in_the_end = missing[0], missing[-1]
+    expected, all_well = 0.0, 1.0
+    for before, action in zip(missing, plan.actions, strict=False):
+        for _ in range(_handlings(action)):
+            expected += all_well * failing_share * ((1.0 - chance) * before + chance * in_the_end)
+            all_well *= 1.0 - failing_share
+    return expected + all_well * in_the_end <= now
+
+
+def _handlings(action: Action) -> int:
+    """How often the hand takes or pushes something."""
+    return sum(isinstance(step, Grip) or (isinstance(step, Move) and step.pushed is not None) for step in action.steps)
 
 
 def stages(task: Task, robot: RobotModel, plan: Plan) -> Iterator[float]:

@@ -53,6 +53,23 @@ def test_what_stands_well_is_taken_away_for_a_little_only_while_that_can_be_mend
     assert worth_its_risk(task, robot_model(task_robot(task)), plan, 0.1, chance) == worth
 
 
+def test_it_counts_how_much_is_taken_apart_when_it_goes_wrong(tower):
+    """Four blocks are put aside and back for one of them; most may go wrong while little is off its goal yet."""
+    names = ("one", "two", "three", "four")
+    at = {name: Pose((0.1 * number, 0.0, 0.025)) for number, name in enumerate(names)}
+    objects = [Object(name, Box((0.05, 0.05, 0.05)), pose, At(pose)) for name, pose in at.items()]
+    objects[0] = replace(objects[0], pose=Pose((0.0, 0.12, 0.025)))
+    start = {thing.name: thing.pose for thing in objects}
+    aside = [handled(name, (0.1, -0.1, 0.025)) for name in names[1:]]
+    back = [handled(name, at[name].xyz) for name in names]
+    actions = (*aside, *back)
+    plan = Plan("row", "panda", 0, start, load_robot("panda").home, dict(at), actions, {})
+    task, robot = Task("row", tuple(objects)), tower[2]
+    assert not worth_its_risk(task, robot, plan, 0.1, 0.0)
+    assert worth_its_risk(task, robot, plan, 0.1, 0.5)
+    assert worth_its_risk(task, robot, plan, 0.02, 0.0)
+
+
 @given(chance=CHANCES)
 def test_a_plan_that_does_nothing_risks_nothing(tower, chance):
     task, plan, robot = tower
