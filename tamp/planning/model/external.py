@@ -17,6 +17,7 @@ class External:
         awaited: the rest of its domain, which actions may bring: what it certifies holds while this does.
         guarded: what the file says that it certifies, where axioms derive that.
         optimizer: whose part it is; empty for a stream of its own.
+        asks: the stream of the file whose sampler answers it, where it is a test that this gives anything.
     """
 
     name: str
@@ -30,6 +31,12 @@ class External:
     awaited: tuple[Pattern, ...] = ()
     guarded: tuple[Pattern, ...] = ()
     optimizer: str = ""
+    asks: External | None = None
+
+    @property
+    def sampler(self) -> str:
+        """The name in the file of the stream whose sampler is called."""
+        return self.name if self.asks is None else self.asks.name
 
     @property
     def is_test(self) -> bool:

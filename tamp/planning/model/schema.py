@@ -10,6 +10,7 @@ from functools import cached_property
 from tamp.language import FunctionStream, PredicateStream, Rule, Stream
 from tamp.planning.model.awaited import await_domains
 from tamp.planning.model.external import External
+from tamp.planning.model.momentary import ask_for_any
 from tamp.planning.model.normal_form import ActionSchema, AxiomSchema, Condition, NormalDomain, normalise
 from tamp.planning.model.objects import Fact, Objects, Part, Pattern
 from tamp.planning.problem import Problem, StreamInfo
@@ -63,9 +64,10 @@ class Schema:
         self.derived = normal.derived | {str(axiom.head[0]) for axiom in rules}
         declared: tuple[Stream | PredicateStream, ...] = (*streams.streams, *streams.predicates)
         changing = frozenset(name for name in self.fluents | self.derived if self.influences(name) & self.fluents)
-        self.externals, axioms = await_domains(
-            {stream.name: self._external(stream) for stream in declared}, changing, self.fluents, domain.types
-        )
+        externals = {stream.name: self._external(stream) for stream in declared}
+        given = {atom.predicate for atom in problem.initial_state.facts}
+        externals, self.axioms = ask_for_any(externals, self.axioms, self._asked_besides(externals), given)
+        self.externals, axioms = await_domains(externals, changing, self.fluents, domain.types)
         self.axioms += axioms
         told = frozenset(name for external in self.externals.values() for name in external.fluents)
         self.shown = told - self.fluents - self.derived
@@ -190,6 +192,14 @@ class Schema:
         return External(
             stream.name, inputs, domain, outputs, certified, stream.fluents, info, optimizer=stream.optimizer
         )
+
+    def _asked_besides(self, externals: dict[str, External]) -> frozenset[str]:
+        """The predicates that actions, the goal, streams and functions ask for."""
+        conditions = [action.condition for action in self.actions] + [self.goal]
+        conditions += [effect.condition for action in self.actions for effect in action.effects]
+        found = {str(p[0]) for c in conditions for p in c.positive + c.negative}
+        found |= {str(p[0]) for external in externals.values() for p in external.domain}
+        return frozenset(found | {atom.predicate for f in self.functions.values() for atom in f.domain})
 
     def _tests(self) -> dict[str, tuple[External, ...]]:
         generated = {str(p[0]) for e in self.externals.values() if not e.is_test for p in e.certified}

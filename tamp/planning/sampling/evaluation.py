@@ -188,6 +188,7 @@ class Evaluator:
         for axiom in self._schema.axioms:
             self._axioms.setdefault(str(axiom.head[0]), []).append(axiom)
         self._orders: dict[tuple[int, frozenset[str]], Lookups] = {}
+        self._domains: dict[str, Condition] = {}
         self._assumed: dict[Fact, None] = {}
         self.truth = Truth(knowledge, sampling, self.given)
         self.explanations = Explanations(knowledge, sampling)
@@ -278,8 +279,21 @@ class Evaluator:
                 yield {**binding, lookup.open[0][1]: handle}, ()
         elif lookup.open:
             yield from self._matches(self._knowledge.real, lookup, binding)
+            yield from self._told(lookup, binding, state)
         elif self._holds(fact := ground(lookup.pattern, binding), state):
             yield binding, (fact,)
+
+    def _told(self, lookup: Lookup, binding: dict[str, int], state: State) -> Iterator[tuple[dict[str, int], Support]]:
+        """The bindings for which tests with fluents say yes in a state: nothing that they certify can be looked up."""
+        for test in self._schema.state_tests.get(str(lookup.pattern[0]), ()):
+            domain = self._domains.setdefault(test.name, Condition(test.domain))
+            for certified in (p for p in test.certified if p[0] == lookup.pattern[0]):
+                inner = _unified(certified, lookup, binding)
+                for found, _ in () if inner is None else self.satisfy(domain, inner, state):
+                    fact, extended = ground(certified, found), dict(binding)
+                    fits = all(extended.setdefault(variable, fact[i]) == fact[i] for i, variable in lookup.open)
+                    if fits and fact not in self._knowledge.real and self._holds(fact, state):
+                        yield extended, (fact,)
 
     def _matches(
         self, index: FactIndex, lookup: Lookup, binding: dict[str, int]

@@ -141,8 +141,8 @@ class Sampling:
         self._problem = knowledge.schema.problem
         self.seed = seed
         self.deadline = deadline
-        names = (*knowledge.schema.externals, *knowledge.schema.functions)
-        self._counts = {name: Count() for name in names}
+        names = [external.sampler for external in knowledge.schema.externals.values()]
+        self._counts = {name: Count() for name in (*names, *knowledge.schema.functions)}
         self.function_values: dict[tuple[str, tuple[int, ...]], float] = {}
         self.draws = 0  # calls of streams with outputs
         self.calls = 0  # calls of streams and tests
@@ -166,7 +166,7 @@ class Sampling:
         context = self._context(instance)
         context.bound = tuple(map(self._knowledge.objects.values_of, bound))
         context.brief, context.paused = brief, False
-        counter = self._counts[external.name]
+        counter = self._counts[external.sampler]
         instance.calls += 1
         with counter.calling():
             output = self._call(instance, context)
@@ -177,9 +177,8 @@ class Sampling:
             if external.outputs and clock.now() > self.deadline:  # it may have ended for that: next time, from anew
                 instance.generator = None
             else:
-                info = self._problem.info.get(external.name)
                 instance.exhausted = True
-                instance.gave_up |= info is not None and not info.complete
+                instance.gave_up |= not external.info.complete
             output = None
         if output is not None or not (instance.exhausted and instance.results):  # the end of all that there is
             instance.record.calls += 1
@@ -205,7 +204,7 @@ class Sampling:
             def rng() -> np.random.Generator:
                 keys = [objects.key(h) for h in instance.inputs]
                 keys += [" ".join((f[0], *map(objects.key, f[1:]))) for f in instance.fluents]
-                return generator_for(self.seed, instance.external.name, keys)
+                return generator_for(self.seed, instance.external.sampler, keys)
 
             facts = tuple(map(objects.values_of, instance.fluents))
             fluents = facts if instance.external.fluents else None
@@ -215,11 +214,13 @@ class Sampling:
     def _call(self, instance: Instance, context: Context) -> Any:
         """One output, () for a test that holds, or None; marks the instance exhausted where nothing more can come."""
         external = instance.external
-        sampler = self._problem.samplers[external.name]
+        sampler = self._problem.samplers[external.sampler]
         values = [self._knowledge.objects.value(h) for h in instance.inputs]
         if external.is_test:
             instance.exhausted = True
             answer = self._run(instance, sampler, context, *values)
+            if external.asks is not None:
+                answer = self._fitting(instance, output_iterator, answer)
             if isinstance(answer, Iterator):
                 answer = self._run(instance, first_of, answer)
             return self._fitting(instance, answer_of, answer)
@@ -230,7 +231,7 @@ class Sampling:
 
     def _run(self, instance: Instance, function: Callable[..., Any], *arguments: Any) -> Any:
         """Run a sampler's own code; whatever it raises is the sampler's error."""
-        name = instance.external.name
+        name = instance.external.sampler
         try:
             return function(*arguments)
         except UnfitOutputsError as error:
@@ -263,9 +264,9 @@ class Sampling:
         try:
             return read(instance.external, given)
         except UnfitOutputsError as error:
-            raise self.misfit(instance.external.name, error) from None
+            raise self.misfit(instance.external.sampler, error) from None
         except SamplerError as error:
-            sampler = self._problem.samplers[instance.external.name]
+            sampler = self._problem.samplers[instance.external.sampler]
             raise faults.unfit(error, sampler, instance.generator) from None
 
     def _take_failures(self, instance: Instance, context: Context, counter: Count, failed: bool) -> None:
